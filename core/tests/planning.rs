@@ -361,8 +361,8 @@ fn slots_and_wide_holes_are_milled() {
     };
     let rows = [
         (1, 0.8, "drill 0.8".to_owned(), 1, 0, false),
-        (2, 5.0, "Mill 1.5 mm".to_owned(), 2, 0, true),
-        (3, 1.0, "Mill 0.8 mm".to_owned(), 0, 1, true),
+        (2, 5.0, "end mill 1.5".to_owned(), 2, 0, true),
+        (3, 1.0, "end mill 0.8".to_owned(), 0, 1, true),
     ];
     assert_eq!(told(&made.figures.rows), rows);
     // Travel is that of the drills.

@@ -246,9 +246,9 @@ fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
 }
 
 /// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.
-fn missing_drills<'a>(program: &'a Program, machine: &Machine) -> Vec<&'a str> {
+fn missing_drills(program: &Program, machine: &Machine) -> Vec<String> {
     let lacks = |bit: &&Bit| bit.cutter == Cutter::Drill && !machine.rack.contains(&bit.diameter);
-    program.bits.iter().filter(lacks).map(|bit| bit.name.as_str()).collect()
+    program.bits.iter().filter(lacks).map(|bit| bit.title(locale::FALLBACK)).collect()
 }
 
 fn planned(program: Program, machine: &Machine) -> Result<Planned, Diagnostic> {

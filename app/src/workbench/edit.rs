@@ -329,8 +329,12 @@ mod tests {
         };
         let um = Length::from_um;
         let bit = |name: &str| name.to_owned();
-        let centred =
-            proof::Cure::Centred { bit: bit("V 30°"), depth: um(80), width: um(140), lost: um(20) };
+        let centred = proof::Cure::Centred {
+            bit: bit("V-bit 30°, tip 0.1"),
+            depth: um(80),
+            width: um(140),
+            lost: um(20),
+        };
         let centred = cured(&before, 1, &finding, &centred);
         let wanted = Cure { from: ends.0, to: ends.1, with: Remedy::Centred };
         assert_eq!(cures(&centred), std::slice::from_ref(&wanted));

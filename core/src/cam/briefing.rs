@@ -3,12 +3,17 @@
 //! Comes in: [`Work`], and for each side [`Planned`] and its program. Goes out: a [`Briefing`]. Does not know times: whoever
 //! reckoned them puts them in.
 
+use super::Corner;
 use super::toolpaths::{Planned, Task};
 use super::work::{Action, Drill, Flip, Holes, Work, Zero};
 use crate::board::Face;
-use crate::geometry::Point;
+use crate::geometry::{Bounds, Point};
 use crate::job::{Briefing, Pins, Program, SideBriefing, ToolBriefing, touched};
 use crate::machine::Machine;
+use crate::units::Length;
+
+/// What stays around the cut and the pins: the frame that the tabs hold to.
+const RIM: Length = Length::from_um(5_000);
 
 /// The briefing of a job without its sides.
 pub fn briefing(job: &str, work: &Work, machine: &Machine) -> Briefing {
@@ -27,6 +32,7 @@ pub fn briefing(job: &str, work: &Work, machine: &Machine) -> Briefing {
         zero: Some(zero.to_owned()),
         thickness: Some(machine.process.board_thickness),
         pins: None,
+        tabs: None,
         flip: (work.faces().len() > 1).then(|| flip.to_owned()),
         sides: Vec::new(),
     }
@@ -55,20 +61,60 @@ pub fn add_side(
             {
                 last.operations.push(word.to_owned());
             }
+            if let Action::CutOut(cut_out) = &operation.action {
+                let by_hand = u32::try_from(cut_out.tab_at.len()).unwrap_or(u32::MAX);
+                briefing.tabs = Some(if by_hand > 0 { by_hand } else { cut_out.tabs });
+            }
             if matches!(operation.action, Action::Drill(Drill { holes: Holes::Alignment, .. })) {
                 pins(briefing, work, planned, task);
             }
         }
     }
-    let outline = planned.board.outline.bounds().map(|bounds| {
-        let moved = |at: Point| Point::new(at.x - planned.origin.x, at.y - planned.origin.y);
-        (moved(bounds.min), moved(bounds.max))
-    });
-    let blank = match (touched(program), outline) {
-        (Some(cut), Some((low, high))) => Some(cut.with(low).with(high)),
-        (cut, _) => cut,
-    };
+    if work.setup.zero == Zero::Board {
+        briefing.zero = Some(Corner::of(&planned.board, work).word().to_owned());
+    }
+    let blank = one_piece(briefing, needed(work, planned, program), work, planned);
     briefing.sides.push(SideBriefing { side: face.name().to_owned(), blank, tools });
+}
+
+/// What material one side needs: all that is cut and the board, and [`RIM`] around that where something is cut out or pins are
+/// drilled.
+fn needed(work: &Work, planned: &Planned, program: &Program) -> Option<Bounds> {
+    let moved = |at: Point| Point::new(at.x - planned.origin.x, at.y - planned.origin.y);
+    let outline =
+        planned.board.outline.bounds().map(|bounds| Bounds::of(moved(bounds.min)).with(moved(bounds.max)));
+    let all = both(touched(program), outline)?;
+    let wants_rim = planned.parts.iter().filter(|part| !part.tasks.is_empty()).any(|part| {
+        let action = work.operations.get(part.operation as usize).map(|operation| &operation.action);
+        matches!(action, Some(Action::CutOut(_) | Action::Drill(Drill { holes: Holes::Alignment, .. })))
+    });
+    Some(if wants_rim { all.grown(RIM) } else { all })
+}
+
+/// The sides of a board are one piece of material: each needs what the others need as well, turned over with the board. What this
+/// side needs then; the sides that the briefing has get it too.
+fn one_piece(briefing: &mut Briefing, own: Option<Bounds>, work: &Work, planned: &Planned) -> Option<Bounds> {
+    let turning = planned.board.turning(work.setup.flip == Flip::LeftRight);
+    let turned = |bounds: Bounds| {
+        let turning = turning.as_ref()?;
+        let (zero, shift) = (planned.origin, |at: Point, by: Point| Point::new(at.x + by.x, at.y + by.y));
+        let over = |at: Point| shift(turning.point(shift(at, zero)), Point::new(-zero.x, -zero.y));
+        Some(Bounds::of(over(bounds.min)).with(over(bounds.max)))
+    };
+    let mut all = own;
+    for side in &mut briefing.sides {
+        all = both(all, side.blank.and_then(turned));
+        side.blank = both(side.blank, own.and_then(turned));
+    }
+    all
+}
+
+/// The box around two.
+fn both(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
+    match (a, b) {
+        (Some(a), Some(b)) => Some(a.with(b.min).with(b.max)),
+        (a, b) => a.or(b),
+    }
 }
 
 fn pins(briefing: &mut Briefing, work: &Work, planned: &Planned, task: &Task) {

@@ -31,6 +31,7 @@ use crate::geometry::{Bounds, Point};
 use crate::machine::Machine;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
+use work::{Action, Work};
 
 /// Order of the holes of one bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -136,11 +137,54 @@ fn loaded_first(
         .ok_or_else(|| Some(Diagnostic::note("plan.loaded_not_used").with("size", rack::size_text(loaded))))
 }
 
-/// The lower left corner of the outline's box if there is an outline, else of the holes' box, else of the slots', else of the
-/// copper's.
-fn origin(board: &Board) -> Point {
-    let outline = board.outline.bounds();
-    let holes = || Bounds::around(board.holes.iter().map(|hole| hole.at));
-    let drilled = outline.or_else(holes).or_else(|| board.bounds());
-    drilled.or_else(|| board.extent()).map_or(Point::default(), |bounds| bounds.min)
+/// What the work zero is the lower left corner of, unless a job says otherwise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Corner {
+    /// Of the outline.
+    Board,
+    /// Of copper and holes together, as far as they reach: the board has no outline. It is turned over about the middle of the
+    /// same box, so that both sides have one zero.
+    Copper,
+    /// Of the middles of holes, or else of slots: there is nothing but a drill file, or the job makes nothing but holes and slots.
+    /// Whether copper was read does not matter then.
+    Holes,
+}
+
+impl Corner {
+    fn of(board: &Board, work: &Work) -> Self {
+        let has_copper = board.copper.iter().any(|copper| !copper.region.is_empty());
+        if !board.outline.is_empty() {
+            Self::Board
+        } else if has_copper && makes_more(work) {
+            Self::Copper
+        } else {
+            Self::Holes
+        }
+    }
+
+    /// A word of `run_sheet.zero`.
+    fn word(self) -> &'static str {
+        match self {
+            Self::Board => "board",
+            Self::Copper => "copper",
+            Self::Holes => "holes",
+        }
+    }
+}
+
+/// Whether a job makes more than holes and slots, on any side: then its zero may depend on copper.
+fn makes_more(work: &Work) -> bool {
+    let makes_holes = |action: &Action| matches!(action, Action::Drill(_) | Action::MillHoles(_));
+    work.operations.iter().any(|operation| operation.on && !makes_holes(&operation.action))
+}
+
+/// The lower left corner of the board that was `laid` out with pins, see [`Corner`]; of `copies` without their pins.
+fn origin(copies: &Board, laid: &Board, work: &Work) -> Point {
+    let holes = || Bounds::around(laid.holes.iter().map(|hole| hole.at)).or_else(|| laid.bounds());
+    let corner = match Corner::of(laid, work) {
+        Corner::Board => laid.extent(),
+        Corner::Copper => copies.extent(),
+        Corner::Holes => holes().or_else(|| laid.extent()),
+    };
+    corner.map_or(Point::default(), |bounds| bounds.min)
 }

@@ -43,12 +43,12 @@ impl Action {
 /// Angle of a drill's point in degrees, unless somebody says otherwise.
 pub const POINT_DEG: f64 = 130.0;
 
-/// The V-bit that a new job has.
-const VEE: &str = "V 30°";
+/// The V-bit that a new job has. The bits of new jobs are called by their titles, as everywhere.
+const VEE: &str = "V-bit 30°, tip 0.1";
 /// The mill that a new job bores and cuts out with.
-const MILL: &str = "Mill 1.5 mm";
+const MILL: &str = "end mill 1.5";
 /// Its smaller mill.
-const SMALL_MILL: &str = "Mill 0.8 mm";
+const SMALL_MILL: &str = "end mill 0.8";
 
 /// The bits that a new job has.
 pub fn usual_bits() -> Vec<Bit> {

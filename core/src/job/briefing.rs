@@ -3,7 +3,7 @@
 //! ```text
 //!  Briefing ─┬─ job, machine, where the zero is, how thick the board is
 //!            ├─ pins: where, how thick, how far into the bed; how the board is turned over
-//!            └─ sides, in order ─┬─ what is cut, from the work zero: the blank must reach so far
+//!            └─ sides, in order ─┬─ what any side needs, from the work zero: the blank must reach so far
 //!                                └─ tools, in order of use: what each does, how long it takes
 //! ```
 //!
@@ -28,6 +28,8 @@ pub struct Briefing {
     pub thickness: Option<Length>,
     /// Pins that hold the board when it is turned over.
     pub pins: Option<Pins>,
+    /// How many tabs hold the board while it is cut out; none where nothing is.
+    pub tabs: Option<u32>,
     /// How it is turned over between its sides: a word of `run_sheet.flip`.
     pub flip: Option<String>,
     /// Its sides in the order in which they are done.
@@ -39,7 +41,7 @@ pub struct Briefing {
 pub struct SideBriefing {
     /// Which: a word of `page.cam.word`; empty where nobody knows.
     pub side: String,
-    /// All that is cut, and the board: so large the blank must be.
+    /// All that is cut on any side, the board, and a rim around cut-outs and pins: so large the blank must be.
     pub blank: Option<Bounds>,
     /// The bits of its program, in order.
     pub tools: Vec<ToolBriefing>,
@@ -68,6 +70,22 @@ pub struct Pins {
 }
 
 impl Briefing {
+    /// The numbers of the tools of side `side`, for each of its bits: from 1 in the order of use over all sides up to it. Bits of
+    /// one form and size are one tool with one number, so that what stands in a magazine stays there for the whole job.
+    pub fn numbers(&self, side: usize) -> Vec<u32> {
+        let mut known: Vec<&Bit> = Vec::new();
+        let mut numbers = Vec::new();
+        for own in self.sides.iter().take(side + 1) {
+            numbers.clear();
+            for ToolBriefing { tool, .. } in &own.tools {
+                let found = known.iter().position(|known| known.is_same_tool(tool));
+                numbers.push(1 + found.unwrap_or(known.len()) as u32);
+                known.extend(found.is_none().then_some(tool));
+            }
+        }
+        numbers
+    }
+
     /// What a program alone says of itself.
     pub fn of(program: &Program) -> Self {
         let (mut drilled, mut milled) = (vec![false; program.bits.len()], vec![false; program.bits.len()]);

@@ -11,6 +11,11 @@ use super::{Bit, Cutter};
 use crate::locale;
 
 impl Bit {
+    /// Whether it is the same tool as `other`: of one form and size, whatever either is called.
+    pub fn is_same_tool(&self, other: &Self) -> bool {
+        self.diameter == other.diameter && self.cutter == other.cutter
+    }
+
     /// Its form and its size in the words of `language`.
     pub fn title(&self, language: &str) -> String {
         let size =

@@ -38,14 +38,15 @@ pub fn proved(
     files: &[OutputFile],
     differences: Differences<'_>,
 ) -> Vec<Diagnostic> {
-    let numbered: BTreeMap<u32, Bit> = (1..).zip(program.bits.iter().cloned()).collect();
     let (meant, mut diagnostics) = match dialect {
         Some(dialect) => shifted(program, dialect),
         None => (excellon::said(program), Vec::new()),
     };
     let mut written = Vec::new();
     for file in files {
-        // A file that names no tool leaves it to the table of the controller: that has the numbers of the program.
+        let bits = file.bits.iter().filter_map(|bit| program.bits.get(*bit as usize));
+        let numbered: BTreeMap<u32, Bit> = file.numbers.iter().copied().zip(bits.cloned()).collect();
+        // A file that names no tool leaves it to the table of the controller: that has the numbers of the job.
         let back = match read_back(&file.name, &file.text, &BTreeMap::new()) {
             Err(why) if why.code == "readback.no_tool" => read_back(&file.name, &file.text, &numbered),
             back => back,

@@ -32,6 +32,8 @@ pub struct Dialect {
     /// How near to the board a bit falls fast before it goes on at its feed: the machine's height for that. None where nobody
     /// said: then it goes down at its feed all the way.
     pub fall_to: Option<Length>,
+    /// How fast rapid moves are where the controller must be told.
+    pub rapids: Rapids,
     /// How high over the board a bit is changed; none where nobody said: then at the safe height.
     pub change_at: Option<Length>,
     /// The template for drilling, if it has one.
@@ -50,6 +52,33 @@ pub enum Files {
     Operation,
     /// With every bit.
     Bit,
+}
+
+/// How fast rapid moves go, for controllers that must be told.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Rapids {
+    /// Of X and Y, mm/min.
+    pub over_mm_per_min: u32,
+    /// Of Z, mm/min.
+    pub up_mm_per_min: u32,
+}
+
+impl Default for Rapids {
+    fn default() -> Self {
+        Self { over_mm_per_min: 3_000, up_mm_per_min: 300 }
+    }
+}
+
+/// How a tool of a file comes into the spindle.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Changes {
+    /// It is in before the file begins: every tool has a file of its own.
+    #[default]
+    Before,
+    /// The machine takes it by its number, and its length from its table.
+    Changer,
+    /// The file stops, and a person puts it in.
+    Stop,
 }
 
 /// What a program may be called: letters, digits and `_`, beginning with a letter.
@@ -110,6 +139,8 @@ pub struct Comments {
     pub dropped: bool,
     /// Words of people are written in capitals.
     pub capitals: bool,
+    /// Longest line of a file's head, in letters, where one is too long for the controller.
+    pub longest: Option<usize>,
 }
 
 /// What is left out where it has not changed.
@@ -200,6 +231,26 @@ impl Dialect {
     pub fn changing_at(mut self, height: Option<Length>) -> Self {
         self.change_at = height;
         self
+    }
+
+    /// The same; rapid moves are so fast where the controller must be told.
+    #[must_use]
+    pub fn rapid_at(mut self, rapids: Option<Rapids>) -> Self {
+        self.rapids = rapids.unwrap_or(self.rapids);
+        self
+    }
+
+    /// How a tool comes into the spindle.
+    pub fn changes(&self) -> Changes {
+        let blocks = || Part::ALL.into_iter().filter_map(|part| self.templates(part)).map(|own| &own.blocks);
+        let changer = |block: &Template| ["M6", "M06", "TOOL CALL"].iter().any(|word| block.says(word));
+        if self.files == Files::Bit && blocks().any(|own| own.contains_key(&Block::Load)) {
+            Changes::Before
+        } else if blocks().filter_map(|own| own.get(&Block::Change)).any(changer) {
+            Changes::Changer
+        } else {
+            Changes::Stop
+        }
     }
 
     /// The same; a new file begins when `files` says so, if it says anything.

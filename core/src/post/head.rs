@@ -7,8 +7,9 @@
 //! Comes in: a program, its dialect, the briefing of its job. Goes out: for each file its name and the sentences of its head.
 //! Does not know templates.
 
-use super::dialect::{Dialect, Files};
+use super::dialect::{Changes, Dialect, Files};
 use super::names::Part;
+use super::values::number_of;
 use super::writer::{name, parts};
 use crate::job::{Briefing, Mark, Program, ToolBriefing};
 use crate::locale;
@@ -21,6 +22,8 @@ pub(super) struct FileOf {
     pub(super) name: String,
     /// The bits that it asks for or begins with, as indices into the program's bits.
     pub(super) bits: Vec<u32>,
+    /// Its number in the order of running, from 1, over all sides.
+    pub(super) number: usize,
     /// What its head says.
     pub(super) head: Vec<String>,
     part: Option<Part>,
@@ -36,6 +39,7 @@ pub(super) fn files(dialect: &Dialect, program: &Program, briefing: &Briefing, s
         briefing.sides.iter().take(side).map(|side| if apart { side.tools.len() } else { 1 }).sum();
     for (index, file) in files.iter_mut().enumerate() {
         let number = before + index + 1;
+        file.number = number;
         file.name = match (dialect.program_name, count) {
             (None, _) if apart => reading(briefing, side, number, &file.bits),
             (style, 1) => name(style, program, ""),
@@ -45,7 +49,8 @@ pub(super) fn files(dialect: &Dialect, program: &Program, briefing: &Briefing, s
                 name(None, program, &format!("-{}-{part}", index + 1))
             }
         };
-        file.head = sentences(program, briefing, side, &file.bits, (index + 1, count));
+        let stops = dialect.changes() == Changes::Stop;
+        file.head = sentences(program, briefing, side, (file.bits.as_slice(), stops), (index + 1, count));
     }
     files
 }
@@ -119,7 +124,7 @@ fn sentences(
     program: &Program,
     briefing: &Briefing,
     side: usize,
-    bits: &[u32],
+    (bits, stops): (&[u32], bool),
     (number, count): (usize, usize),
 ) -> Vec<String> {
     let say = |key: &str, args: &[(&str, String)]| {
@@ -133,12 +138,16 @@ fn sentences(
     if count > 1 {
         lines.push(say("order", &[("number", number.to_string()), ("count", count.to_string())]));
     }
+    let numbers = briefing.numbers(side);
+    let mut said = Vec::new();
     for &bit in bits {
-        if let Some(tool) = program.bits.get(bit as usize) {
-            let title = tool.title(locale::FALLBACK);
-            lines.push(say("tool", &[("number", (bit + 1).to_string()), ("tool", title)]));
-        }
+        let number = number_of(&numbers, bit);
+        let Some(tool) = program.bits.get(bit as usize).filter(|_| !said.contains(&number)) else { continue };
+        said.push(number);
+        let title = tool.title(locale::FALLBACK);
+        lines.push(say("tool", &[("number", number.to_string()), ("tool", title)]));
     }
+    lines.extend((stops && said.len() > 1).then(|| say("stops", &[])));
     lines.extend(briefing.zero.as_ref().map(|zero| say(&format!("zero_{zero}"), &[])));
     if let Some(blank) = own.and_then(|own| own.blank) {
         let sizes =

@@ -30,7 +30,8 @@ mod writer;
 
 pub use again::{Differences, proved};
 pub use dialect::{
-    Arcs, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Templates, shipped,
+    Arcs, Changes, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Rapids, Templates,
+    shipped,
 };
 pub use excellon::excellon;
 pub use names::{BLOCKS, Block, BlockRow, PARAMETERS, Parameter, Part};
@@ -67,6 +68,8 @@ pub struct Manner {
     pub fall_to: Option<Length>,
     /// How high over the board bits are changed; none for the safe height.
     pub change_at: Option<Length>,
+    /// How fast rapid moves are, for controllers that must be told; none where nobody knows.
+    pub rapids: Option<Rapids>,
     /// When a new file begins, where not as the dialect says.
     pub files: Option<Files>,
 }
@@ -76,15 +79,27 @@ const HIGHEST_CHANGE: Length = Length::from_um(20_000);
 
 impl Manner {
     /// What `machine` wants: bits fall fast as near to the board as it says, and are changed as high over it as it reaches, up
-    /// to 20 mm.
+    /// to 20 mm. Rapid moves are no faster than its axes.
     pub fn on(machine: &Machine) -> Self {
         let process = &machine.process;
         let room = machine.z.max - process.surface;
         Self {
             fall_to: Some(process.feed_height),
+            rapids: Some(rapids(machine)),
             change_at: Some(room.min(HIGHEST_CHANGE).max(process.safe_height)),
             ..Self::default()
         }
+    }
+}
+
+/// The usual rapid moves, as far as the axes of `machine` go so fast.
+fn rapids(machine: &Machine) -> Rapids {
+    let usual = Rapids::default();
+    let bounded = |usual: u32, speed_mm_per_s: f64| usual.min((speed_mm_per_s * 60.0).max(1.0) as u32);
+    let over = machine.x.max_speed_mm_per_s.min(machine.y.max_speed_mm_per_s);
+    Rapids {
+        over_mm_per_min: bounded(usual.over_mm_per_min, over),
+        up_mm_per_min: bounded(usual.up_mm_per_min, machine.z.max_speed_mm_per_s),
     }
 }
 
@@ -93,7 +108,7 @@ impl Dialect {
     #[must_use]
     pub fn in_manner(self, manner: &Manner) -> Self {
         let dialect = self.with_lines(manner.lines_only_mm).falling_to(manner.fall_to);
-        dialect.changing_at(manner.change_at).in_files(manner.files)
+        dialect.changing_at(manner.change_at).rapid_at(manner.rapids).in_files(manner.files)
     }
 }
 
@@ -115,8 +130,10 @@ pub fn write_for(
     side: usize,
 ) -> Option<Result<Vec<OutputFile>, Diagnostic>> {
     if target == "excellon" {
-        let bits = (0..).zip(&program.bits).map(|(index, _)| index).collect();
-        let file = |text| vec![OutputFile { name: writer::file_name(program, "drl"), text, bits }];
+        let bits: Vec<u32> = (0..).zip(&program.bits).map(|(index, _)| index).collect();
+        let numbers = bits.iter().map(|bit| bit + 1).collect();
+        let name = writer::file_name(program, "drl");
+        let file = |text| vec![OutputFile { name, text, bits, numbers, ..OutputFile::default() }];
         return Some(excellon(program, manner.lines_only_mm).map(file));
     }
     let written = |dialect: Dialect| write_side(&dialect.in_manner(manner), program, briefing, side);
@@ -137,7 +154,7 @@ pub fn warnings(dialect: &Dialect) -> Vec<Diagnostic> {
                 _ => false,
             };
             // Z at its reference point is a height too.
-            let referred = ["G28", "G30", "G53"].iter().any(|word| template.says(word));
+            let referred = ["G28", "G30", "G53", "SUPA", "M91"].iter().any(|word| template.says(word));
             if goes && !referred && !names(&["Z", "H", "HC", "U", "B", "DZ", "AZ"]) {
                 let name = format!("{}.{}", part.key(), block.key());
                 warnings.push(Diagnostic::note("post.no_height").with("name", name));

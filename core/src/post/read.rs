@@ -4,7 +4,7 @@
 //! meant. Does not know programs.
 
 use super::dialect::{
-    Arcs, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Templates,
+    Arcs, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Rapids, Templates,
 };
 use super::names::{BLOCKS, Block, CURVES, PARAMETERS, Part};
 use super::number::{Format, Zeros};
@@ -133,6 +133,7 @@ fn blank() -> Dialect {
         arcs: Arcs::default(),
         fall_to: None,
         change_at: None,
+        rapids: Rapids::default(),
         drill: None,
         engrave: None,
     }
@@ -235,8 +236,9 @@ fn comments<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> Comments {
         close: words.short(&mut table, "close", 8, visible).unwrap_or_default(),
         dropped: words.flag(&mut table, "dropped").unwrap_or(false),
         capitals: words.flag(&mut table, "capitals").unwrap_or(false),
+        longest: words.count(&mut table, "longest", 16..255).map(|letters| letters as usize),
     };
-    words.unknown(&table, &["open", "close", "dropped", "capitals"]);
+    words.unknown(&table, &["open", "close", "dropped", "capitals", "longest"]);
     comments
 }
 

@@ -9,6 +9,7 @@
 //! ([`RunSheet`]), and as HTML that needs nothing else. Does not know who shows it.
 
 use super::OutputFile;
+use super::dialect::Changes;
 use super::head::{tenths, time_text};
 use crate::job::{Briefing, Pins, SideBriefing, ToolBriefing};
 use crate::locale;
@@ -86,7 +87,19 @@ pub fn run_sheet(language: &str, briefing: &Briefing, files: &[Vec<OutputFile>])
         facts: facts(&words, briefing),
         heads: HEADS.iter().map(|key| words.say(key, &[])).collect(),
         rows: rows(&words, briefing, files),
-        foot: words.say("every_tool", &[]),
+        foot: words.say(foot(files), &[]),
+    }
+}
+
+/// What is to be done before every file, or at every stop: the key of its sentence.
+fn foot(files: &[Vec<OutputFile>]) -> &'static str {
+    let has = |changes: Changes| files.iter().flatten().any(|file| file.changes == changes);
+    if has(Changes::Stop) {
+        "every_stop"
+    } else if has(Changes::Changer) {
+        "changer"
+    } else {
+        "every_tool"
     }
 }
 
@@ -140,8 +153,10 @@ fn facts(words: &Words<'_>, briefing: &Briefing) -> Vec<(String, String)> {
     if let Some(zero) = &briefing.zero {
         fact("zero", words.say(&format!("zero_{zero}"), &[]));
     }
-    for side in &briefing.sides {
-        if let Some(blank) = blank(words, side) {
+    let first = briefing.sides.first().and_then(|side| side.blank);
+    let same = briefing.sides.len() > 1 && briefing.sides.iter().all(|side| side.blank == first);
+    for side in briefing.sides.iter().take(if same { 1 } else { usize::MAX }) {
+        if let Some(blank) = blank(words, side, same) {
             fact("blank", blank);
         }
     }
@@ -149,6 +164,10 @@ fn facts(words: &Words<'_>, briefing: &Briefing) -> Vec<(String, String)> {
         fact("board", words.say("thick", &[("thickness", tenths(thickness))]));
     }
     fact("pins", briefing.pins.as_ref().map_or_else(|| words.say("no_pins", &[]), |some| pins(words, some)));
+    if let Some(tabs) = briefing.tabs {
+        let key = if tabs == 0 { "no_tabs" } else { "tabs_of" };
+        fact("tabs", words.say(key, &[("count", tabs.to_string())]));
+    }
     let flip = briefing.flip.as_ref();
     fact(
         "flip",
@@ -162,8 +181,8 @@ fn facts(words: &Words<'_>, briefing: &Briefing) -> Vec<(String, String)> {
     facts
 }
 
-/// How large the blank must be for one side, and where it must reach.
-fn blank(words: &Words<'_>, side: &SideBriefing) -> Option<String> {
+/// How large the blank must be, and where it must reach: on one side, or the `same` on all.
+fn blank(words: &Words<'_>, side: &SideBriefing, same: bool) -> Option<String> {
     let blank = side.blank?;
     let args = [
         ("side", words.word(&side.side)),
@@ -174,7 +193,7 @@ fn blank(words: &Words<'_>, side: &SideBriefing) -> Option<String> {
         ("near", tenths(blank.min.y)),
         ("far", tenths(blank.max.y)),
     ];
-    Some(words.say("blank_of", &args))
+    Some(words.say(if same { "blank_is" } else { "blank_of" }, &args))
 }
 
 fn pins(words: &Words<'_>, pins: &Pins) -> String {
@@ -199,14 +218,15 @@ fn rows(words: &Words<'_>, briefing: &Briefing, files: &[Vec<OutputFile>]) -> Ve
         for file in files {
             number += 1;
             let used = || file.bits.iter().filter_map(|bit| side.tools.get(*bit as usize));
+            let numbers = || file.numbers.iter().copied();
             let time: Option<f64> = used().map(|tool| tool.time_s).sum();
             let own_side = (!side.side.is_empty()).then(|| words.word(&side.side));
             rows.push(SheetRow::File(vec![
                 vec![number.to_string()],
                 vec![file.name.clone()],
                 own_side.into_iter().collect(),
-                listed(used().map(|tool| operations(words, tool))),
-                listed(used().map(|tool| tool.tool.title(words.language))),
+                listed(numbers().zip(used().map(|tool| operations(words, tool)))),
+                listed(numbers().zip(used().map(|tool| tool.tool.title(words.language)))),
                 time.map(time_text).into_iter().collect(),
             ]));
         }
@@ -219,13 +239,11 @@ fn operations(words: &Words<'_>, tool: &ToolBriefing) -> String {
     said.join(", ")
 }
 
-/// One under the other, numbered where there are several.
-fn listed(items: impl Iterator<Item = String>) -> Vec<String> {
-    let items: Vec<String> = items.collect();
-    if items.len() < 2 {
-        return items;
-    }
-    (1..).zip(items).map(|(number, item)| format!("{number}. {item}")).collect()
+/// One under the other, where there are several with the numbers of their tools.
+fn listed(items: impl Iterator<Item = (u32, String)>) -> Vec<String> {
+    let items: Vec<(u32, String)> = items.collect();
+    let one = items.len() < 2;
+    items.into_iter().map(|(number, item)| if one { item } else { format!("T{number} {item}") }).collect()
 }
 
 fn escaped(text: &str) -> String {

@@ -10,7 +10,7 @@
 //! Comes in: a program, an action. Goes out: numbers in millionths and words. Does not know templates.
 
 use super::arcs::{Curve, Tip};
-use super::dialect::Numbers;
+use super::dialect::{Numbers, Rapids};
 use super::names::HEAD;
 use super::sheet::Value;
 use crate::geometry::Point;
@@ -50,6 +50,14 @@ pub(super) struct Frame<'a> {
     pub(super) fall_to: Option<Length>,
     /// Height at which bits are changed.
     pub(super) change_at: Length,
+    /// The numbers of the program's bits.
+    pub(super) tools: &'a [u32],
+    /// Number of the file in the order of running.
+    pub(super) file: usize,
+    /// The greatest speeds of rapid moves over the board and up and down.
+    pub(super) rapids: Rapids,
+    /// Longest line of the head, in letters.
+    pub(super) head_width: usize,
     /// What the head of the file says.
     pub(super) head: &'a [String],
 }
@@ -77,13 +85,19 @@ impl Frame<'_> {
             "V" => i64::from(action.feed_um_per_s) * 1_000,
             "S" => millionths(action.rpm),
             "W" => i64::from(action.wait_us),
-            "T" => millionths(action.bit.saturating_add(1)),
+            "T" => millionths(number_of(self.tools, action.bit)),
+            "FILE" => millionths(u32::try_from(self.file).unwrap_or(u32::MAX)),
+            "RF" => millionths(self.rapids.over_mm_per_min),
+            "RZ" => millionths(self.rapids.up_mm_per_min),
             "D" => diameter.nm(),
             "TR" => diameter.nm() / 2,
             "BIT" => {
                 return Value::Word(word(&bit.map_or_else(String::new, |bit| bit.title(locale::FALLBACK))));
             }
-            HEAD => return Value::Lines(self.head.iter().map(|line| word(line)).collect()),
+            HEAD => {
+                let lines = self.head.iter().flat_map(|line| folded(&word(line), self.head_width));
+                return Value::Lines(lines.collect());
+            }
             "JOB" => return Value::Word(word(&self.program.name)),
             "PROGRAM" => return Value::Word(self.name.to_owned()),
             _ => self.place(action, name),
@@ -132,6 +146,34 @@ impl Frame<'_> {
             _ => 0,
         }
     }
+}
+
+/// The number of bit `bit`.
+pub(super) fn number_of(tools: &[u32], bit: u32) -> u32 {
+    tools.get(bit as usize).copied().unwrap_or(bit.saturating_add(1))
+}
+
+/// A line in lines of at most `width` letters, cut between words where there are any.
+fn folded(line: &str, width: usize) -> Vec<String> {
+    let mut lines = vec![String::new()];
+    for word in line.split(' ') {
+        let mut rest = word.to_owned();
+        while let Some(last) = lines.last_mut() {
+            let room = width.saturating_sub(last.len() + usize::from(!last.is_empty()));
+            if rest.len() <= room {
+                last.push_str(if last.is_empty() { "" } else { " " });
+                last.push_str(&rest);
+                break;
+            }
+            if last.is_empty() {
+                let end = rest.split_off(width.clamp(1, rest.len()));
+                last.push_str(&rest);
+                rest = end;
+            }
+            lines.push(String::new());
+        }
+    }
+    lines
 }
 
 /// A word that no controller stumbles over: letters, digits, and `-_.,:+` and spaces.

@@ -15,12 +15,12 @@
 //! dialects there are.
 
 use super::arcs::{Curve, Piece, Tip};
-use super::dialect::{Dialect, Files, NameStyle, Templates};
+use super::dialect::{Changes, Dialect, Files, NameStyle, Templates};
 use super::head::{self, FileOf};
 use super::names::{Block, Part};
 use super::preview::Sample;
 use super::sheet::Sheet;
-use super::values::{Action, Frame};
+use super::values::{Action, Frame, number_of};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Briefing, Command, Leg, Mark, Program};
@@ -32,8 +32,11 @@ const RADIUS_SLACK: Length = Length::from_um(1);
 /// Longest name of a file, in letters, without its ending.
 const LONGEST_NAME: usize = 60;
 
+/// In fewer letters no name of a side is written out.
+const LITTLE_ROOM: usize = 12;
+
 /// A file that was written.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct OutputFile {
     /// Its name with extension.
     pub name: String,
@@ -41,6 +44,10 @@ pub struct OutputFile {
     pub text: String,
     /// The bits that it is for, as indices into the program's bits.
     pub bits: Vec<u32>,
+    /// The number by which it calls each of them.
+    pub numbers: Vec<u32>,
+    /// How they come into the spindle.
+    pub changes: Changes,
 }
 
 /// The program in the words of `dialect`. Refused where the dialect has no template or block for what the program does, or
@@ -118,6 +125,8 @@ struct Writer<'a> {
     done: Vec<(Part, String)>,
     /// How many files there will be is not known when a name is needed: they are counted first.
     files: Vec<FileOf>,
+    /// The numbers of the program's bits.
+    tools: Vec<u32>,
     now: Action,
     /// Where a rapid move goes that was not written yet.
     over: Option<Point>,
@@ -139,6 +148,7 @@ impl<'a> Writer<'a> {
             part: Part::Drill,
             done: Vec::new(),
             files: head::files(dialect, program, briefing, side),
+            tools: briefing.numbers(side),
             now: Action { from: start, to: start, lift: program.safe_height, ..Action::default() },
             over: None,
             bit: None,
@@ -248,13 +258,14 @@ impl<'a> Writer<'a> {
         for (index, (part, text)) in std::mem::take(&mut self.done).into_iter().enumerate() {
             let FileOf { name, bits, .. } = self.files.get(index).cloned().unwrap_or_default();
             let name = format!("{name}.{}", self.templates(part)?.extension);
-            files.push(OutputFile { name, text, bits });
+            let numbers = bits.iter().map(|bit| number_of(&self.tools, *bit)).collect();
+            files.push(OutputFile { name, text, bits, numbers, changes: self.dialect.changes() });
         }
         Ok(files)
     }
 
     /// What all actions of a file of this name share.
-    fn frame<'n>(&self, templates: &Templates, file: Option<&'n FileOf>) -> Frame<'n>
+    fn frame<'n>(&self, templates: &Templates, file: Option<&'n FileOf>, tools: &'n [u32]) -> Frame<'n>
     where
         'a: 'n,
     {
@@ -267,6 +278,10 @@ impl<'a> Writer<'a> {
             shift: templates.shift,
             fall_to,
             change_at: self.dialect.change_at.unwrap_or(safe).max(safe),
+            tools,
+            file: file.map_or(1, |file| file.number),
+            rapids: self.dialect.rapids,
+            head_width: self.dialect.comments.longest.unwrap_or(usize::MAX),
             head: file.map_or(&[], |file| &file.head),
         }
     }
@@ -278,7 +293,7 @@ impl<'a> Writer<'a> {
             let diagnostic = Diagnostic::error("post.no_block").with("dialect", &self.dialect.name);
             diagnostic.with("block", block.key()).with("template", self.part.key())
         })?;
-        let frame = self.frame(templates, self.files.get(self.done.len()));
+        let frame = self.frame(templates, self.files.get(self.done.len()), &self.tools);
         if let Some(sheet) = &mut self.sheet {
             let before = sheet.written().len();
             sheet.write(block, template, |name| frame.value(&action, name))?;
@@ -418,7 +433,7 @@ impl<'a> Writer<'a> {
 
     fn curve(&mut self, curve: Curve) -> Result<(), Diagnostic> {
         let templates = self.templates(self.part)?;
-        let frame = self.frame(templates, None);
+        let frame = self.frame(templates, None, &[]);
         let arcs = &self.dialect.arcs;
         let own = !arcs.lines_only && arcs.helix == super::dialect::Helix::Blocks;
         for piece in curve.pieces(arcs, templates.centre(), |at| frame.written(at)) {
@@ -462,9 +477,13 @@ pub(super) fn name(style: Option<NameStyle>, program: &Program, suffix: &str) ->
     let room = longest.saturating_sub(suffix.len()).max(1);
     if text.len() > room {
         let word = text.rfind(['_', '-']).map_or(4, |at| text.len() - at);
-        let tail = word.min(room / 2);
-        let end = text.split_off(text.len() - tail);
-        text.truncate(room - tail);
+        let word = word.min(text.len());
+        // Where there is little room a side is its first letter.
+        let side = text.get(text.len() - word + 1..).is_some_and(|word| ["bottom", "top"].contains(&word));
+        let short = side && (2..LITTLE_ROOM).contains(&room);
+        let mut end = text.split_off(text.len() - if short { word } else { word.min(room / 2) });
+        end.truncate(if short { 2 } else { room });
+        text.truncate(room - end.len());
         text.push_str(&end);
     }
     text.push_str(suffix);

@@ -194,6 +194,10 @@ impl Finding {
             .with("width", mm(self.width))
             .with("tool", self.tool.map(mm).unwrap_or_default())
             .with("nets", self.nets.join(" · "))
+            .with(
+                "of",
+                if self.nets.is_empty() { String::new() } else { format!(" ({})", self.nets.join(" · ")) },
+            )
             .with("count", self.count)
             .with("leg", self.leg.map(|(_, leg)| (leg + 1).to_string()).unwrap_or_default())
             .with("piece", locale::word(&format!("proof.piece.{piece}")))

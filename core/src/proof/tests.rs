@@ -447,6 +447,12 @@ fn names_do_not_depend_on_order_and_every_kind_has_words() {
             let key = format!("{}.{part}", kind.code());
             assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
         }
+        // A net without a name stands within the sentence, as no net does.
+        for nets in [Vec::new(), vec!["@1.00,2.00".to_owned()]] {
+            let said =
+                Finding::new(kind, Point::default(), Length::from_um(20), nets).diagnostic().message("en");
+            assert!(!said.ends_with(' ') && !said.contains(". @"), "{said:?}");
+        }
     }
     let verdict = prove(&three(), &[program(mill(0.2), &[])], &Options { most: 1, ..Options::default() });
     assert_eq!((verdict.findings.len(), verdict.more, verdict.islands, verdict.nets), (1, 2, 3, 3));

@@ -5,7 +5,7 @@ use super::seen::{Seen, compare};
 use super::{exactness, one, programs, read};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Bit, Briefing, Cutter, Pins, Program, SideBriefing, ToolBriefing};
-use annulus_core::machine::{Machine, hobby_3018, lab, six_spindles, virtual_drill};
+use annulus_core::machine::{Axis, Machine, hobby_3018, lab, six_spindles, virtual_drill};
 use annulus_core::post::{self, Dialect, Files, Manner, OutputFile};
 use annulus_core::units::Length;
 
@@ -34,7 +34,7 @@ fn every_tool_has_a_file_of_its_own_where_none_can_be_changed() {
                 );
                 assert_eq!(file.bits.len(), 1, "{name}, seed {seed}");
                 let tool = tool_in_head(&file.text);
-                assert_eq!(tool, file.bits[0] + 1);
+                assert_eq!(vec![tool], file.numbers);
                 // The person puts it in before the file begins.
                 seen.push(Seen::Bit(tool));
                 seen.extend(read(name, file, 2.0).unwrap_or_else(|why| panic!("{name}, seed {seed}: {why}")));
@@ -58,7 +58,9 @@ fn a_file_of_one_tool_begins_ends_and_changes_high_over_the_board() {
         let file = one(post::write(name, &programs::small(), &manner).unwrap().unwrap());
         // Before each of its two tools is asked for, the tip is 20 mm over the board, or at the reference point.
         let high = |text: &str| {
-            ["Z20", "Z+20", "Z 20", "G28 Z0", ",20]", "Z = 20"].iter().any(|word| text.contains(word))
+            ["Z20", "Z+20", "Z 20", "G28 Z0", "G53 Z0", "SUPA G0 Z0", "M91", ",20]", "Z = 20"]
+                .iter()
+                .any(|word| text.contains(word))
         };
         assert!(high(&file.text), "{name}: {}", file.text);
         let seen = read(name, &file, 2.0).unwrap();
@@ -87,8 +89,20 @@ fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
         ("fanuc", "G0 G43 Z20.0000 H1", "G0 Z20.0000"),
         ("linuxcnc", "T1 M6\nG43", "T1 M6"),
         ("linuxcnc", "G94\nG43", "G94 G49"),
-        ("sinumerik", "N140 M6\nN150 D1", "N140 M6\nN150"),
+        ("sinumerik", "M6\nN150 D1", "M6\nN150 G90"),
         ("mach3", "M6 T1\r\nG43 H1", "M6 T1"),
+        // The first move of Z before there is a length.
+        ("mach3", "G0 G53 Z0", "G0 Z20.0"),
+        ("sinumerik", "SUPA G0 Z0 D0", "G0 Z20.0"),
+        ("heidenhain", "L Z+0 R0 FMAX M91", "L Z+20 R0 FMAX"),
+        // X and Y before Z, under a length that is new.
+        ("grbl", "M0\nG0 Z20.0000", "M0"),
+        ("marlin", "M0\nG0 Z20.0000 F300", "M0"),
+        ("linuxcnc", "S24000\nZ2", "S24000"),
+        ("mach3", "H2\r\nG0 Z20.0", "H2"),
+        ("sinumerik", "D1\nN160 G0 Z20.0", "D1\nN160 G90"),
+        ("heidenhain", "S30000\n13 L Z+20 R0 FMAX", "S30000\n13 ; nothing"),
+        ("fanuc", "G0 G43 Z20.0000 H2", "G43 H2"),
         ("kuka", "BAS(#INITMOV,0)\n", ""),
     ];
     for (name, from, to) in rows {
@@ -103,7 +117,8 @@ fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
             to.to_owned()
         };
         let text = file.text.replacen(&from, &to, 1);
-        assert!(read(name, &OutputFile { text, ..file }, 2.0).is_err(), "{name}: {to:?}");
+        let Err(why) = read(name, &OutputFile { text, ..file }, 2.0) else { panic!("{name}: {to:?}") };
+        assert!(why.contains("tool's length") || name == "kuka", "{why}");
     }
 }
 
@@ -146,6 +161,7 @@ fn two_sides() -> (Briefing, Vec<Program>) {
             below: Length::from_mm(6.0),
             at: vec![Point::from_mm(-4.0, 20.0), Point::from_mm(54.0, 20.0)],
         }),
+        tabs: Some(0),
         flip: Some("left_right".to_owned()),
         sides: vec![
             side("bottom", vec![tool(&vee, &["isolate", "engrave"], 754.2)]),
@@ -190,7 +206,7 @@ fn names_read_in_the_order_of_running_and_heads_say_what_is_needed() {
             "(job: amplifier _2_)",
             "(side: top)",
             "(file 2 of 2 of this side)",
-            "(tool 2: end mill 0.8)",
+            "(tool 3: end mill 0.8)",
             "(zero: lower left corner of the board, Z on its surface)",
             "(blank: at least 58.0 x 42.0 mm)",
             "(from zero: X -4.0 to 54.0, Y -1.0 to 41.0)",
@@ -204,9 +220,115 @@ fn names_read_in_the_order_of_running_and_heads_say_what_is_needed() {
     let fanuc = post::write_for("fanuc", &programs[1], &Manner::default(), &briefing, 1).unwrap().unwrap();
     let fanuc = one(fanuc);
     assert!(
-        fanuc.text.contains("(TOOL 1: DRILL 0.8)") && fanuc.text.contains("(PUT IN TOOL 2: END MILL 0.8)")
+        fanuc.text.contains("(TOOL 2: DRILL 0.8)") && fanuc.text.contains("(PUT IN TOOL 3: END MILL 0.8)")
     );
-    assert_eq!(fanuc.bits, [0, 1]);
+    assert_eq!((fanuc.bits, fanuc.numbers), (vec![0, 1], vec![2, 3]));
+}
+
+/// A tool stands at its place for the whole job: a number is one tool, a tool one number, on all sides.
+#[test]
+fn tools_are_numbered_once_a_job_and_sides_are_different_programs() {
+    let (mut briefing, mut programs) = two_sides();
+    // The mill of the top goes in on the bottom first, under another name.
+    let mill = bit(800, Cutter::Mill);
+    let (tools, bits) = (&mut briefing.sides[0].tools, &mut programs[0].bits);
+    tools.push(ToolBriefing { tool: mill.clone(), operations: Vec::new(), time_s: None });
+    bits.push(Bit { name: "another name".to_owned(), ..mill });
+    programs[0].legs.insert(2, programs::change(1, 24_000, 0));
+    assert_eq!((briefing.numbers(0), briefing.numbers(1)), (vec![1, 2], vec![3, 2]));
+    let rows = [
+        (
+            "fanuc",
+            ["O1001 (", "(TOOL 2: END MILL 0.8)", "T2 M6"],
+            ["O1002 (", "(TOOL 2: END MILL 0.8)", "T2 M6"],
+        ),
+        ("mach3", ["(tool 1: V", "M6 T2", "G43 H2"], ["(tool 3: d", "M6 T3", "G43 H2"]),
+        (
+            "heidenhain",
+            ["BEGIN", "TOOL CALL 1 Z", "TOOL CALL 2 Z"],
+            ["BEGIN", "TOOL CALL 3 Z", "TOOL CALL 2 Z"],
+        ),
+        ("sinumerik", ["; side: bottom", "T1", "T2"], ["; side: top", "T3", "T2"]),
+        ("fanuc_tp", ["!SIDE: BOTTOM", "R[1]=1", "R[1]=2"], ["!SIDE: TOP", "R[1]=3", "R[1]=2"]),
+    ];
+    for (name, bottom, top) in rows {
+        for (side, wanted) in [bottom, top].into_iter().enumerate() {
+            let files = post::write_for(name, &programs[side], &Manner::default(), &briefing, side);
+            let file = one(files.unwrap().unwrap());
+            for word in wanted {
+                assert!(file.text.contains(word), "{name}, side {side}: no {word:?} in {}", file.text);
+            }
+            assert_eq!(file.numbers, briefing.numbers(side), "{name}");
+        }
+    }
+}
+
+#[test]
+fn the_foot_of_the_run_sheet_says_how_tools_come_in() {
+    let (briefing, programs) = two_sides();
+    let rows = [
+        ("grbl", None, "Before every file: put its tool in"),
+        ("marlin", None, "Before every file: put its tool in"),
+        ("fanuc", None, "measure its length"),
+        ("linuxcnc", None, "measure its length"),
+        ("heidenhain", None, "measure its length"),
+        ("grbl", Some(Files::Job), "The file stops for every tool"),
+        ("kuka", None, "The file stops for every tool"),
+    ];
+    for (name, files, wanted) in rows {
+        let manner = Manner { files, ..Manner::default() };
+        let written: Vec<Vec<OutputFile>> = (0..2)
+            .map(|side| post::write_for(name, &programs[side], &manner, &briefing, side).unwrap().unwrap())
+            .collect();
+        let sheet = post::run_sheet("en", &briefing, &written);
+        assert!(sheet.foot.contains(wanted), "{name}: {}", sheet.foot);
+        // GRBL does not let a person move the machine at M0: head and sheet say so.
+        let stops = wanted.contains("stops");
+        assert_eq!(sheet.foot.contains("GRBL"), stops, "{name}");
+        let several = written.iter().flatten().find(|file| file.bits.len() > 1);
+        let said = several.is_some_and(|file| file.text.contains("at every stop: set Z again"));
+        assert_eq!(said, stops, "{name}");
+    }
+}
+
+/// A remark of a TP program has at most 32 letters, its name 8, and the sides keep different ones.
+#[test]
+fn a_robots_program_says_what_it_is_for() {
+    let (mut briefing, mut programs) = two_sides();
+    briefing.job = "a job with a name that is longer than one line has room for".to_owned();
+    let mut names = Vec::new();
+    for (side, word) in ["bottom", "top"].into_iter().enumerate() {
+        programs[side].name = format!("usbkvm-{word}");
+        let files = post::write_for("fanuc_tp", &programs[side], &Manner::default(), &briefing, side);
+        let file = one(files.unwrap().unwrap());
+        let remarks: Vec<&str> =
+            file.text.lines().filter_map(|line| line.split_once(":  !")?.1.strip_suffix(" ;")).collect();
+        assert!(remarks.iter().all(|remark| (1..=32).contains(&remark.len())), "{remarks:?}");
+        let all = remarks.join(" ");
+        for needed in
+            ["JOB: A JOB WITH A NAME THAT IS LONGER", "ZERO: LOWER LEFT CORNER", "BLANK: AT LEAST", "TIME: "]
+        {
+            assert!(all.contains(needed), "{needed}: {remarks:?}");
+        }
+        names.push(file.name);
+    }
+    assert_eq!(names, ["USBKVM_B.LS", "USBKVM_T.LS"]);
+}
+
+/// Marlin is told how fast rapid moves are: never faster than the machine.
+#[test]
+fn rapid_moves_that_are_told_are_within_the_machine() {
+    let slow = Machine { x: Axis { max_speed_mm_per_s: 20.0, ..lab().x }, ..lab() };
+    let slow = Machine { z: Axis { max_speed_mm_per_s: 2.0, ..slow.z }, ..slow };
+    for (manner, over, up) in [(Manner::default(), 3_000, 300), (Manner::on(&slow), 1_200, 120)] {
+        for file in post::write("marlin", &programs::small(), &manner).unwrap().unwrap() {
+            let fastest = |axis: &str| {
+                let rapids = file.text.lines().filter(|line| line.starts_with("G0 ") && line.contains(axis));
+                rapids.filter_map(|line| line.rsplit_once('F')?.1.parse::<u32>().ok()).max()
+            };
+            assert_eq!((fastest("X"), fastest("Z")), (Some(over), Some(up)), "{}", file.text);
+        }
+    }
 }
 
 #[test]
@@ -223,10 +345,11 @@ fn the_run_sheet_has_all_that_a_person_needs_in_order() {
         "amplifier &lt;2&gt;",
         "3018 router",
         "Lower left corner of the board",
-        "58.0 × 42.0 mm",
+        "at least 58.0 × 42.0 mm, one piece for all sides",
         "1.6 mm thick",
         "2 of 3 mm, holes 6.0 mm into the bed",
         "X -4.00 Y 20.00; X 54.00 Y 20.00",
+        "none: the board comes loose with the last pass",
         "left over right",
         "15 min",
         "01-bottom-isolate-engrave-V30-0.1.nc",

@@ -10,7 +10,14 @@ struct State {
     seen: Vec<Seen>,
     name: String,
     ended: bool,
+    /// A tool was called, and with it its length.
+    length: bool,
+    /// Z has not gone anywhere with the length that is new.
+    z_open: bool,
 }
+
+/// Where the zero of the machine is, in mm over the board: higher than anything that is written.
+const REFERENCE: f64 = 100.0;
 
 fn number(text: &str) -> Result<f64, String> {
     text.parse().map_err(|_| format!("{text:?} is no number"))
@@ -54,12 +61,19 @@ impl State {
             ["TOOL", "CALL", tool, "Z", speed] => {
                 self.rpm = number(speed.strip_prefix('S').ok_or("no S")?)?;
                 self.seen.push(Seen::Bit(number(tool)? as u32));
+                (self.length, self.z_open) = (true, true);
             }
             ["CC", x, y] => {
                 let x = signed(x.strip_prefix('X').ok_or("no X")?)?;
                 self.centre = Some([x, signed(y.strip_prefix('Y').ok_or("no Y")?)?]);
             }
+            ["L", "Z+0", "R0", "FMAX", "M91"] => {
+                let to = [self.at[0], self.at[1], REFERENCE];
+                self.at = to;
+                self.seen.push(Seen::Move { to, feed: None });
+            }
             ["L", rest @ ..] => {
+                self.goes(rest)?;
                 let (to, feed, _) = self.rest(rest)?;
                 self.at = to;
                 self.seen.push(Seen::Move { to, feed });
@@ -84,6 +98,19 @@ impl State {
             }
             _ => return Err("not known".to_owned()),
         }
+        Ok(())
+    }
+
+    /// Z goes with a tool's length only, and before X and Y where that is new.
+    fn goes(&mut self, words: &[&str]) -> Result<(), String> {
+        let says = |letters: &[char]| words.iter().any(|word| word.starts_with(letters));
+        if says(&['Z']) && !self.length {
+            return Err("Z goes somewhere without the tool's length".to_owned());
+        }
+        if says(&['X', 'Y']) && self.z_open {
+            return Err("X and Y go somewhere before Z under the new tool's length".to_owned());
+        }
+        self.z_open &= !says(&['Z']);
         Ok(())
     }
 

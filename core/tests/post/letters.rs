@@ -36,6 +36,8 @@ struct State {
     ended: bool,
     /// Z is not that of the tool that is in: its length is not counted.
     no_length: bool,
+    /// A tool's length is new and Z has not gone anywhere with it.
+    z_open: bool,
     /// Places count from where it stands.
     incremental: bool,
     /// Height of rapid moves over the board.
@@ -71,7 +73,9 @@ fn bit_in(text: &str) -> Option<u32> {
 
 /// Reads a program.
 pub(crate) fn read(text: &str, safe: f64, rules: &Rules) -> Result<Vec<Seen>, String> {
-    let mut state = State { at: [0.0, 0.0, safe], safe, ..State::default() };
+    // Where tools have lengths, none counts before one is taken.
+    let no_length = rules.codes.contains(&"M6");
+    let mut state = State { at: [0.0, 0.0, safe], safe, no_length, ..State::default() };
     for line in text.lines() {
         if line.len() > rules.longest {
             return Err(format!("{line:?} is too long"));
@@ -116,7 +120,9 @@ impl State {
             }
         }
         if let Some(message) = rest.strip_prefix("M117 ").map(str::to_owned) {
-            self.seen.extend(bit_in(&message).map(Seen::Bit));
+            let asked = bit_in(&message);
+            self.z_open |= asked.is_some();
+            self.seen.extend(asked.map(Seen::Bit));
             return Ok(());
         }
         if rules.codes.contains(&"CYCLE82") && self.siemens(&rest)? {
@@ -124,6 +130,7 @@ impl State {
         }
         // A controller with M6 hears of the bit by T.
         if !rules.codes.contains(&"M6") {
+            self.z_open |= asked.is_some();
             self.seen.extend(asked.map(Seen::Bit));
         }
         self.words(&words(&rest)?, rules)
@@ -132,6 +139,12 @@ impl State {
     /// MSG and CYCLE82 of Sinumerik.
     fn siemens(&mut self, line: &str) -> Result<bool, String> {
         if line.starts_with("MSG(") {
+            return Ok(true);
+        }
+        // To the top, in the machine's own places and without a length.
+        if line == "SUPA G0 Z0 D0" {
+            (self.no_length, self.motion) = (true, 0);
+            self.to([self.at[0], self.at[1], REFERENCE], None);
             return Ok(true);
         }
         let Some(inside) = line.strip_prefix("CYCLE82(").and_then(|rest| rest.strip_suffix(')')) else {
@@ -207,9 +220,20 @@ impl State {
             self.to([self.at[0], self.at[1], REFERENCE], None);
             return Ok(());
         }
+        if has("G53") {
+            // A place of the machine, only in this line and only with G0 or G1: to the top.
+            if !has("G0") || value('Z')? != Some(0.0) || words.len() != 3 {
+                return Err("G53 without G0 and Z0".to_owned());
+            }
+            self.motion = 0;
+            self.to([self.at[0], self.at[1], REFERENCE], None);
+            return Ok(());
+        }
         self.incremental &= !has("G90");
         self.no_length |= has("G49") || has("M6");
-        self.no_length &= !has("G43") && value('D')?.is_none();
+        let taken = has("G43") || value('D')?.is_some();
+        self.no_length &= !taken;
+        self.z_open |= taken || has("M6");
         if has("M6") || (has("T") && !rules.codes.contains(&"M6")) {
             self.on = false;
         }
@@ -252,6 +276,11 @@ impl State {
         if self.no_length && value('Z')?.is_some() {
             return Err("Z goes somewhere without the tool's length".to_owned());
         }
+        let goes = value('X')?.is_some() || value('Y')?.is_some();
+        if self.z_open && goes {
+            return Err("X and Y go somewhere before Z under the new tool's length".to_owned());
+        }
+        self.z_open = false;
         match self.motion {
             0 => self.to(to, None),
             1 => self.to(to, Some(self.feed.ok_or("no feed")?)),

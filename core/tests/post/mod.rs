@@ -45,7 +45,7 @@ fn read(name: &str, file: &OutputFile, safe: f64) -> Result<Vec<Seen>, String> {
             letters::read(&file.text, safe, &letters::Rules { codes, ..iso })
         }
         "mach3" => {
-            let codes = with(&["G40", "G43", "G49", "G80", "M6", "M30"]);
+            let codes = with(&["G40", "G43", "G49", "G53", "G80", "M6", "M30"]);
             letters::read(&file.text, safe, &letters::Rules { codes, ..iso })
         }
         "marlin" => {
@@ -61,7 +61,7 @@ fn read(name: &str, file: &OutputFile, safe: f64) -> Result<Vec<Seen>, String> {
             letters::read(&file.text, safe, &rules)
         }
         "fanuc" => {
-            let codes = with(&["G28", "G40", "G43", "G49", "G80", "G82", "G91", "G98", "M6", "M30"]);
+            let codes = with(&["G28", "G40", "G43", "G49", "G54", "G80", "G82", "G91", "G98", "M6", "M30"]);
             let rules = letters::Rules {
                 codes,
                 pause: ('X', 1.0),

@@ -177,8 +177,11 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
         Ok(Answer::Proved(Proved { findings, groups, ..Proved::default() }))
     };
     let export = |names: &[&str], unread: Vec<(Face, u32)>| {
-        let file =
-            |name: &&str| OutputFile { name: (*name).to_owned(), text: "G21".to_owned(), bits: Vec::new() };
+        let file = |name: &&str| OutputFile {
+            name: (*name).to_owned(),
+            text: "G21".to_owned(),
+            ..OutputFile::default()
+        };
         let sides = vec![names.iter().map(file).collect()];
         Ok(Answer::Exported(Box::new(Exported { sides, unread, ..Exported::default() })))
     };

@@ -1,7 +1,7 @@
 //! The time of a job by operations: one band for each operation and tool, in the operation's words, and marks for what is wrong.
 //!
 //! ```text
-//! [ Isolate · V 30° ][ Drill · 0.8 ][ Drill · 1.0 ][ Cut out · 2.0 ]
+//! [ Isolate · V-bit 30° ][ Drill · 0.8 ][ Drill · 1.0 ][ Cut out · 2.0 ]
 //!        ▼ too deep
 //! ```
 //!

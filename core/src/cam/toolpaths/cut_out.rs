@@ -27,6 +27,7 @@ use super::{Entry, Part, PlanContext, Stroke, Task, Toolpath};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Point, Segment, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
+use crate::locale;
 use crate::units::Length;
 use std::f64::consts::PI;
 
@@ -125,11 +126,16 @@ fn narrower(
 
 /// Tells what the bits do not come between: the widest round the boards, the thinnest inside of them.
 fn told(context: &mut PlanContext<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
-    let inner =
-        closed.inner.errors("cam.cut_outs_missing").into_iter().map(|error| error.with("bit", &thin.name));
+    let inner = closed
+        .inner
+        .errors("cam.cut_outs_missing")
+        .into_iter()
+        .map(|error| error.with("bit", thin.title(locale::FALLBACK)));
     let merged =
         (closed.merged > 0).then(|| Diagnostic::error("cam.contours_merged").with("missing", closed.merged));
-    inner.chain(merged.map(|error| error.with("bit", &bit.name))).for_each(|error| context.report(error));
+    inner
+        .chain(merged.map(|error| error.with("bit", bit.title(locale::FALLBACK))))
+        .for_each(|error| context.report(error));
 }
 
 /// What stays between the cut and a pin, at least.
@@ -145,7 +151,8 @@ fn pins_hit(context: &mut PlanContext<'_>, cut_out: &CutOut, bit: &Bit) {
     let pins = scene.pins.clone().filter_map(|pin| Some(scene.board.holes.get(pin as usize)?.at));
     let hit: Vec<Point> = pins.filter(near).collect();
     let Some(first) = hit.first() else { return };
-    let error = Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", &bit.name);
+    let error =
+        Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", bit.title(locale::FALLBACK));
     context.report(at(error, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
@@ -213,7 +220,9 @@ fn kept_out(
     }
     for (from, to) in &cut_through {
         let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
-        context.report(at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", &bit.name));
+        context.report(
+            at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", bit.title(locale::FALLBACK)),
+        );
     }
     let through = |place: Point| {
         let within =

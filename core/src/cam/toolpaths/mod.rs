@@ -188,7 +188,8 @@ pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
         operation.iter().flat_map(|o| o.bit_names()).filter_map(|name| work.bit(name)).collect();
     let renamed = operation.cloned().map(|operation| Operation { name: String::new(), ..operation });
     let tolerances: Vec<Length> = work.operations.iter().filter_map(board_tolerance).collect();
-    let text = serde_json::to_string(&(&work.setup, &bits, &renamed, &tolerances)).unwrap_or_default();
+    let text = serde_json::to_string(&(&work.setup, &bits, &renamed, &tolerances, super::makes_more(work)))
+        .unwrap_or_default();
     let mut hash = Sha256::new();
     hash.update(text.as_bytes());
     hash.update(machine.fingerprint().as_bytes());
@@ -278,7 +279,9 @@ pub fn assemble(
         parts.iter().flat_map(|part| part.diagnostics.iter().cloned()).collect();
     diagnostics.extend(left_out(&scene, work, machine, &parts));
     diagnostics.extend(scene.idle_zones(work));
+    diagnostics.extend(scene.zero_without_outline(work));
     diagnostics.extend(duplicates::once(work, &scene.board, &mut parts));
+    once_in(work, &mut parts);
     diagnostics.extend(holding::too_early(work, machine, &parts));
     let accept = &means.options.accept;
     if parts.iter().all(|part| part.tasks.is_empty()) {
@@ -295,6 +298,24 @@ pub fn assemble(
     accepted.sort();
     accepted.dedup();
     Ok((Planned { origin: scene.origin, board: scene.board, parts, accepted, spindles }, diagnostics))
+}
+
+/// Where the bits of an operation that mills holes may go in any order, the one that is in goes first, and the one with which the
+/// next operation begins goes last: so it goes in once.
+fn once_in(work: &Work, parts: &mut [Part]) {
+    let mills_holes = |part: &Part| {
+        let operation = work.operations.get(part.operation as usize);
+        operation.is_some_and(|operation| matches!(operation.action, Action::MillHoles(_)))
+    };
+    for index in 0..parts.len() {
+        let (before, rest) = parts.split_at_mut(index);
+        let Some((part, after)) = rest.split_first_mut().filter(|(part, _)| mills_holes(part)) else {
+            continue;
+        };
+        let is_in = before.iter().rev().find_map(|part| part.tasks.last()).map(|task| task.bit.clone());
+        let next = after.iter().find_map(|part| part.tasks.first()).map(|task| task.bit.clone());
+        part.tasks.sort_by_key(|task| (is_in.as_ref() != Some(&task.bit), next.as_ref() == Some(&task.bit)));
+    }
 }
 
 /// What holes and slots no operation makes or tells, where holes of the board are drilled, or slots milled, at all.

@@ -2,6 +2,7 @@
 //!
 //! Comes in: a board and a [`Work`]. Goes out: a [`Scene`]. Does not know operations.
 
+use super::super::Corner;
 use super::super::work::{Flip, Work, Zero};
 use super::cut::{self, Area};
 use crate::board::{Board, Copper, Face};
@@ -49,11 +50,17 @@ impl Scene {
         let body = outlined.then(|| Area::of(&laid.body()));
         let file = turning.as_ref().map_or(Point::default(), |turning| turning.point(Point::default()));
         let origin = match setup.zero {
-            Zero::Board => super::super::origin(&laid),
+            Zero::Board => super::super::origin(&panel, &laid, work),
             Zero::Blank => blank(&laid).map_or(file, |blank| blank.min),
             Zero::File => file,
         };
         Self { origin, board: laid, pins, zones, field, body }
+    }
+
+    /// That the work zero is not the corner of the board, which has no outline.
+    pub(super) fn zero_without_outline(&self, work: &Work) -> Option<Diagnostic> {
+        let untold = work.setup.zero == Zero::Board && Corner::of(&self.board, work) == Corner::Copper;
+        untold.then(|| Diagnostic::warning("cam.zero_without_outline"))
     }
 
     /// The copper of `face`, if it has any.

@@ -1,6 +1,7 @@
 //! Toolpaths and programs of small boards: copper that stays is never cut, every island is enclosed, gaps are opened or told,
 //! tabs hold, holes and slots are made, and equal boards give equal programs.
 
+mod briefed;
 mod clear;
 mod held;
 mod holes;

@@ -6,6 +6,8 @@ use super::hand::{Hand, Tip};
 use super::words::number;
 use crate::diagnostic::Diagnostic;
 
+/// As high as a machine goes, in mm: where a move to a height of its own ends.
+const TOP_MM: f64 = 100.0;
 /// Words that set the spindle going, let it stand, and that change no place.
 const TURN: &[&str] = &["M3", "M03", "M4", "M04", "M13", "M14"];
 const STAND: &[&str] = &["M5", "M05"];
@@ -15,6 +17,7 @@ const PASSED: &[&str] =
 /// Reads the file.
 pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
     let (mut scale, mut centre) = (1.0, (0.0, 0.0));
+    let mut unknown = false;
     for (number, line) in (1..).zip(text.lines()) {
         hand.at_line(number)?;
         let (line, comment) =
@@ -38,9 +41,15 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
                 };
                 centre = (x * scale, y * scale);
             }
+            ["L", rest @ .., "M91"] => {
+                up(hand, rest)?;
+                unknown = true;
+            }
             ["L", rest @ ..] => {
                 only(hand, rest, &["X", "Y", "Z", "IX", "IY", "IZ", "F"], &["FMAX", "FAUTO"])?;
                 let to = place(hand.tip, rest, scale);
+                unknown &= axis(rest, "Z").is_none();
+                known(hand, unknown && !rest.contains(&"FMAX"))?;
                 spindle(hand, rest, true);
                 hand.line_to(to, rest.contains(&"FMAX"))?;
                 spindle(hand, rest, false);
@@ -48,10 +57,12 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
             ["C", rest @ ..] => {
                 only(hand, rest, &["X", "Y", "Z", "IX", "IY", "IZ", "F"], &["DR+", "DR-"])?;
                 let to = place(hand.tip, rest, scale);
+                known(hand, unknown)?;
                 arc(hand, rest, to, centre)?;
             }
             ["CP", rest @ ..] => {
                 only(hand, rest, &["IPA", "IZ", "F"], &["DR+", "DR-"])?;
+                known(hand, unknown)?;
                 let turn = axis(rest, "IPA").unwrap_or(0.0).to_radians();
                 let to = Tip {
                     z: hand.tip.z + axis(rest, "IZ").unwrap_or(0.0) * scale,
@@ -69,6 +80,20 @@ pub(super) fn read(hand: &mut Hand, text: &str) -> Result<(), Diagnostic> {
         }
     }
     Ok(())
+}
+
+/// Up to a place of the machine: only its top is known to be over the board.
+fn up(hand: &mut Hand, words: &[&str]) -> Result<(), Diagnostic> {
+    only(hand, words, &["Z", "F"], &["FMAX", "FAUTO"])?;
+    if axis(words, "Z").is_none_or(|height| height < 0.0) {
+        return Err(hand.refuse("readback.changes_place", "M91"));
+    }
+    hand.line_to(Tip { z: TOP_MM, ..hand.tip }, true)
+}
+
+/// Refuses to cut where the height is `unknown`: it was one of the machine's own.
+fn known(hand: &Hand, unknown: bool) -> Result<(), Diagnostic> {
+    if unknown { Err(hand.refuse("readback.place_unknown", 'Z')) } else { Ok(()) }
 }
 
 /// Takes a tool by its number, and the speed: a change of its length or radius is refused, and a name, which says nothing.

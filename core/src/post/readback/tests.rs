@@ -329,6 +329,31 @@ fn refused(rows: &[(String, &str)]) {
     }
 }
 
+/// At the top of the machine nobody knows how high that is: X and Y may go rapidly there, and nothing is cut before Z is said.
+#[test]
+fn klartext_and_siemens_go_to_the_top_of_the_machine() {
+    let rows = [
+        (
+            "BEGIN PGM T MM\nTOOL CALL 1 Z S9000\nL Z+0 R0 FMAX M91\nL X+1 Y+2 R0 FMAX\nL Z+5 R0 FMAX\nL Z-1 R0 F100\nL Z+5 R0 FMAX\n",
+            None,
+        ),
+        (
+            "BEGIN PGM T MM\nTOOL CALL 1 Z S9000\nL Z+0 R0 FMAX M91\nL X+1 Y+2 R0 F100\n",
+            Some("readback.place_unknown"),
+        ),
+        (
+            "BEGIN PGM T MM\nTOOL CALL 1 Z S9000\nL Z+0 R0 FMAX M91\nCC X+1 Y+2\nC X+1 Y+2 R0 DR+ F100\n",
+            Some("readback.place_unknown"),
+        ),
+        ("T1\nM6\nD1\nSUPA G0 Z0 D0\nG0 X1 Y2\nD1\nG0 Z5\nG1 Z-1 F100\nG0 Z5\n", None),
+        ("T1\nM6\nD1\nSUPA G0 Z0 D0\nG1 X1 Y2 F100\n", Some("readback.place_unknown")),
+    ];
+    for (text, code) in rows {
+        let found = read_back("t", text, &tools(&[(1, "end mill 1")]));
+        assert_eq!(found.err().map(|why| why.code).as_deref(), code, "{text}");
+    }
+}
+
 #[test]
 fn klartext_refuses_what_it_does_not_follow() {
     let klartext = [

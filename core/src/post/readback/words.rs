@@ -111,6 +111,12 @@ pub(super) fn of(line: &str) -> Result<Vec<Word>, usize> {
             rest = after;
             continue;
         }
+        // Sinumerik's word for places of the machine, whatever else was set.
+        if name == "SUPA" {
+            words.push(Word::Letter('G', 53.0));
+            rest = behind;
+            continue;
+        }
         // Letters run together with no number between are no words of G-code.
         if letters > 1 {
             return Err(column);

@@ -2,6 +2,7 @@ MODULE small_board
   ! job: small-board.drl
   ! tool 1: drill 0.8
   ! tool 2: end mill 1
+  ! at every stop: set Z again, or use tools of one length
   ! blank: at least 21.0 x 11.0 mm
   ! from zero: X 9.5 to 30.5, Y 4.5 to 15.5
   PERS tooldata pcb_tool:=[TRUE,[[0,0,100],[1,0,0,0]],[1,[0,0,50],[1,0,0,0],0,0,0]];

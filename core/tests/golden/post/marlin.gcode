@@ -1,6 +1,7 @@
 ; job: small-board.drl
 ; tool 1: drill 0.8
 ; tool 2: end mill 1
+; at every stop: set Z again, or use tools of one length
 ; blank: at least 21.0 x 11.0 mm
 ; from zero: X 9.5 to 30.5, Y 4.5 to 15.5
 G21
@@ -14,6 +15,7 @@ G0 X0.0000 Y0.0000 F3000
 M400
 M117 Put in tool 1: drill 0.8
 M0
+G0 Z20.0000 F300
 M3 S30000
 G4 S1.500
 G0 X12.7000 Y8.8900 F3000
@@ -36,6 +38,7 @@ G0 X0.0000 Y0.0000 F3000
 M400
 M117 Put in tool 2: end mill 1
 M0
+G0 Z20.0000 F300
 M3 S24000
 G0 X10.0000 Y10.0000 F3000
 G0 Z0.3000 F300

@@ -125,10 +125,10 @@ fn what_two_operations_bore_is_bored_once_unless_the_second_goes_deeper() {
     let once = planned(&board, &only(&board, "mill_holes", |_| {})).0.toolpaths().count();
     // Depths of the two, the bit of the second, and what of the second is left: all, the 5 mm hole, or nothing.
     let rows = [
-        (0.0, 0.0, "Mill 1.5 mm", 0),
-        (0.0, 0.5, "Mill 1.5 mm", 0),
+        (0.0, 0.0, "end mill 1.5", 0),
+        (0.0, 0.5, "end mill 1.5", 0),
         (0.0, 0.0, "Mill 2.0 mm", 0), // another mill finds the holes made all the same
-        (0.5, 0.0, "Mill 1.5 mm", once),
+        (0.5, 0.0, "end mill 1.5", once),
     ];
     for (first, second, bit, left) in rows {
         let mut work = only(&board, "mill_holes", |operation| operation.depth = mm(first));
@@ -170,7 +170,7 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
     // 20 µm over the slot of 1 mm on either side, which is within what a bit may be too wide.
     work.bits.push(mill("wide", 1.04));
     work.setup.exclusions = vec![Bounds::of(at(24.0, 17.51)).with(at(27.0, 19.0))];
-    work.operations.push(Operation { bit: "Mill 0.8 mm".to_owned(), ..work.operations[0].clone() });
+    work.operations.push(Operation { bit: "end mill 0.8".to_owned(), ..work.operations[0].clone() });
     let (planned, diagnostics) = planned(&board, &work);
     let toolpaths = |part: &Part| part.tasks.iter().map(|task| task.toolpaths.len()).sum::<usize>();
     assert_eq!(toolpaths(&planned.parts[0]), 0, "{diagnostics:?}");

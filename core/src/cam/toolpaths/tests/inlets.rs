@@ -25,8 +25,8 @@ fn smaller_bits_cut_what_is_too_narrow_for_the_first_before_the_board_comes_loos
     // Smaller bits, widths that are missing, and how many toolpaths each bit has.
     let rows: [(&[&str], &[&str], &[usize]); 4] = [
         (&[], &["0.4", "1"], &[2]),
-        (&["Mill 0.8 mm"], &["0.4"], &[2, 2]),
-        (&["Mill 0.8 mm", "m"], &[], &[2, 1, 2]),
+        (&["end mill 0.8"], &["0.4"], &[2, 2]),
+        (&["end mill 0.8", "m"], &[], &[2, 1, 2]),
         (&["m"], &[], &[3, 2]),
     ];
     for (further, missing, counts) in rows {
@@ -43,14 +43,14 @@ fn smaller_bits_cut_what_is_too_narrow_for_the_first_before_the_board_comes_loos
         let tasks = &planned.parts[0].tasks;
         let found: Vec<usize> = tasks.iter().map(|task| task.toolpaths.len()).collect();
         assert_eq!(found, counts, "{further:?}");
-        assert_eq!(tasks.last().unwrap().bit.name, "Mill 1.5 mm", "the board comes loose last");
+        assert_eq!(tasks.last().unwrap().bit.name, "end mill 1.5", "the board comes loose last");
         // No bit cuts into the board, and tabs stay only round it.
         for task in tasks {
             let edge =
                 Area::of(&grow(&board.outline, Length::from_nm(task.bit.diameter.nm() / 2) - mm(0.003)));
             for way in &task.toolpaths {
                 assert!(way.path.corners().all(|corner| !edge.contains(corner)), "{:?}", way.path);
-                assert!(way.tabs.is_empty() || task.bit.name == "Mill 1.5 mm");
+                assert!(way.tabs.is_empty() || task.bit.name == "end mill 1.5");
                 assert!(way.depths.len() > 1, "in passes");
             }
         }

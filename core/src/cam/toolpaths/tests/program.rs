@@ -53,7 +53,9 @@ fn the_default_job_does_all_there_is_to_do() {
     let holes: Vec<_> = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).collect();
     assert_eq!(holes.len(), 3);
     let names: Vec<_> = program.bits.iter().map(|bit| bit.name.as_str()).collect();
-    assert_eq!(names, ["V 30°", "drill 0.8", "drill 1", "Mill 1.5 mm", "Mill 0.8 mm", "Mill 1.5 mm"]);
+    // The mill that cuts out is the last one that mills holes: it goes in once. Bits are called as files call them.
+    assert_eq!(names, ["V-bit 30°, tip 0.1", "drill 0.8", "drill 1", "end mill 0.8", "end mill 1.5"]);
+    assert!(program.bits.iter().all(|bit| bit.name == bit.title("en")), "{names:?}");
     let toolpaths = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Toolpath(_))).count();
     assert_eq!(toolpaths, planned.toolpaths().count());
     // Every leg that goes down comes up again, and the last way is the outer contour.
