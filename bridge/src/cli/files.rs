@@ -139,11 +139,11 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
 
 /// The same with what makes the holes, and with the drawings that were asked for laid over it.
 fn drawn_over(mut read: ReadFiles) -> ReadFiles {
-    let ReadFiles { artwork, listed, said, .. } = &mut read;
-    read.used = said.used_of(artwork).unwrap_or_else(|| artwork.default_use_among(listed));
+    let ReadFiles { artwork, listed, used, drawn, given, asked_for, said, .. } = &mut read;
+    *used = said.used_of(artwork).unwrap_or_else(|| artwork.default_use_among(listed));
     let from_files = artwork.files.len();
-    let asked_for = read.given.get(..read.asked_for).unwrap_or_default();
-    read.drawn = drawing::lay_over_all(asked_for, artwork, &mut read.used);
+    let asked_for = given.get(..*asked_for).unwrap_or_default();
+    *drawn = drawing::lay_over_all(asked_for, artwork, used);
     listed.extend(from_files..artwork.files.len());
     read
 }
