@@ -145,7 +145,8 @@ impl Body {
         let on_line = asked.cut_out.is_none_or(|edge| edge.on_line);
         let bites = |spot: &Spot| {
             let bite = self.bite(*spot, half).filter(|(bite, _)| *bite > SLACK_MM);
-            bite.is_some_and(|(_, off)| !(on_line && off <= ON_LINE_MM) && !is_open(*spot, half))
+            let meant = |off: f64| (on_line && off <= ON_LINE_MM) || is_open(*spot, half);
+            bite.is_some_and(|(_, off)| !meant(off))
         };
         let deep = leg.stretches.iter().filter(|(.., depth)| *depth * 2 >= asked.thickness);
         let mut places = deep.flat_map(|(from, to, _)| [along(&[*from, *to]), vec![*to]].concat());
