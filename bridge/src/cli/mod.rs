@@ -22,6 +22,7 @@ mod machines;
 mod plan;
 mod prove;
 mod prove_files;
+mod prove_holes;
 mod queue;
 mod run;
 pub(crate) mod saving;

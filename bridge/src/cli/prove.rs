@@ -1,25 +1,30 @@
 //! Proves programs against the design that they were made for (N8): which copper is left, and what that does to the nets.
 //!
 //! Comes in: the files of the design, programs, perhaps the job file that they were planned from. Goes out: every finding
-//! with place, width, nets and cures; exit code 1 while there are findings that nobody has accepted. Does not know how the programs were made.
+//! with place, width, nets and cures, and what is wrong with holes, slots and the edge; exit code 1 while there are findings that
+//! nobody has accepted. Does not know how the programs were made.
 
 use super::files;
 use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
-use super::prove_files::{self, Given};
-use super::{Answer, Exit, Refusal, cam, diagnostic_lines, diagnostic_objects};
+use super::prove_files::{self, Given, Laid, Tools};
+use super::prove_holes::Done;
+use super::{Answer, Exit, Refusal, cam, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
 use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
 use annulus_core::cam::toolpaths::Scene;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::{Program, Promised};
+use annulus_core::job::{Asked, Program, Promised};
 use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
-use annulus_core::proof::{self, Options, Verdict};
+use annulus_core::proof::{self, Kind, Options, Verdict};
 use annulus_core::units::Length;
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+
+/// How thick a board is where nobody says.
+const THICKNESS: Length = Length::from_um(1_600);
 
 /// Arguments of `annulus prove`.
 #[derive(Debug, clap::Args)]
@@ -44,8 +49,13 @@ pub(crate) struct ProveArgs {
     /// Thickness of the copper in µm.
     #[arg(long, value_name = "UM", default_value_t = 35.0, value_parser = copper_um)]
     pub(crate) copper_um: f64,
-    /// A tool of the files, by its number, where they do not say what it is: 2=end mill 0.8; several with ";".
-    #[arg(long, value_delimiter = ';', value_name = "N=TOOL")]
+    /// Thickness of the board in mm, through which holes, slots and the cut-out must go; without it what the heads of the files
+    /// say, else 1.6.
+    #[arg(long, value_name = "MM", value_parser = board_mm)]
+    pub(crate) board_mm: Option<f64>,
+    /// A tool of the files, by its number, where they do not say what it is: 2=end mill 0.8, of one file FILE:2=end mill 0.8;
+    /// several with ";".
+    #[arg(long, value_delimiter = ';', value_name = "[FILE:]N=TOOL")]
     pub(crate) tools: Vec<String>,
     /// How far copper that belongs to nothing must be away from the nets, in mm.
     #[arg(long = "clearance", value_name = "MM")]
@@ -80,6 +90,11 @@ fn copper_um(text: &str) -> Result<f64, String> {
     if (1.0..=1_000.0).contains(&value) { Ok(value) } else { Err("from 1 to 1000 µm".to_owned()) }
 }
 
+fn board_mm(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|error| format!("{error}"))?;
+    if (0.1..=20.0).contains(&value) { Ok(value) } else { Err("from 0.1 to 20 mm".to_owned()) }
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     job::can_be_accepted(&args.accept)?;
@@ -87,7 +102,8 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let wanted = Wanted { copper: true, aligned: read.said.aligned };
     let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn);
-    let tools = prove_files::tools(&args.tools)?;
+    let tools = Tools::of(&args.tools)?;
+    tools.all_given(&args.programs)?;
     let given: Vec<Given> =
         args.programs.iter().map(|path| prove_files::given(path, &tools)).collect::<Result<_, _>>()?;
     let work = work(args, &board, read.job.as_deref())?;
@@ -96,17 +112,6 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     }
     let own = |one: Given| if let Given::Own(program) = one { Some(program) } else { None };
     let programs: Vec<Program> = given.into_iter().filter_map(own).collect();
-    let face = match (args.side, &work) {
-        (Some(Side::Bottom), _) => Face::Bottom,
-        (None, Some(work)) => work.setup.face,
-        (Some(Side::Top) | None, _) => Face::Top,
-    };
-    let has_copper = |board: &Board| board.copper.iter().any(|copper| copper.face == face);
-    if !has_copper(&board) {
-        let side = if face == Face::Top { "top" } else { "bottom" };
-        let why = Diagnostic::error("proof.no_copper").with("side", side);
-        return Err(Refusal::content(why.with("path", args.job.display())));
-    }
     // Against an outline that is not the board's nothing is proved.
     let about_outline = |diagnostic: &&Diagnostic| diagnostic.code.starts_with("board.outline");
     if let Some(error) =
@@ -114,26 +119,66 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     {
         return Err(Refusal::content(error.clone()));
     }
-    let board = laid(board, work.as_ref(), face, args.turn);
+    own_programs(args, board, work, programs, diagnostics)
+}
+
+/// Proves programs of our own, all on one side.
+fn own_programs(
+    args: &ProveArgs,
+    board: Board,
+    work: Option<Work>,
+    programs: Vec<Program>,
+    mut diagnostics: Vec<Diagnostic>,
+) -> Result<Answer, Refusal> {
+    let face = match (args.side, &work) {
+        (Some(Side::Bottom), _) => Face::Bottom,
+        (None, Some(work)) => work.setup.face,
+        (Some(Side::Top) | None, _) => Face::Top,
+    };
+    let side = laid(board, work.as_ref(), (face, args.turn), programs);
+    copper_or_none(args, &side)?;
+    let (asked, is_planned) = (asked(args, work.as_ref(), &[face], None), work.is_some());
     let promised = work.map(|work| work.promised(face)).unwrap_or_default();
-    let options = measured(args, Options::of(face, promised));
-    let verdict = proof::prove(&board, &programs, &options);
-    let copper = board.copper.iter().find(|copper| copper.face == face);
+    let options = Options { measured: true, ..measured(args, Options::of(face, promised)) };
+    let verdict = proof::prove(&side.board, &side.programs, &options);
+    let copper = side.board.copper.iter().find(|copper| copper.face == face);
     if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
         let why = Diagnostic::error("proof.no_island").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
+    let isolates = !verdict.findings.iter().any(|finding| finding.kind == Kind::NotIsolated);
+    let done = Done::of(std::slice::from_ref(&side), &asked, isolates || is_planned);
+    diagnostics
+        .extend((!side.has_copper()).then(|| Diagnostic::note("prove.no_copper").with("side", face.name())));
+    diagnostics.extend(done.diagnostics());
     let mut object = verdict_object(&verdict, &args.accept);
     if let Value::Object(rows) = &mut object {
+        rows.insert("copper_lost_mm2".to_owned(), rounded(verdict.lost_mm2).into());
+        rows.extend(done.rows());
         rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
     }
     let text = verdict_text(&verdict, &args.accept) + &diagnostic_lines(&diagnostics);
-    let unread = unread(&verdict.groups, &args.accept);
+    let unread = unread(&verdict.groups, &args.accept) + done.unread(&args.accept);
     if unread == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
     let why = Diagnostic::error("proof.unread_findings").with("count", unread);
     Ok(Answer::refused(object, &text, why))
+}
+
+/// Refuses a side without copper where another one has some: the side is wrong. On a board without any, the rest is proved.
+fn copper_or_none(args: &ProveArgs, side: &Laid) -> Result<(), Refusal> {
+    if side.has_copper() || side.board.copper.iter().all(|copper| copper.region.is_empty()) {
+        return Ok(());
+    }
+    let why = Diagnostic::error("proof.no_copper").with("side", side.face.name());
+    Err(Refusal::content(why.with("path", args.job.display())))
+}
+
+/// What is asked beyond the copper: by the job, else by nobody. `said` is how thick the files say that the board is.
+fn asked(args: &ProveArgs, work: Option<&Work>, faces: &[Face], said: Option<Length>) -> Asked {
+    let thickness = args.board_mm.map(Length::from_mm).or(said).unwrap_or(THICKNESS);
+    work.map_or(Asked::nothing(thickness), |work| work.asked(faces, thickness))
 }
 
 /// Proves files written for a controller, on the sides that they are for. Without a job the board lies as `cam` lays it.
@@ -147,19 +192,18 @@ fn files(
     let planned = work.is_some();
     let work = work.unwrap_or_else(|| Work::default_for(board, &virtual_drill()));
     let face = args.side.map(|side| if side == Side::Bottom { Face::Bottom } else { Face::Top });
+    let said = given.iter().filter_map(Given::thickness).max();
     let sides = prove_files::laid(board, &work, face, given);
-    let has_copper = |face| board.copper.iter().any(|copper| copper.face == face);
-    if let Some(side) = sides.iter().find(|side| !has_copper(side.face)) {
-        let why = Diagnostic::error("proof.no_copper").with("side", side.face.name());
-        return Err(Refusal::content(why.with("path", args.job.display())));
-    }
+    sides.iter().try_for_each(|side| copper_or_none(args, side))?;
+    let faces: Vec<Face> = sides.iter().map(|side| side.face).collect();
+    let asked = asked(args, Some(&work).filter(|_| planned), &faces, said);
     let options = |face| {
         let promised = work.promised(face);
         // A job that nobody planned promises nothing but its bits.
         let bits = || Promised { owned: work.bits.clone(), ..Promised::default() };
         measured(args, Options::of(face, if planned { promised } else { bits() }))
     };
-    prove_files::prove(&sides, &options, &args.accept, diagnostics)
+    prove_files::prove(&sides, &options, (&asked, planned), &args.accept, diagnostics)
 }
 
 /// With what a person says of the copper.
@@ -180,16 +224,18 @@ fn work(args: &ProveArgs, board: &Board, saved: Option<&str>) -> Result<Option<W
 }
 
 /// The board with `face` up: as the job lays it, else by itself, turned over for its bottom.
-fn laid(board: Board, work: Option<&Work>, face: Face, turn: Turn) -> Board {
-    if let Some(work) = work {
-        let mut work = work.clone();
-        work.setup.face = face;
-        return Scene::of(&board, &work).board;
-    }
-    match (face, turn) {
-        (Face::Top, _) | (_, Turn::Not) => board,
-        (Face::Bottom, turn) => board.turned(turn == Turn::LeftRight),
-    }
+fn laid(board: Board, work: Option<&Work>, (face, turn): (Face, Turn), programs: Vec<Program>) -> Laid {
+    let (board, pins) = match (work, face, turn) {
+        (Some(work), ..) => {
+            let mut work = work.clone();
+            work.setup.face = face;
+            let scene = Scene::of(&board, &work);
+            (scene.board, scene.pins)
+        }
+        (None, Face::Top, _) | (None, _, Turn::Not) => (board, 0..0),
+        (None, Face::Bottom, turn) => (board.turned(turn == Turn::LeftRight), 0..0),
+    };
+    Laid { face, board, pins, programs, diagnostics: Vec::new() }
 }
 
 /// A verdict for scripts.

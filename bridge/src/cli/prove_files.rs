@@ -9,6 +9,7 @@
 //! the files were made.
 
 use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
+use super::prove_holes::Done;
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
 use annulus_core::board::{Board, Face};
@@ -16,18 +17,17 @@ use annulus_core::cam::toolpaths::Scene;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Program};
+use annulus_core::job::{Asked, Bit, Program};
 use annulus_core::locale;
 use annulus_core::post::{self, Written};
-use annulus_core::proof::{self, Drilled, Options, Verdict};
+use annulus_core::proof::{self, Kind, Options, Verdict};
+use annulus_core::units::Length;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read;
-use std::path::Path;
-
-/// Places of holes that are named.
-const NAMED: usize = 5;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
 
 /// A program, or a file read back.
 pub(super) enum Given {
@@ -37,8 +37,15 @@ pub(super) enum Given {
     File(Box<Written>),
 }
 
+impl Given {
+    /// How thick its head says the board is.
+    pub(super) fn thickness(&self) -> Option<Length> {
+        if let Self::File(written) = self { written.thickness } else { None }
+    }
+}
+
 /// What stands in the file at `path`.
-pub(super) fn given(path: &Path, tools: &BTreeMap<u32, Bit>) -> Result<Given, Refusal> {
+pub(super) fn given(path: &Path, tools: &Tools) -> Result<Given, Refusal> {
     if let Some(program) = job::program_file(path)? {
         return Ok(Given::Own(program));
     }
@@ -55,26 +62,67 @@ pub(super) fn given(path: &Path, tools: &BTreeMap<u32, Bit>) -> Result<Given, Re
         return Err(Refusal::content(Diagnostic::error("readback.too_large").at(&name, 0, 0)));
     }
     let text = String::from_utf8_lossy(&bytes);
-    let written = post::read_back(&name, &text, tools).map_err(Refusal::content)?;
+    let written = post::read_back(&name, &text, &tools.for_file(path)).map_err(Refusal::content)?;
     Ok(Given::File(Box::new(written)))
 }
 
-/// The tools of `--tools`: a number and a title each.
-pub(super) fn tools(said: &[String]) -> Result<BTreeMap<u32, Bit>, Refusal> {
-    let tool = |text: &String| {
-        let (number, title) = text.split_once('=')?;
-        Some((number.trim().parse().ok()?, post::titled(title)?))
-    };
-    let faulty = |text: &String| Refusal::usage(Diagnostic::error("prove.bad_tool").with("found", text));
-    said.iter().map(|text| tool(text).ok_or_else(|| faulty(text))).collect()
+/// Tools that a person names: by the file that they are for, none for all, and their numbers.
+#[derive(Default)]
+pub(super) struct Tools {
+    said: Vec<(Option<String>, u32, Bit)>,
+}
+
+impl Tools {
+    /// Those of `--tools`: `N=TOOL`, or `FILE:N=TOOL`.
+    pub(super) fn of(said: &[String]) -> Result<Self, Refusal> {
+        let tool = |text: &String| {
+            let (number, title) = text.split_once('=')?;
+            let (file, number) = number.rsplit_once(':').map_or((None, number), |(file, n)| (Some(file), n));
+            Some((file.map(str::to_owned), number.trim().parse().ok()?, post::titled(title)?))
+        };
+        let faulty = |text: &String| Refusal::usage(Diagnostic::error("prove.bad_tool").with("found", text));
+        let said =
+            said.iter().map(|text| tool(text).ok_or_else(|| faulty(text))).collect::<Result<_, _>>()?;
+        Ok(Self { said })
+    }
+
+    /// Those of the file at `path`; what is said of it alone goes before what is said of all.
+    fn for_file(&self, path: &Path) -> BTreeMap<u32, Bit> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let is_it = |file: &str| file.trim() == name || Path::new(file.trim()) == path;
+        let of_all = self.said.iter().filter(|(file, ..)| file.is_none());
+        let own = self.said.iter().filter(|(file, ..)| file.as_deref().is_some_and(is_it));
+        of_all.chain(own).map(|(_, number, bit)| (*number, bit.clone())).collect()
+    }
+
+    /// Refuses a tool of a file that is not given.
+    pub(super) fn all_given(&self, paths: &[PathBuf]) -> Result<(), Refusal> {
+        let mut named = self.said.iter().filter_map(|(file, ..)| file.as_deref());
+        let is_given = |file: &str| {
+            let file = Path::new(file.trim());
+            paths.iter().any(|path| path == file || path.file_name() == Some(file.as_os_str()))
+        };
+        let stray = named.find(|file| !is_given(file));
+        stray.map_or(Ok(()), |file| {
+            Err(Refusal::usage(Diagnostic::error("prove.stray_tool").with("file", file)))
+        })
+    }
 }
 
 /// The programs for one side, and the board as it lies for them.
 pub(super) struct Laid {
     pub(super) face: Face,
     pub(super) board: Board,
+    /// The holes for pins among its holes.
+    pub(super) pins: Range<u32>,
     pub(super) programs: Vec<Program>,
     pub(super) diagnostics: Vec<Diagnostic>,
+}
+
+impl Laid {
+    pub(super) fn has_copper(&self) -> bool {
+        self.board.copper.iter().any(|copper| copper.face == self.face)
+    }
 }
 
 /// Lays the board for every side that programs are for: as their heads say, else `face`, else the side that the job has up.
@@ -84,7 +132,7 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
         let (mut program, side, of_files, diagnostics) = match one {
             Given::Own(program) => (program, None, None, Vec::new()),
             Given::File(written) => {
-                let Written { program, side, of_files, diagnostics } = *written;
+                let Written { program, side, of_files, diagnostics, .. } = *written;
                 (program, side, Some(of_files), diagnostics)
             }
         };
@@ -104,7 +152,10 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
                 side.programs.push(program);
                 side.diagnostics.extend(diagnostics);
             }
-            None => sides.push(Laid { face, board: scene.board, programs: vec![program], diagnostics }),
+            None => {
+                let (pins, programs) = (scene.pins, vec![program]);
+                sides.push(Laid { face, board: scene.board, pins, programs, diagnostics });
+            }
         }
     }
     sides
@@ -114,14 +165,18 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
 pub(super) fn prove(
     sides: &[Laid],
     options: &dyn Fn(Face) -> Options,
+    (asked, is_planned): (&Asked, bool),
     accept: &[String],
     mut diagnostics: Vec<Diagnostic>,
 ) -> Result<Answer, Refusal> {
-    let drilled =
-        proof::drilled(&sides.iter().map(|side| (&side.board, side.programs.as_slice())).collect::<Vec<_>>());
-    let (mut text, mut findings, mut reports, mut lost, mut open) =
-        (String::new(), Vec::new(), Vec::new(), 0.0, 0);
+    let (mut text, mut findings, mut reports, mut lost, mut open, mut isolates) =
+        (String::new(), Vec::new(), Vec::new(), 0.0, 0, true);
     for side in sides {
+        diagnostics.extend(side.diagnostics.iter().cloned());
+        if !side.has_copper() {
+            diagnostics.push(Diagnostic::note("prove.no_copper").with("side", side.face.name()));
+            continue;
+        }
         let asked = Options { face: side.face, measured: true, ..options(side.face) };
         let verdict = proof::prove(&side.board, &side.programs, &asked);
         let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
@@ -130,30 +185,27 @@ pub(super) fn prove(
         }
         lost += verdict.lost_mm2;
         open += unread(&verdict.groups, accept);
+        isolates &= !verdict.findings.iter().any(|finding| finding.kind == Kind::NotIsolated);
         findings.extend(
             verdict.findings.iter().map(|finding| with_face(finding_object(finding, accept), side.face)),
         );
         text += &sentences(side.face, &verdict, accept);
         reports.push(side_object(side.face, &verdict, accept));
-        diagnostics.extend(side.diagnostics.iter().cloned());
     }
-    let holes = hole_diagnostics(&drilled);
-    let accepted = |diagnostic: &&Diagnostic| accept.contains(&diagnostic.code);
-    let unseen = holes.iter().filter(|diagnostic| !accepted(diagnostic)).count();
-    diagnostics.extend(holes);
+    let done = Done::of(sides, asked, isolates || is_planned);
+    let unseen = done.unread(accept);
+    diagnostics.extend(done.diagnostics());
     text += &diagnostic_lines(&diagnostics);
-    let object = json!({
+    let mut object = json!({
         "sides": reports,
         "findings": findings,
         "unread": open,
         "copper_lost_mm2": rounded(lost),
-        "drilled": {
-            "missing": drilled.missing.len(),
-            "doubled": drilled.doubled.len(),
-            "shifted": drilled.shifted.len(),
-        },
-        "diagnostics": diagnostic_objects(&diagnostics),
     });
+    if let Value::Object(rows) = &mut object {
+        rows.extend(done.rows());
+        rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
+    }
     if open + unseen == 0 {
         return Ok(Answer { object, text, exit: Exit::Done });
     }
@@ -193,19 +245,4 @@ fn sentences(face: Face, verdict: &Verdict, accept: &[String]) -> String {
     let words = words.map(|(name, value)| (name.to_owned(), value));
     let head = locale::text("en", "prove.report.side", &words) + "\n";
     head + &finding_lines(&verdict.groups, &verdict.findings, accept) + &whole_lines(verdict.whole.as_ref())
-}
-
-/// What is wrong with the holes, by kind.
-fn hole_diagnostics(drilled: &Drilled) -> Vec<Diagnostic> {
-    let rows = [
-        ("prove.missing", &drilled.missing),
-        ("prove.doubled", &drilled.doubled),
-        ("prove.shifted", &drilled.shifted),
-    ];
-    let said = rows.into_iter().filter(|(_, places)| !places.is_empty()).map(|(code, places)| {
-        let named = places.iter().take(NAMED).map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
-        let named: Vec<String> = named.collect();
-        Diagnostic::error(code).with("count", places.len()).with("places", named.join(", "))
-    });
-    said.collect()
 }

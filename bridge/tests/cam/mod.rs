@@ -4,6 +4,7 @@
 
 mod files;
 mod projects;
+mod proved;
 mod same;
 mod written;
 

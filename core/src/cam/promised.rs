@@ -1,11 +1,12 @@
-//! What a job promises of the copper of a side: what the proof of its programs is measured against.
+//! What a job promises of the copper of a side, and of holes, slots and the edge of the board: what the proof of its programs is
+//! measured against.
 //!
-//! Comes in: a [`Work`], a side. Goes out: [`Promised`]. Does not know how anything is proved.
+//! Comes in: a [`Work`], sides. Goes out: [`Promised`], [`Asked`]. Does not know how anything is proved.
 
-use super::work::{Action, Lines, Operation, Remedy, Work};
+use super::work::{Action, CutOut, CutSide, Holes, Lines, Operation, Remedy, Work};
 use crate::board::{COPPER_THICKNESS, Face};
 use crate::geometry::Point;
-use crate::job::{Cleared, Cutter, Promised};
+use crate::job::{Asked, AskedEdge, Cleared, Cutter, Promised};
 use crate::units::Length;
 
 impl Work {
@@ -16,6 +17,57 @@ impl Work {
             agreed: self.agreed(face),
             cleared: self.cleared(face),
             isolates: Some(self.on(face).any(|operation| separates(&operation.action))),
+        }
+    }
+
+    /// What the operations on `faces` ask of a board of this thickness, beyond its copper.
+    pub fn asked(&self, faces: &[Face], thickness: Length) -> Asked {
+        let reach = |operation: &Operation| match operation.depth {
+            depth if depth > Length::ZERO => depth.min(thickness),
+            _ => thickness,
+        };
+        let mut asked = Asked {
+            holes: Some(false),
+            slots: Some(false),
+            tolerance: Length::ZERO,
+            ..Asked::nothing(thickness)
+        };
+        let (mut drilled, mut milled): (Option<Length>, Option<Length>) = (None, None);
+        for operation in faces.iter().flat_map(|face| self.on(*face)) {
+            match &operation.action {
+                Action::Drill(drill) if drill.holes == Holes::Board => {
+                    asked.holes = Some(true);
+                    asked.tolerance = asked.tolerance.max(drill.tolerance);
+                    drilled = drilled.max(Some(reach(operation)));
+                }
+                Action::Drill(_) => asked.pins = true,
+                Action::MillHoles(mill) => {
+                    asked.holes = asked.holes.max(Some(mill.holes));
+                    asked.slots = asked.slots.max(Some(mill.slots));
+                    milled = milled.max(Some(reach(operation)));
+                }
+                Action::CutOut(cut_out) => {
+                    asked.cut_out = Some(self.edge(operation, cut_out, reach(operation)));
+                }
+                Action::Isolate(_) | Action::Clear(_) | Action::Engrave(_) => {}
+            }
+        }
+        if asked.tolerance == Length::ZERO {
+            asked.tolerance = Asked::TOLERANCE;
+        }
+        Asked { drilled: drilled.unwrap_or(thickness), milled: milled.unwrap_or(thickness), ..asked }
+    }
+
+    fn edge(&self, operation: &Operation, cut_out: &CutOut, depth: Length) -> AskedEdge {
+        let widest =
+            operation.bit_names().into_iter().filter_map(|name| self.bit(name)).map(|bit| bit.diameter);
+        let tab = (cut_out.tab_width + widest.max().unwrap_or_default()).nm();
+        let tabs = i64::from(cut_out.tabs).max(cut_out.tab_at.len() as i64);
+        AskedEdge {
+            depth,
+            on_line: cut_out.side == CutSide::On,
+            spared: Length::from_nm(tab.saturating_mul(tabs)),
+            zones: !self.setup.exclusions.is_empty(),
         }
     }
 

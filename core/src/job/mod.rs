@@ -12,11 +12,13 @@
 //! at any leg. Does not know how fast anything can go.
 
 mod again;
+mod asked;
 mod briefing;
 mod cleared;
 mod milled;
 mod tool;
 
+pub use asked::{Asked, AskedEdge};
 pub use briefing::{Briefing, Pins, SideBriefing, ToolBriefing, touched};
 pub use cleared::{Cleared, Promised};
 pub use milled::{milled_mm, travel_mm};

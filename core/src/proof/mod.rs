@@ -13,6 +13,8 @@
 
 mod breaks;
 mod cures;
+mod cut_out;
+mod deep;
 mod drilled;
 mod edges;
 mod finding;
@@ -20,17 +22,19 @@ mod groups;
 mod isolated;
 mod lost;
 mod remnants;
+mod repeated;
 mod replay;
 mod rings;
 mod scene;
 mod shorts;
 mod slivers;
+mod slots;
 mod strokes;
 mod whole;
 mod written;
 
 pub use cures::Cure;
-pub use drilled::{Drilled, drilled};
+pub use drilled::{Drilled, Side, drilled};
 pub use finding::{Finding, Kind};
 pub use groups::{Group, Pair, to_be_read};
 pub use replay::{Cut, Replay, Still, replay};

@@ -1,6 +1,7 @@
 //! Hand-made programs on hand-made boards: every kind of finding provoked, its place checked to a tenth of a millimetre;
 //! good programs have none; any single fault put into a good one is found.
 
+mod holes;
 mod seeded;
 mod together;
 

@@ -4,7 +4,7 @@
 //!   tip over the board, XY moves      ─▶ Rapid: what was cut before it is a leg
 //!   tip goes down, up                 ─▶ Plunge, Retract
 //!   XY moves, tip in the board        ─▶ Mill, MillArc
-//!   a leg that only goes down and up, or round one centre ─▶ a hole; any other ─▶ a way
+//!   a leg in which a drill only goes down and up ─▶ a hole; any other ─▶ a way
 //! ```
 //!
 //! Comes in: moves in mm, tools by number. Goes out: a [`Program`] in the coordinates of the file. Does not know any controller.
@@ -13,7 +13,7 @@ use super::titles::{Named, named};
 use super::{MOST_DIAGNOSTICS, Written};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::job::{Bit, Command, Leg, Mark, Program};
+use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -21,8 +21,6 @@ use std::collections::{BTreeMap, BTreeSet};
 const START: Length = Length::from_um(10_000);
 /// Places beyond this, in mm, are no places of a board.
 const FARTHEST_MM: f64 = 2_000.0;
-/// Centres of arcs this near, in mm, are one.
-const SAME_CENTRE_MM: f64 = 0.01;
 /// More commands than this, over all legs, are not read.
 const MOST_COMMANDS: usize = 1_000_000;
 
@@ -60,9 +58,8 @@ pub(super) struct Hand {
     legs: Vec<Leg>,
     cuts: bool,
     side: Option<String>,
+    thickness: Option<Length>,
     diagnostics: Vec<Diagnostic>,
-    holes: u32,
-    toolpaths: u32,
 }
 
 impl Hand {
@@ -82,9 +79,8 @@ impl Hand {
             legs: Vec::new(),
             cuts: false,
             side: None,
+            thickness: None,
             diagnostics: Vec::new(),
-            holes: 0,
-            toolpaths: 0,
         }
     }
 
@@ -121,7 +117,7 @@ impl Hand {
         }
     }
 
-    /// What a comment says of tools and of the side.
+    /// What a comment says of tools, of the side and of the board.
     pub(super) fn comment(&mut self, text: &str) {
         if let Some(Named { number, bit, goes_in }) = named(text) {
             if let Some(bit) = bit {
@@ -137,6 +133,7 @@ impl Hand {
             let side = side.trim();
             self.side = Some(side.to_owned()).filter(|side| matches!(side.as_str(), "top" | "bottom"));
         }
+        self.thickness = self.thickness.or_else(|| thickness(text));
     }
 
     /// Another tool goes in.
@@ -283,15 +280,8 @@ impl Hand {
         if commands.is_empty() {
             return;
         }
-        let mark = if !std::mem::take(&mut self.cuts) {
-            Mark::Prepare
-        } else if is_hole(&commands) {
-            self.holes += 1;
-            Mark::Hole(self.holes - 1)
-        } else {
-            self.toolpaths += 1;
-            Mark::Toolpath(self.toolpaths - 1)
-        };
+        // Which of these are holes is known with the tools.
+        let mark = if std::mem::take(&mut self.cuts) { Mark::Toolpath(0) } else { Mark::Prepare };
         self.legs.push(Leg { mark, commands });
     }
 
@@ -306,7 +296,8 @@ impl Hand {
             };
             bits.push(bit.clone());
         }
-        let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_)));
+        let cuts = self.legs.iter().any(|leg| matches!(leg.mark, Mark::Toolpath(_)));
+        number(&mut self.legs, &bits);
         if bits.is_empty() && cuts {
             let why = Diagnostic::error("readback.no_tool").with("number", 1);
             return Err(why.at(&self.file, 0, 0));
@@ -322,29 +313,40 @@ impl Hand {
             legs: self.legs,
             accepted: Vec::new(),
         };
-        Ok(Written { program, side: self.side, of_files, diagnostics: self.diagnostics })
+        let (side, thickness) = (self.side, self.thickness);
+        Ok(Written { program, side, thickness, of_files, diagnostics: self.diagnostics })
     }
 }
 
-/// Whether commands only go down and up at one place, or all round one centre.
-fn is_hole(commands: &[Command]) -> bool {
-    let mut centre: Option<Point> = None;
-    let mut at = Point::default();
-    let mut begins: Option<Point> = None;
-    for command in commands {
-        match *command {
-            Command::MillArc { to, center, .. } => {
-                if centre.is_some_and(|known| known.distance_mm(center) > SAME_CENTRE_MM) {
-                    return false;
-                }
-                centre = Some(center);
-                begins = begins.or(Some(at));
-                at = to;
+/// How thick the board is, as a head says it: `board: 1.6 mm thick`.
+fn thickness(text: &str) -> Option<Length> {
+    let lower = text.trim().to_ascii_lowercase();
+    let mm: f64 = lower.strip_prefix("board:")?.trim().strip_suffix("mm thick")?.trim().parse().ok()?;
+    (0.1..=20.0).contains(&mm).then(|| Length::from_mm(mm))
+}
+
+/// Numbers what is cut: strokes of drills are holes, everything else is a toolpath, what a mill or a V-bit makes by going down and up too.
+fn number(legs: &mut [Leg], bits: &[Bit]) {
+    let (mut holes, mut toolpaths, mut drills) = (0, 0, false);
+    for leg in legs {
+        match leg.mark {
+            Mark::ChangeBit(bit) => {
+                drills = bits.get(bit as usize).is_some_and(|bit| bit.cutter == Cutter::Drill);
             }
-            Command::Rapid { to } => at = to,
-            Command::Mill { .. } => return false,
+            Mark::Toolpath(_) if drills && is_stroke(&leg.commands) => {
+                leg.mark = Mark::Hole(holes);
+                holes += 1;
+            }
+            Mark::Toolpath(_) => {
+                leg.mark = Mark::Toolpath(toolpaths);
+                toolpaths += 1;
+            }
             _ => {}
         }
     }
-    begins.is_none_or(|begins| begins.distance_mm(at) <= SAME_CENTRE_MM)
+}
+
+/// Whether commands only go down and up at one place.
+fn is_stroke(commands: &[Command]) -> bool {
+    !commands.iter().any(|command| matches!(command, Command::Mill { .. } | Command::MillArc { .. }))
 }

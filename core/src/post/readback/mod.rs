@@ -23,6 +23,7 @@ pub use titles::titled;
 
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Program};
+use crate::units::Length;
 use hand::Hand;
 use std::collections::BTreeMap;
 
@@ -36,6 +37,8 @@ pub struct Written {
     pub program: Program,
     /// The side that its head says it is for: `top` or `bottom`.
     pub side: Option<String>,
+    /// How thick its head says the board is.
+    pub thickness: Option<Length>,
     /// Its coordinates are those of the design files: a drill file.
     pub of_files: bool,
     /// What was read otherwise than it may have been meant.

@@ -158,7 +158,7 @@ fn g_code_of_others_is_followed() {
     let vee = [(1, "V-bit 30°, tip 0.1")];
     let drill = [(1, "drill 1.0")];
     type Row<'r> = (&'r str, &'r [(u32, &'r str)], &'r [(&'r str, &'r [(i64, i64, i64)])]);
-    let rows: [Row<'_>; 7] = [
+    let rows: [Row<'_>; 8] = [
         // Inches, relative, numbers without leading zeros, words run together, block numbers, skipped blocks.
         (
             "%\nN10G20G91\nN20M3S9000\nG0X.1Y.1\nG1Z-.4F9\n/N30X.1\nZ.4\nM2\n",
@@ -174,8 +174,10 @@ fn g_code_of_others_is_followed() {
         (
             "M3 S1\nG0 X1 Y0\nG1 Z-1\nG2 I-1 J0\nG0 Z1",
             &vee,
-            &[("hole", &[(1_000, 0, -1_000), (1_000, 0, -1_000)])],
+            &[("way", &[(1_000, 0, -1_000), (1_000, 0, -1_000)])],
         ),
+        // What a mill makes by going down is no stroke of a drill.
+        ("M3 S1\nG0 X1 Y0\nG1 Z-1\nG0 Z1", &vee, &[("way", &[(1_000, 0, -1_000)])]),
         // Cycles hold, G80 ends them, G99 stays low, L0 only takes the numbers, relative ones repeat.
         (
             "G21 G90 M3 S1\nG0 Z5\nG99 G81 X1 Y1 Z-2 R1 F50\nX2\nG98 Y3\nG80\nG0 X9 Y9\n",

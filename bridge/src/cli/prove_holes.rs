@@ -1,0 +1,87 @@
+//! What programs do to holes, slots and the edge of a board, as `annulus prove` tells it (N8, C6).
+//!
+//! Comes in: the sides as they lie, what the job asks. Goes out: sentences and rows of an object. Does not look at copper.
+
+use super::prove_files::Laid;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
+use annulus_core::job::Asked;
+use annulus_core::proof::{self, Drilled, Side};
+use serde_json::{Value, json};
+
+/// Places that are named.
+const NAMED: usize = 5;
+
+/// What was done beyond the copper.
+pub(super) struct Done {
+    drilled: Drilled,
+    diagnostics: Vec<Diagnostic>,
+}
+
+impl Done {
+    /// Compares it with what is `asked`. A board that is cut out though nothing isolates its copper is told, unless `isolates`.
+    pub(super) fn of(sides: &[Laid], asked: &Asked, isolates: bool) -> Self {
+        let side = |laid| {
+            let Laid { board, programs, pins, .. }: &Laid = laid;
+            Side { board, programs, pins: pins.clone() }
+        };
+        let sides: Vec<Side<'_>> = sides.iter().map(side).collect();
+        let drilled = proof::drilled(&sides, asked);
+        let mut diagnostics = told(&drilled);
+        if drilled.edges_cut > 0 && !isolates {
+            diagnostics.push(Diagnostic::error("prove.not_isolated"));
+        }
+        Self { drilled, diagnostics }
+    }
+
+    pub(super) fn diagnostics(&self) -> impl Iterator<Item = Diagnostic> {
+        self.diagnostics.iter().cloned()
+    }
+
+    /// How many of its sentences were not accepted by their code.
+    pub(super) fn unread(&self, accept: &[String]) -> usize {
+        self.diagnostics.iter().filter(|diagnostic| !accept.contains(&diagnostic.code)).count()
+    }
+
+    /// Its rows of the answer.
+    pub(super) fn rows(&self) -> [(String, Value); 3] {
+        let Drilled { missing, doubled, shifted, wrong_size, shallow, slots_missing, .. } = &self.drilled;
+        let holes = json!({
+            "missing": missing.len(),
+            "doubled": doubled.len(),
+            "shifted": shifted.len(),
+            "wrong_size": wrong_size.len(),
+            "shallow": shallow.len(),
+            "slots_missing": slots_missing.len(),
+        });
+        let Drilled { edges_missing, edges_cut, bitten, repeated, .. } = &self.drilled;
+        let edge = json!({ "missing": edges_missing.len(), "cut": edges_cut, "into_board": bitten.len() });
+        [
+            ("drilled".to_owned(), holes),
+            ("cut_out".to_owned(), edge),
+            ("toolpaths_repeated".to_owned(), json!(repeated)),
+        ]
+    }
+}
+
+/// A sentence for every kind of fault.
+fn told(drilled: &Drilled) -> Vec<Diagnostic> {
+    let rows: [(&str, &[Point]); 8] = [
+        ("prove.missing", &drilled.missing),
+        ("prove.doubled", &drilled.doubled),
+        ("prove.shifted", &drilled.shifted),
+        ("prove.wrong_size", &drilled.wrong_size),
+        ("prove.shallow", &drilled.shallow),
+        ("prove.slots_missing", &drilled.slots_missing),
+        ("prove.edge_missing", &drilled.edges_missing),
+        ("prove.into_board", &drilled.bitten),
+    ];
+    let found = rows.into_iter().filter(|(_, places)| !places.is_empty()).map(|(code, places)| {
+        let named = places.iter().take(NAMED).map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
+        let named: Vec<String> = named.collect();
+        Diagnostic::error(code).with("count", places.len()).with("places", named.join(", "))
+    });
+    let repeated =
+        (drilled.repeated > 0).then(|| Diagnostic::error("prove.repeated").with("count", drilled.repeated));
+    found.chain(repeated).collect()
+}

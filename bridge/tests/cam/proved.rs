@@ -1,0 +1,176 @@
+//! Files of `annulus cam` proved with their own job, and with one word of them changed (N8, C6): the sample, and where they are boards of
+//! the corpus.
+
+use super::{BOARD, answer, answer_of, codes, folder};
+use serde_json::Value;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// What is counted beyond the copper; all zero where nothing is wrong.
+fn counts(told: &Value) -> Vec<(&str, u64)> {
+    let of = |part: &str, keys: &[&'static str]| -> Vec<(&'static str, u64)> {
+        keys.iter().map(|key| (*key, told[part][key].as_u64().unwrap_or(u64::MAX))).collect()
+    };
+    let holes = of("drilled", &["missing", "doubled", "shifted", "wrong_size", "shallow", "slots_missing"]);
+    let all = [holes, of("cut_out", &["missing", "into_board"])].concat();
+    all.into_iter().filter(|(_, count)| *count > 0).collect()
+}
+
+/// The files in `folder`, by name.
+fn files(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let mut files: Vec<PathBuf> =
+        entries.filter(|path| path.extension().is_some_and(|end| end == "nc")).collect();
+    files.sort_unstable();
+    files
+}
+
+fn prove(home: &Path, board: &str, files: &[PathBuf], rest: &[&str]) -> (i32, Value) {
+    let files: Vec<&str> = files.iter().map(|file| file.to_str().unwrap()).collect();
+    answer_of(home, &[&["prove", board], files.as_slice(), rest].concat())
+}
+
+/// The sample in `board`, its files for GRBL in `out`, its job.
+fn sample(home: &Path) -> Vec<PathBuf> {
+    fs::create_dir(home.join("board")).unwrap();
+    for name in BOARD {
+        fs::rename(home.join(name), home.join("board").join(name)).unwrap();
+    }
+    let cam = "cam board --machine hobby --cure --to grbl -o out --save-job job.toml";
+    let (exit, told) = answer(home, cam);
+    assert_eq!(exit, 0, "{told}");
+    files(&home.join("out"))
+}
+
+/// The text with every plunge and every cut deeper than this as deep as this.
+fn no_deeper(text: &str, depth: f64) -> String {
+    let word = |word: &str| match word.strip_prefix("Z-").and_then(|deep| deep.parse::<f64>().ok()) {
+        Some(deep) if deep > depth => format!("Z-{depth}"),
+        _ => word.to_owned(),
+    };
+    let line = |line: &str| line.split(' ').map(word).collect::<Vec<_>>().join(" ") + "\n";
+    text.lines().map(line).collect()
+}
+
+#[test]
+fn own_files_prove_with_and_without_their_job() {
+    let folder = folder();
+    let home = folder.path();
+    let files = sample(home);
+    for rest in [&["--job", "job.toml"][..], &[]] {
+        let (exit, told) = prove(home, "board", &files, rest);
+        assert_eq!((exit, counts(&told), &told["toolpaths_repeated"]), (0, vec![], &0.into()), "{told}");
+        assert!(told["copper_lost_mm2"].as_f64().unwrap() < 0.5, "{told}");
+    }
+    // The same job as a program of our own.
+    let (exit, told) = answer(home, "cam board --job job.toml --machine hobby --cure --to program -o own");
+    assert_eq!(exit, 0, "{told}");
+    let (exit, told) = answer(home, "prove board own/board-top.program --job job.toml");
+    assert_eq!((exit, counts(&told)), (0, vec![]), "{told}");
+    assert!(told["copper_lost_mm2"].is_number(), "{told}");
+    // A board without copper: holes and edge are proved all the same.
+    fs::remove_file(home.join("board").join(BOARD[1])).unwrap();
+    let holes = &files[1..];
+    let (exit, told) = prove(home, "board", holes, &[]);
+    assert_eq!(
+        (exit, counts(&told), codes(&told["diagnostics"]).contains(&"prove.no_copper")),
+        (0, vec![], true)
+    );
+    assert_eq!(
+        prove(home, "board", &holes[1..], &[]).1["drilled"]["missing"].as_u64().map(|some| some > 0),
+        Some(true)
+    );
+}
+
+#[test]
+fn one_word_changed_in_a_file_is_found() {
+    let folder = folder();
+    let home = folder.path();
+    let files = sample(home);
+    let texts: Vec<String> = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
+    type Change = fn(&str) -> String;
+    let rows: [(&str, Change, &str); 7] = [
+        ("drill-0.8", |text| text.replace("drill 0.8", "drill 1.0"), "wrong_size"),
+        ("drill-3.2", |text| text.replace("drill 3.2", "drill 0.4"), "wrong_size"),
+        ("drill-0.8", |text| text.replace("drill 0.8", "V-bit 30 deg, tip 0.1"), "wrong_size"),
+        ("drill-0.8", |text| no_deeper(text, 0.28), "shallow"),
+        ("cut-out", |text| text.replace("mill 1.5", "mill 3"), "into_board"),
+        ("cut-out", |text| text.replace("mill 1.5", "mill 0.8"), "missing"),
+        ("cut-out", |text| no_deeper(text, 0.3), "missing"),
+    ];
+    for (name, change, wanted) in rows {
+        let index = files.iter().position(|file| file.to_string_lossy().contains(name)).unwrap();
+        assert_ne!(change(&texts[index]), texts[index], "{name}: {wanted}");
+        fs::write(&files[index], change(&texts[index])).unwrap();
+        let (exit, told) = prove(home, "board", &files, &["--job", "job.toml"]);
+        let found = counts(&told);
+        assert_eq!((exit, found.iter().any(|(key, _)| *key == wanted)), (1, true), "{name}: {told}");
+        if told["drilled"]["wrong_size"] != 0 && change(&texts[index]).contains("V-bit") {
+            assert!(told["copper_lost_mm2"].as_f64().unwrap() > 10.0, "{told}");
+        }
+        fs::write(&files[index], &texts[index]).unwrap();
+    }
+    // Tools as a person says them: of one file that says nothing itself, beside others of the same number.
+    let nameless = |text: &str| text.replace("tool 3", "tool 1").replace("(tool 1: drill 0.8)", "");
+    fs::write(&files[2], nameless(&texts[2])).unwrap();
+    let of_one = |size: &str| format!("03-top-drill-0.8.nc:1=drill {size}");
+    for (said, exit) in [(of_one("1.2"), 1), (of_one("0.8"), 0), ("nowhere.nc:1=drill 1".to_owned(), 2)] {
+        assert_eq!(prove(home, "board", &files, &["--tools", &said]).0, exit, "{said}");
+    }
+    fs::write(&files[2], &texts[2]).unwrap();
+    // A file that is missing or given twice.
+    let without = |word: &str| -> Vec<PathBuf> {
+        files.iter().filter(|file| !file.to_string_lossy().contains(word)).cloned().collect()
+    };
+    let said = |given: &[PathBuf], rest: &[&str]| {
+        let (exit, told) = prove(home, "board", given, rest);
+        assert_eq!(exit, 1, "{told}");
+        codes(&told["diagnostics"]).into_iter().map(str::to_owned).collect::<Vec<_>>()
+    };
+    assert!(said(&without("cut-out"), &["--job", "job.toml"]).contains(&"prove.edge_missing".to_owned()));
+    assert!(said(&without("isolate"), &[]).contains(&"prove.not_isolated".to_owned()));
+    let twice = [files.as_slice(), &files[..1]].concat();
+    assert!(said(&twice, &[]).contains(&"prove.repeated".to_owned()));
+}
+
+/// Boards of the corpus: with holes milled in rings, two holes at one place, slots. The first two on every push.
+const BOARDS: [&str; 4] =
+    ["eagle/pcb-tools-board", "proteus/yawdamper", "horizon/usbkvm", "kicad/2013-clockblock"];
+
+#[test]
+fn files_of_real_boards_prove_with_their_own_job() {
+    let corpus = std::env::var_os("ANNULUS_CORPUS")
+        .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/corpus"), PathBuf::from);
+    if !corpus.is_dir() {
+        assert!(std::env::var_os("ANNULUS_NOTHING_SKIPPED").is_none(), "no corpus");
+        println!("skipped: no corpus");
+        return;
+    }
+    let some = if std::env::var_os("ANNULUS_LONG").is_some() { BOARDS.len() } else { 2 };
+    for name in &BOARDS[..some] {
+        let folder = tempfile::tempdir().unwrap();
+        let home = folder.path();
+        let board = corpus.join(name).to_str().unwrap().to_owned();
+        let cam = format!("cam {board} --machine hobby --cure --to grbl -o out --save-job job.toml");
+        let (exit, told) = answer(home, &cam);
+        assert_eq!(exit, 0, "{name}: {told}");
+        let files = files(&home.join("out"));
+        let (exit, told) = prove(home, &board, &files, &["--job", "job.toml"]);
+        assert_eq!((exit, counts(&told)), (0, vec![]), "{name}: {told}");
+        // Without what mills slots, and with slots that are scratches.
+        if name.contains("usbkvm") {
+            let is_slots = |file: &&PathBuf| file.to_string_lossy().contains("mill-holes");
+            let rest: Vec<PathBuf> = files.iter().filter(|file| !is_slots(file)).cloned().collect();
+            for job in [&["--job", "job.toml"][..], &[]] {
+                let (exit, told) = prove(home, &board, &rest, job);
+                let missing = told["drilled"]["slots_missing"].as_u64();
+                assert_eq!((exit, missing > Some(0)), (1, true), "{told}");
+            }
+            for file in files.iter().filter(is_slots) {
+                fs::write(file, no_deeper(&fs::read_to_string(file).unwrap(), 0.3)).unwrap();
+            }
+            let (exit, told) = prove(home, &board, &files, &["--job", "job.toml"]);
+            assert_eq!((exit, told["drilled"]["slots_missing"].as_u64() > Some(0)), (1, true), "{told}");
+        }
+    }
+}

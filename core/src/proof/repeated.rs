@@ -1,0 +1,46 @@
+//! Toolpaths that two programs of one side have alike: a file was given twice.
+//!
+//! Comes in: the programs of a side. Goes out: how many toolpaths a program shares with one before it. Feeds do not count. Does not look at
+//! holes, which are compared with those of the board.
+
+use crate::geometry::Point;
+use crate::job::{Command, Leg, Mark, Program};
+use std::collections::BTreeSet;
+
+/// How many toolpaths of programs are in a program before them too, with the same bit.
+pub(super) fn repeated(programs: &[Program]) -> u32 {
+    let mut known: BTreeSet<Vec<i64>> = BTreeSet::new();
+    let mut count = 0;
+    for program in programs.iter().filter(|_| programs.len() > 1) {
+        let mut own = Vec::new();
+        let mut bit = 0;
+        for leg in &program.legs {
+            if let Mark::ChangeBit(index) = leg.mark {
+                bit = index;
+            }
+            let wide = program.bits.get(bit as usize).map_or(0, |bit| bit.diameter.nm());
+            own.extend(matches!(leg.mark, Mark::Toolpath(_)).then(|| told(leg, program.origin, wide)));
+        }
+        count += own.iter().filter(|told| known.contains(*told)).count() as u32;
+        known.extend(own);
+    }
+    count
+}
+
+/// What a leg does, in numbers.
+fn told(leg: &Leg, origin: Point, wide: i64) -> Vec<i64> {
+    let mut out = vec![wide];
+    let place = |at: Point| [at.x.nm() + origin.x.nm(), at.y.nm() + origin.y.nm()];
+    for command in &leg.commands {
+        match *command {
+            Command::Rapid { to } => out.extend(place(to)),
+            Command::Plunge { to, .. } | Command::Retract { to } => out.push(to.nm()),
+            Command::Mill { to, height, .. } => out.extend([place(to).as_slice(), &[height.nm()]].concat()),
+            Command::MillArc { to, height, center, ccw, .. } => {
+                out.extend([place(to), place(center), [height.nm(), i64::from(ccw)]].concat());
+            }
+            Command::Spindle { .. } | Command::Dwell { .. } | Command::AwaitBit { .. } => {}
+        }
+    }
+    out
+}

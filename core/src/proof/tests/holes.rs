@@ -1,0 +1,177 @@
+//! Holes, slots and the edge of a board against programs by hand: a good set has nothing wrong, every fault put into it has its count.
+
+use super::*;
+use crate::board::Slot;
+use crate::job::{Asked, AskedEdge};
+
+/// A board of 20 by 10 mm: holes of 0.8 at (4, 3) and 3.0 at (8, 5), holes of 0.8 and 1.2 at (12, 5), a slot of 1.0 from (15, 3) to (15, 6).
+fn holed() -> Board {
+    let hole = |x: f64, y: f64, diameter: f64| Hole {
+        at: Point::from_mm(x, y),
+        diameter: Some(Length::from_mm(diameter)),
+        plated: None,
+        source: 0,
+        tool_code: 1,
+        line: 1,
+    };
+    let slot = Slot {
+        path: vec![Point::from_mm(15.0, 3.0), Point::from_mm(15.0, 6.0)],
+        width: Some(Length::from_mm(1.0)),
+        plated: None,
+        source: 0,
+        tool_code: 2,
+        line: 1,
+    };
+    let outer = rectangle(bounds((0.0, 0.0, 20.0, 10.0)));
+    Board {
+        holes: vec![hole(4.0, 3.0, 0.8), hole(8.0, 5.0, 3.0), hole(12.0, 5.0, 0.8), hole(12.0, 5.0, 1.2)],
+        slots: vec![slot],
+        outline: Region { islands: vec![Island { outer, holes: Vec::new() }] },
+        ..Board::default()
+    }
+}
+
+fn drill(diameter: f64, depth: f64, places: &[(f64, f64)]) -> Program {
+    let stroke = |at: &(f64, f64)| Toolpath { mark: Mark::Hole(0), ..way(&[*at], depth) };
+    let strokes: Vec<Toolpath> = places.iter().map(stroke).collect();
+    program(bit(diameter, Cutter::Drill), &strokes)
+}
+
+/// Rings of a mill round one place, by the diameters of their middle lines, as chords.
+fn rings(tool: f64, depth: f64, at: (f64, f64), wide: &[f64]) -> Program {
+    let ring = |wide: &f64| {
+        let point = |step: i32| {
+            let turn = f64::from(step) / 60.0 * std::f64::consts::TAU;
+            (at.0 + wide / 2.0 * libm::cos(turn), at.1 + wide / 2.0 * libm::sin(turn))
+        };
+        way(&(0..=60).map(point).collect::<Vec<_>>(), depth)
+    };
+    program(mill(tool), &wide.iter().map(ring).collect::<Vec<_>>())
+}
+
+fn slot(tool: f64, depth: f64) -> Program {
+    program(mill(tool), &[way(&[(15.0, 3.0), (15.0, 6.0)], depth)])
+}
+
+/// Round the board, its middle so far from the edge.
+fn around(tool: f64, away: f64, depth: f64) -> Program {
+    program(mill(tool), &[contour((0.0, 0.0, 20.0, 10.0), away, depth)])
+}
+
+/// Two drills, a hole in two rings, the slot, the edge.
+fn whole() -> Vec<Program> {
+    vec![
+        drill(0.8, 2.2, &[(4.0, 3.0), (12.0, 5.0)]),
+        drill(1.2, 2.2, &[(12.0, 5.0)]),
+        rings(1.5, 2.1, (8.0, 5.0), &[0.75, 1.5]),
+        slot(1.0, 2.1),
+        around(1.5, 0.75, 2.1),
+    ]
+}
+
+fn planned() -> Asked {
+    let nothing = Asked::nothing(Length::from_mm(1.6));
+    let edge =
+        AskedEdge { depth: nothing.thickness, on_line: false, spared: Length::from_mm(4.0), zones: false };
+    Asked { holes: Some(true), slots: Some(true), cut_out: Some(edge), ..nothing }
+}
+
+/// Missing, doubled, shifted, of another size, shallow, slots missing, edges missing, into the board, toolpaths repeated.
+fn counts(programs: &[Program], asked: &Asked) -> [usize; 9] {
+    let board = holed();
+    let found = crate::proof::drilled(&[Side { board: &board, programs, pins: 0..0 }], asked);
+    [
+        found.missing.len(),
+        found.doubled.len(),
+        found.shifted.len(),
+        found.wrong_size.len(),
+        found.shallow.len(),
+        found.slots_missing.len(),
+        found.edges_missing.len(),
+        found.bitten.len(),
+        found.repeated as usize,
+    ]
+}
+
+#[test]
+fn holes_slots_and_edge_of_a_whole_job_have_nothing_wrong() {
+    assert_eq!(counts(&whole(), &planned()), [0; 9]);
+    assert_eq!(counts(&whole(), &Asked::nothing(Length::from_mm(1.6))), [0; 9]);
+    // One program of all, and what no hole asks for: a mouse-bite.
+    let mut bites = whole();
+    bites.push(drill(0.5, 2.0, &[(0.0, 4.0)]));
+    assert_eq!(counts(&bites, &planned()), [0; 9]);
+    // Copper alone: nobody asks for holes.
+    let isolating = rings(0.2, 0.1, (4.0, 3.0), &[1.8]);
+    assert_eq!(counts(&[isolating], &Asked::nothing(Length::from_mm(1.6))), [0; 9]);
+}
+
+#[test]
+fn every_fault_of_holes_slots_and_edge_has_its_count() {
+    let with = |index: usize, program: Program| {
+        let mut programs = whole();
+        programs[index] = program;
+        programs
+    };
+    let without = |index: usize| {
+        let mut programs = whole();
+        programs.remove(index);
+        programs
+    };
+    let twice = |index: usize| {
+        let mut programs = whole();
+        programs.push(programs[index].clone());
+        programs
+    };
+    let two = [(4.0, 3.0), (12.0, 5.0)];
+    let plunged = |depth: f64| program(vee(), &two.map(|at| way(&[at], depth)));
+    let rows = [
+        ("drill too wide", with(0, drill(1.0, 2.2, &two)), [0, 0, 0, 2, 0, 0, 0, 0, 0]),
+        ("drill too thin", with(0, drill(0.4, 2.2, &two)), [0, 0, 0, 2, 0, 0, 0, 0, 0]),
+        ("V-bit", with(0, plunged(2.29)), [0, 0, 0, 2, 0, 0, 0, 0, 0]),
+        ("not through", with(0, drill(0.8, 0.28, &two)), [0, 0, 0, 0, 2, 0, 0, 0, 0]),
+        ("no drill", without(0), [2, 0, 0, 0, 0, 0, 0, 0, 0]),
+        ("drill twice", twice(0), [0, 2, 0, 0, 0, 0, 0, 0, 0]),
+        ("beside", with(0, drill(0.8, 2.2, &[(4.3, 3.0), two[1]])), [0, 0, 1, 0, 0, 0, 0, 0, 0]),
+        ("inner ring alone", with(2, rings(1.5, 2.1, (8.0, 5.0), &[0.75])), [0, 0, 0, 1, 0, 0, 0, 0, 0]),
+        ("ring too wide", with(2, rings(1.5, 2.1, (8.0, 5.0), &[0.75, 2.0])), [0, 0, 0, 1, 0, 0, 0, 1, 0]),
+        ("ring not through", with(2, rings(1.5, 1.0, (8.0, 5.0), &[0.75, 1.5])), [0, 0, 0, 0, 1, 0, 0, 0, 0]),
+        ("rings twice", twice(2), [0, 1, 0, 0, 0, 0, 0, 0, 2]),
+        ("no slot", without(3), [0, 0, 0, 0, 0, 1, 0, 0, 0]),
+        ("slot of a scratch", with(3, slot(1.0, 0.3)), [0, 0, 0, 0, 0, 1, 0, 0, 0]),
+        ("slot not through", with(3, slot(1.0, 1.0)), [0, 0, 0, 0, 1, 0, 0, 0, 0]),
+        ("slot too narrow", with(3, slot(0.6, 2.1)), [0, 0, 0, 0, 0, 1, 0, 0, 0]),
+        ("slot too wide", with(3, slot(1.5, 2.1)), [0, 0, 0, 0, 0, 0, 0, 1, 0]),
+        ("not cut out", without(4), [0, 0, 0, 0, 0, 0, 1, 0, 0]),
+        ("edge not through", with(4, around(1.5, 0.75, 0.9)), [0, 0, 0, 0, 0, 0, 1, 0, 0]),
+        ("edge by a wide mill", with(4, around(3.0, 0.75, 2.1)), [0, 0, 0, 0, 0, 0, 0, 1, 0]),
+        ("edge by a thin mill", with(4, around(0.8, 0.75, 2.1)), [0, 0, 0, 0, 0, 0, 1, 0, 0]),
+        ("edge on the inside", with(4, around(1.5, -0.75, 2.1)), [0, 0, 0, 0, 0, 0, 0, 1, 0]),
+        ("edge twice", twice(4), [0, 0, 0, 0, 0, 0, 0, 0, 1]),
+    ];
+    for (fault, programs, wanted) in rows {
+        assert_eq!(counts(&programs, &planned()), wanted, "{fault}");
+        // Without a job only that the board is not cut out at all may be meant.
+        if fault != "not cut out" {
+            assert_ne!(counts(&programs, &Asked::nothing(Length::from_mm(1.6))), [0; 9], "{fault}, no job");
+        }
+    }
+}
+
+#[test]
+fn what_a_job_leaves_out_is_not_asked_for() {
+    let asked = planned();
+    let without = |index: usize| {
+        let mut programs = whole();
+        programs.remove(index);
+        programs
+    };
+    assert_eq!(counts(&without(0), &Asked { holes: Some(false), ..asked }), [0; 9]);
+    assert_eq!(counts(&without(3), &Asked { slots: Some(false), ..asked }), [0; 9]);
+    assert_eq!(counts(&without(4), &Asked { cut_out: None, ..asked }), [0; 9]);
+    // Holes that a job only marks.
+    let mut marked = whole();
+    marked[0] = drill(0.8, 0.3, &[(4.0, 3.0), (12.0, 5.0)]);
+    marked[1] = drill(1.2, 0.3, &[(12.0, 5.0)]);
+    assert_eq!(counts(&marked, &Asked { drilled: Length::from_mm(0.3), ..asked }), [0; 9]);
+}
