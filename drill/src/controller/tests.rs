@@ -1,0 +1,1 @@
+//! A station with a controller that is played.
