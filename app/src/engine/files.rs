@@ -31,10 +31,7 @@ fn words(error: JsValue) -> String {
 }
 
 /// The files of this site. Refused where another tab has them; in memory where the browser keeps none.
-pub(super) async fn open(
-    scope: &DedicatedWorkerGlobalScope,
-    files: &[File],
-) -> Result<Store, Diagnostic> {
+pub(super) async fn open(scope: &DedicatedWorkerGlobalScope, files: &[File]) -> Result<Store, Diagnostic> {
     let Ok(folder) = folder(scope).await else { return Ok(Store::Memory(BTreeMap::new())) };
     let mut kept = BTreeMap::new();
     for &file in files {

@@ -14,6 +14,9 @@ use annulus_core::locale;
 use annulus_core::wire::{PreflightRow, Verdict};
 use std::sync::Arc;
 
+/// How far zero of Z may be from where it was: the last digit of a report.
+const SAME_HEIGHT_MM: f64 = 0.001_5;
+
 /// A job that was compared.
 pub(super) struct Armed {
     /// The job.
@@ -45,7 +48,7 @@ impl<F: Files> Station<F> {
             State::Ready => row(Verdict::Pass, Diagnostic::note("preflight.at_rest")),
             _ => row(Verdict::Fail, Diagnostic::error("preflight.busy")),
         });
-        rows.push(if self.hand.height_known {
+        rows.push(if self.hand.height_known || self.height_as_left(start.from) {
             row(Verdict::Pass, Diagnostic::note("grbl.height_set"))
         } else {
             row(Verdict::Fail, Diagnostic::error("grbl.no_height"))
@@ -67,6 +70,14 @@ impl<F: Files> Station<F> {
             rows.push(row(Verdict::Pass, rest(&order.program, leg, left_s.iter().sum())));
         }
         rows
+    }
+
+    /// Whether zero of Z is still where the job that is taken up had it: by the switches, a place is the same again.
+    fn height_as_left(&self, from: usize) -> bool {
+        let homes = settings::on(&self.attended.controller().info.values, 22);
+        let (before, now) = (self.ledger.entry().zero_mm, self.attended.controller().zero_mm);
+        let same = before.zip(now).is_some_and(|(before, now)| (before[2] - now[2]).abs() <= SAME_HEIGHT_MM);
+        from > 0 && homes && same
     }
 
     /// Seconds of each section from `from` on, by the controller's own settings.

@@ -335,7 +335,8 @@ impl<F: Files> Station<F> {
     fn ended(&mut self, ending: Ending) {
         let Some(work) = self.work.take() else { return };
         let done = ending == Ending::Done;
-        let legs = if done { work.order.program.legs.len() } else { work.order.leg(self.attended.entry().done) };
+        let legs =
+            if done { work.order.program.legs.len() } else { work.order.leg(self.attended.entry().done) };
         let (holes_done, toolpaths_done) = made(work.order.program.legs.iter().take(legs));
         self.line.tell(&Tell::Ended { job: work.order.key.clone(), ending, holes_done, toolpaths_done });
         self.armed = None;

@@ -150,7 +150,9 @@ impl<F: Files> Station<F> {
             // A reset ends it: the board greets anew.
             Phase::Stopping | Phase::Greeting => State::Stopping,
             _ if self.alarm.is_some() => State::Alarm,
-            Phase::Ready if !homes || self.hand.unlocked || controller.trust == Trust::Trusted => State::Ready,
+            Phase::Ready if !homes || self.hand.unlocked || controller.trust == Trust::Trusted => {
+                State::Ready
+            }
             Phase::Ready | Phase::Locked | Phase::Closed => State::NotHomed,
         }
     }
@@ -228,7 +230,9 @@ impl<F: Files> Station<F> {
     /// The speed of the spindle as it was told last; 0 where that says that it is off.
     fn rpm(&self) -> u32 {
         let report = self.attended.controller().status.as_ref();
-        let off = report.and_then(|report| report.accessories.as_deref()).is_some_and(|on| !on.contains(['S', 'C']));
+        let off = report
+            .and_then(|report| report.accessories.as_deref())
+            .is_some_and(|on| !on.contains(['S', 'C']));
         report.and_then(|report| report.speed_rpm).filter(|_| !off).map_or(0, |rpm| rpm.max(0.0) as u32)
     }
 }

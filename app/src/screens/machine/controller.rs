@@ -86,9 +86,14 @@ fn connected(line: Link) -> impl IntoView {
     div().child((
         p().child(name),
         rows,
-        push_if("button", move || !line.busy(), t!("page.controller.leave"), |_| {
-            wish(ControllerEvent::LetGo);
-        }),
+        push_if(
+            "button",
+            move || !line.busy(),
+            t!("page.controller.leave"),
+            |_| {
+                wish(ControllerEvent::LetGo);
+            },
+        ),
     ))
 }
 
