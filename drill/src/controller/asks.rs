@@ -209,13 +209,15 @@ impl<F: Files> Station<F> {
         self.bringing = Some(self.ledger.bring(&order)?);
         let each_s = self.estimates(&order, start.from).unwrap_or_default();
         self.work = Some(Work { order, from: start.from, each_s, started: (self.time)() });
-        let asked = self.engine_asked(grbl::Ask::Start(start));
+        // What there is to say of it was said, and read, before.
+        let found = self.engine(Event::Ask(grbl::Ask::Start(start)));
+        let refused = found.into_iter().find(|why| why.severity == Severity::Error);
         if self.attended.controller().phase == Phase::Running {
             (self.offer, self.alarm) = (None, None);
-            return asked;
+            return refused.map_or(Ok(()), Err);
         }
         (self.work, self.bringing) = (None, None);
-        asked.and_then(|()| refusal("grbl.not_now"))
+        refused.map_or_else(|| refusal("grbl.not_now"), Err)
     }
 
     fn forget(&mut self) -> Result<(), Diagnostic> {

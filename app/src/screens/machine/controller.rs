@@ -6,7 +6,7 @@ use crate::i18n::{key, say, t};
 use crate::model::{ControllerEvent, LinkEvent, Support};
 use crate::page::link::{self, Link};
 use crate::page::send;
-use crate::widgets::{push, push_if};
+use crate::widgets::push_if;
 use annulus_core::control::State;
 use annulus_core::controller::settings;
 use annulus_core::wire::Ask;
@@ -109,6 +109,7 @@ pub(super) fn set_up(line: Link) -> impl IntoView {
                 push_if("button", may, t!("page.controller.probe"), |_| {
                     link::ask(Ask::Probe { depth_um: PROBE_UM, plate_um: 0 });
                 }),
+                p().class("quiet").child(t!("page.controller.probe_is")),
                 move || {
                     let unlock = |_| link::ask(Ask::Unlock);
                     locked.get().then(|| {
