@@ -140,8 +140,12 @@ impl<F: Files> Station<F> {
     pub(super) fn state(&self) -> State {
         let controller = self.attended.controller();
         let homes = settings::on(&controller.info.values, 22);
+        let homed = self.told.0.as_ref().is_some_and(|told| told.state == State::Homing);
         match controller.phase {
             Phase::Homing => State::Homing,
+            // Until it has said where it is now.
+            Phase::Ready if controller.status.is_none() && homed => State::Homing,
+            Phase::Ready if controller.status.is_none() => State::Stopping,
             Phase::Jogging | Phase::Probing => State::Jogging,
             Phase::Running => State::Running,
             Phase::Holding => State::Pausing,
