@@ -249,3 +249,24 @@ impl Info {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_feed_is_reached_by_the_steps_that_controllers_have() {
+        let rows = [
+            (100, "90"),
+            (110, "90 91"),
+            (97, "90 94 94 94"),
+            (75, "90 92 92 94 94 94 94 94"),
+            (122, "90 91 91 93 93"),
+        ];
+        for (percent, expected) in rows {
+            let signs: Vec<_> = Override::feed(percent).map(|step| format!("{:x}", step.sign())).collect();
+            assert_eq!(signs.join(" "), expected, "{percent}");
+        }
+        assert_eq!((Override::feed(1).count(), Override::feed(255).count()), (10, 11));
+    }
+}

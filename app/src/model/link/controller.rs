@@ -122,7 +122,12 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
             model.link.refused = Some(why);
             Vec::new()
         }
-        ControllerEvent::OtherSpeed | ControllerEvent::Plugged if controller.chosen => {
+        ControllerEvent::OtherSpeed if controller.chosen => {
+            // The worker took the page's hello; nobody was there behind it.
+            model.link.phase = Phase::Connecting;
+            connect(model)
+        }
+        ControllerEvent::Plugged if controller.chosen => {
             model.link.attempt = 0;
             connect(model)
         }

@@ -29,6 +29,7 @@ fn a_controller_is_chosen_by_the_person_and_spoken_with_as_the_bridge_is() {
             ("serial-kept begin-token not-paired", "connecting | connect-controller"),
             // another speed is tried at once
             ("serial begin chosen other-speed", "connecting | connect-controller"),
+            ("serial begin chosen challenge welcome other-speed", "connecting | connect-controller"),
             ("serial begin other-speed", "unpaired | "),
             // lost, tried again, plugged in
             ("mill closed", "lost | wake:250"),
