@@ -177,9 +177,11 @@ impl Serial {
                     this.speed.set(0);
                     tell(ControllerEvent::Chosen);
                 }
-                // Closing the dialog is an answer too.
-                Err(error) if name_of(&error, "name") == "NotFoundError" => {}
-                Err(error) => tell(ControllerEvent::Failed { why: failed("serial.not_chosen", &error) }),
+                Err(error) => match name_of(&error, "name").as_str() {
+                    // Closing the dialog is an answer too.
+                    "NotFoundError" => {}
+                    _ => tell(ControllerEvent::Failed { why: failed("serial.not_chosen", &error) }),
+                },
             }
         });
     }
