@@ -4,7 +4,7 @@
 // Comes in: settings of the board. Goes out: a board with a port; every step that its pins made. Steps, mm. Knows nothing of pages.
 
 import { spawn, spawnSync } from "node:child_process";
-import { existsSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join, resolve } from "node:path";
 import { root, until } from "./harness.mjs";
@@ -33,7 +33,8 @@ const SETTINGS = [
 /** The simulator, built; or null where this computer does not have it (with ANNULUS_NOTHING_SKIPPED that fails). */
 export function instrument() {
   const folder = process.env.ANNULUS_GRBL ?? resolve(root, "../shared/instruments/grbl");
-  const built = join(mkdtempSync(join(tmpdir(), "annulus-grbl-")), "grbl-pty");
+  const built = join(root, "target/tmp/grbl-pty-browser");
+  mkdirSync(join(root, "target/tmp"), { recursive: true });
   const flags = ["-std=gnu11", "-O2", "-w", "-I/usr/include/simavr", "-o", built, join(folder, "grbl-pty.c")];
   const made = existsSync(join(folder, "grbl-pty.c")) && spawnSync("cc", [...flags, "-lsimavr", "-lelf", "-lm"]).status === 0;
   if (made) return { simulator: built, firmware: join(folder, "grbl-1.1h.elf") };
