@@ -292,6 +292,9 @@ impl Owner {
             }
             Ask::ForgetInterrupted => self.forget()?,
             Ask::Configure { changes } => self.configure(&changes)?,
+            Ask::SetHeight | Ask::Probe { .. } | Ask::Unlock => {
+                return Err(diagnostic("control.controllers_alone"));
+            }
             Ask::Arm { .. }
             | Ask::Start { .. }
             | Ask::Hello { .. }

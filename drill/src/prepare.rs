@@ -155,7 +155,7 @@ impl Prepared {
 }
 
 /// Holes and toolpaths of `legs`.
-fn made<'a>(legs: impl Iterator<Item = &'a Leg>) -> (u32, u32) {
+pub(crate) fn made<'a>(legs: impl Iterator<Item = &'a Leg>) -> (u32, u32) {
     legs.fold((0, 0), |(holes, toolpaths), leg| match leg.mark {
         Mark::Hole(_) => (holes + 1, toolpaths),
         Mark::Toolpath(_) => (holes, toolpaths + 1),
@@ -163,7 +163,7 @@ fn made<'a>(legs: impl Iterator<Item = &'a Leg>) -> (u32, u32) {
     })
 }
 
-fn row(verdict: Verdict, finding: Diagnostic) -> PreflightRow {
+pub(crate) fn row(verdict: Verdict, finding: Diagnostic) -> PreflightRow {
     PreflightRow { finding, verdict }
 }
 
@@ -208,14 +208,18 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     if let Some(bit) = bit_of_leg(program, from_leg as usize) {
         checks.push(row(Verdict::Warn, note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK))));
     }
-    if !program.accepted.is_empty() {
-        let codes = program.accepted.join(", ");
-        checks.push(row(Verdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)));
-    }
+    checks.extend(accepted(program));
     checks.extend(given_up(key, from_leg, context).map(|why| row(Verdict::Warn, why)));
     checks.push(row(Verdict::Pass, rest(program, from_leg as usize, left_s)));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
     Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })
+}
+
+/// The errors of the job that a person saw and accepted, said once more.
+pub(crate) fn accepted(program: &Program) -> Option<PreflightRow> {
+    let codes = program.accepted.join(", ");
+    (!codes.is_empty())
+        .then(|| row(Verdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)))
 }
 
 /// What is given up when the job `key` begins at `from_leg`: another job that was broken off, or what is made of this one.
@@ -228,7 +232,7 @@ fn given_up(key: &str, from_leg: u32, context: &Context) -> Option<Diagnostic> {
 }
 
 /// How much of the program there is to be done from `from_leg` on, and how long it takes.
-fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnostic {
+pub(crate) fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnostic {
     let (holes, toolpaths) = made(program.legs.iter().skip(from_leg));
     let words = if toolpaths > 0 { "preflight.time_milling" } else { "preflight.time" };
     let whole_s = left_s.round() as u64;
@@ -237,7 +241,7 @@ fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnostic {
 }
 
 /// The bit that leg `leg` is made with; before any is put in, the first of the program.
-fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
+pub(crate) fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
     let put_in = program.legs.iter().take(leg + 1).rev().find_map(|leg| match leg.mark {
         Mark::ChangeBit(bit) => Some(bit as usize),
         _ => None,
@@ -246,7 +250,7 @@ fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
 }
 
 /// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.
-fn missing_drills(program: &Program, machine: &Machine) -> Vec<String> {
+pub(crate) fn missing_drills(program: &Program, machine: &Machine) -> Vec<String> {
     let lacks = |bit: &&Bit| bit.cutter == Cutter::Drill && !machine.rack.contains(&bit.diameter);
     program.bits.iter().filter(lacks).map(|bit| bit.title(locale::FALLBACK)).collect()
 }

@@ -3,33 +3,9 @@
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
-import { createServer } from "node:http";
-import { extname, join, normalize } from "node:path";
+import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { data, downloaded, drillOnly, openBrowser, openPage, picture, press, root, startJob, tab, until } from "./harness.mjs";
-
-const site = process.env.ANNULUS_SITE ?? join(root, "target/site");
-const kinds = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".svg": "image/svg+xml" };
-
-/** A server of files that knows nothing of Annulus; `changed` gives other bytes for a file. */
-async function serveFiles(changed = () => null) {
-  const asked = [];
-  const server = createServer((request, response) => {
-    const path = decodeURIComponent(new URL(request.url, "http://x").pathname);
-    asked.push(`${request.method} ${path}`);
-    const name = path.startsWith("/boards/here/") ? normalize(path.slice("/boards/here/".length) || "index.html") : "..";
-    try {
-      if (name.startsWith("..")) throw new Error(name);
-      const bytes = changed(name) ?? readFileSync(join(site, name));
-      response.writeHead(200, { "content-type": kinds[extname(name)] ?? "application/octet-stream" }).end(bytes);
-    } catch {
-      response.writeHead(404).end();
-    }
-  });
-  await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
-  const url = `http://127.0.0.1:${server.address().port}/boards/here/`;
-  return { url, asked, stop: () => (server.closeAllConnections(), server.close()) };
-}
+import { data, downloaded, drillOnly, openBrowser, openPage, picture, press, serveFiles, site, startJob, tab, until } from "./harness.mjs";
 
 /** Waits until the site is kept and looks after this page. */
 const kept = (page) => until(() => page.evaluate(() => navigator.serviceWorker.controller !== null), "a site that is kept");

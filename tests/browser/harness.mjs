@@ -5,10 +5,11 @@
 
 import { spawn, spawnSync } from "node:child_process";
 import { mkdtempSync, readFileSync, rmSync, existsSync, mkdirSync } from "node:fs";
+import { createServer } from "node:http";
 import { createRequire } from "node:module";
 import { after, before } from "node:test";
 import { tmpdir } from "node:os";
-import { dirname, join, resolve } from "node:path";
+import { dirname, extname, join, normalize, resolve } from "node:path";
 import { fileURLToPath } from "node:url";
 import { inflateRawSync } from "node:zlib";
 import { chromium } from "playwright-core";
@@ -172,6 +173,31 @@ export function stand(gpu = "webgl2") {
     await held.bridge?.stop();
   });
   return held;
+}
+
+/** The site as it was built. */
+export const site = process.env.ANNULUS_SITE ?? join(root, "target/site");
+
+const kinds = { ".html": "text/html", ".js": "text/javascript", ".wasm": "application/wasm", ".css": "text/css", ".svg": "image/svg+xml" };
+
+/** A server of files that knows nothing of Annulus; `changed` gives other bytes for a file. */
+export async function serveFiles(changed = () => null) {
+  const asked = [];
+  const server = createServer((request, response) => {
+    const path = decodeURIComponent(new URL(request.url, "http://x").pathname);
+    asked.push(`${request.method} ${path}`);
+    const name = path.startsWith("/boards/here/") ? normalize(path.slice("/boards/here/".length) || "index.html") : "..";
+    try {
+      if (name.startsWith("..")) throw new Error(name);
+      const bytes = changed(name) ?? readFileSync(join(site, name));
+      response.writeHead(200, { "content-type": kinds[extname(name)] ?? "application/octet-stream" }).end(bytes);
+    } catch {
+      response.writeHead(404).end();
+    }
+  });
+  await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
+  const url = `http://127.0.0.1:${server.address().port}/boards/here/`;
+  return { url, asked, stop: () => (server.closeAllConnections(), server.close()) };
 }
 
 /** Waits until `look` gives something true, and gives that. */

@@ -56,14 +56,17 @@ const LINK: &[(&str, &[&str])] = &[
 
 /// Files of `drill/src` that stand by themselves, and what each may name; all others are the owner, and may name them all.
 const DRILL: &[(&str, &[&str])] = &[
+    ("files", &[]),
     ("grant", &[]),
     ("journal", &[]),
     ("ticket", &[]),
+    ("line", &["owner", "ticket"]),
     ("executor", &["grant"]),
     ("place", &["executor"]),
     ("outside", &["executor", "journal"]),
     ("recording", &["executor", "journal", "owner"]),
     ("alone", ALONE),
+    ("controller", &["executor", "files", "journal", "line", "owner", "prepare", "ticket"]),
     ("owner", OWNER),
     ("arming", OWNER),
     ("begin", OWNER),
@@ -85,8 +88,19 @@ const OWNER: &[&str] = &[
 ];
 
 /// What the drill without threads may name: what the bridge names too.
-const ALONE: &[&str] =
-    &["board", "executor", "journal", "outside", "owner", "place", "prepare", "recording", "ticket"];
+const ALONE: &[&str] = &[
+    "board",
+    "executor",
+    "files",
+    "journal",
+    "line",
+    "outside",
+    "owner",
+    "place",
+    "prepare",
+    "recording",
+    "ticket",
+];
 
 /// Folders and files of `bridge/src`, lowest first, and what each may name: only what lies lower.
 const BRIDGE: &[(&str, &[&str])] = &[

@@ -113,6 +113,7 @@ fn in_browser() -> Done<Command> {
 fn pages() -> Done<Command> {
     let browser = browser::ensure()?;
     npm::ensure()?;
+    grbl::ensure()?;
     // Two files at a time: each has a bridge, a home and a browser of its own.
     let mut pages = command("node", &["--test", "--test-concurrency=2"]);
     for reporter in ["tap", "./tests/browser/seconds.mjs"] {

@@ -1,6 +1,6 @@
-//! The line to the virtual drill of this page, where no bridge is behind it: a worker in the place of the socket.
+//! The line to a machine of this page, virtual drill or controller: a worker in the place of the socket.
 //!
-//! Comes in: text and programs to send. Goes out: what is heard, as events. Does not know what it means.
+//! Comes in: text and programs to send. Goes out: what is heard, as events, and what is meant for a port. Does not know what it means.
 
 use crate::browser::window;
 use crate::engine::{drill, worker};
@@ -21,6 +21,14 @@ const SPEED: &str = "speed";
 
 /// Programs on their way: whether they are brought, and their key.
 type Coming = Rc<RefCell<BTreeMap<u32, (bool, String)>>>;
+
+/// What the worker says that is not for the page.
+pub(super) enum ForPort {
+    /// These bytes are to be written.
+    Bytes(Uint8Array),
+    /// Nobody answers there.
+    Silent,
+}
 
 /// One worker with the closures it calls; dropping them together keeps a late message of an ended worker silent.
 pub(super) struct Drill {
@@ -47,34 +55,56 @@ fn speed() -> f64 {
     asked.and_then(|speed| speed.parse().ok()).unwrap_or(1.0)
 }
 
-/// A worker that has the drill.
-pub(super) fn open() -> Option<Drill> {
-    let worker = worker::hire(drill::NAME).ok()?;
+/// A worker that is the machine of this name, and begins when it is told to.
+pub(super) fn hire(name: &str, port: impl Fn(ForPort) + 'static) -> Option<Drill> {
+    let worker = worker::hire(name).ok()?;
     let coming = Coming::default();
     let answered = Rc::clone(&coming);
-    let message =
-        Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| hear(&answered, &event.data()));
+    let message = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
+        if let Some(for_port) = hear(&answered, &event.data()) {
+            port(for_port);
+        }
+    });
     let error = Closure::<dyn FnMut(ErrorEvent)>::new(|event: ErrorEvent| {
         event.prevent_default();
         page::send(LinkEvent::Closed);
     });
     worker.set_onmessage(Some(message.as_ref().unchecked_ref()));
     worker.set_onerror(Some(error.as_ref().unchecked_ref()));
-    worker.post_message(&speed().into()).ok()?;
     Some(Drill { worker, coming, _message: message, _error: error })
 }
 
-fn hear(coming: &Coming, data: &JsValue) {
+/// Has the machine begin.
+pub(super) fn begin(worker: &Worker) -> bool {
+    worker.post_message(&speed().into()).is_ok()
+}
+
+/// A worker that has the virtual drill.
+pub(super) fn open() -> Option<Drill> {
+    let drill = hire(drill::VIRTUAL, |_| ())?;
+    begin(&drill.worker).then_some(drill)
+}
+
+fn hear(coming: &Coming, data: &JsValue) -> Option<ForPort> {
     if let Some(text) = data.as_string() {
         let tell = serde_json::from_str(&text).ok().map(Box::new);
-        return page::send(LinkEvent::Heard { tell });
+        page::send(LinkEvent::Heard { tell });
+    } else if data.is_null() {
+        page::send(LinkEvent::Closed);
+    } else if data.is_instance_of::<Uint8Array>() {
+        return Some(ForPort::Bytes(data.clone().unchecked_into()));
+    } else if data.as_bool() == Some(false) {
+        return Some(ForPort::Silent);
+    } else if let Some(told) = data.dyn_ref::<Array>() {
+        answered(coming, told);
+    } else {
+        page::send(FrameEvent::Say { text: Text::of(key!("page.alone.nothing_kept")) });
     }
-    if data.is_null() {
-        return page::send(LinkEvent::Closed);
-    }
-    let Some(told) = data.dyn_ref::<Array>() else {
-        return page::send(FrameEvent::Say { text: Text::of(key!("page.alone.nothing_kept")) });
-    };
+    None
+}
+
+/// A program was brought, or came.
+fn answered(coming: &Coming, told: &Array) {
     let number = told.get(0).as_f64().unwrap_or_default() as u32;
     let Some((brought, key)) = coming.borrow_mut().remove(&number) else { return };
     let why = told.get(1).as_string().and_then(|why| serde_json::from_str::<Diagnostic>(&why).ok());
@@ -91,6 +121,11 @@ fn answer(number: u32, brought: bool, key: String, bytes: Result<Vec<u8>, Diagno
 }
 
 impl Drill {
+    /// The worker itself.
+    pub(super) fn worker(&self) -> &Worker {
+        &self.worker
+    }
+
     /// Sends a frame.
     pub(super) fn send(&self, text: &str) -> bool {
         self.worker.post_message(&text.into()).is_ok()

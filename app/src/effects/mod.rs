@@ -11,6 +11,7 @@ mod drill;
 mod files;
 mod jobs;
 mod languages;
+mod serial;
 mod session;
 mod site;
 mod socket;
@@ -29,6 +30,7 @@ use worker::Workers;
 /// What the page needs to run.
 pub fn surroundings() -> Surroundings {
     let (workers, line) = (Workers::default(), Line::default());
+    line.serial.listen();
     let clock = || Clock { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
     Surroundings { run: Box::new(move |effect| run(&workers, &line, effect)), clock }
 }
@@ -41,6 +43,7 @@ pub fn begin() {
     if let Some(text) = session::kept_bench() {
         send(LabEvent::Kept { text });
     }
+    serial::begin();
     socket::begin();
 }
 
@@ -61,6 +64,12 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::Frame => request_animation_frame(|| send(PlayEvent::Frame)),
         Effect::Pair { token } => pair(token),
         Effect::Connect => line.connect(),
+        Effect::ChoosePort => line.serial.choose(),
+        Effect::ConnectController => line.connect_controller(),
+        Effect::LeavePort => line.leave_port(),
+        Effect::KeepController { on } => session::keep_controller(on),
+        Effect::Guard { on } => line.serial.guard(on),
+        Effect::HoldPort => line.serial.hold(),
         Effect::Send { text } => line.send(&text),
         Effect::KeepControl { had } => session::keep_control(had),
         Effect::KeepBench { text } => session::keep_bench(&text),

@@ -13,6 +13,8 @@ use annulus_core::wire::{Pair, Paired};
 const KEPT_AS: &str = "annulus.session";
 /// Stands there while this tab holds on to control.
 const CONTROL: &str = "annulus.control";
+/// Stands there while this tab has a controller.
+const CONTROLLER: &str = "annulus.controller";
 
 /// Takes the token out of the address and clears it there before anything else happens.
 pub(super) fn token_from_address() -> Option<String> {
@@ -58,6 +60,18 @@ pub(super) fn had_control() -> bool {
 pub(super) fn keep_control(had: bool) {
     if let Some(storage) = tab_storage() {
         let _ = if had { storage.set_item(CONTROL, "1") } else { storage.remove_item(CONTROL) };
+    }
+}
+
+/// Whether this tab had a controller when it was loaded last, and did not let go of it.
+pub(super) fn had_controller() -> bool {
+    tab_storage().and_then(|storage| storage.get_item(CONTROLLER).ok().flatten()).is_some()
+}
+
+/// Keeps that this tab has a controller, or that it let go of it.
+pub(super) fn keep_controller(on: bool) {
+    if let Some(storage) = tab_storage() {
+        let _ = if on { storage.set_item(CONTROLLER, "1") } else { storage.remove_item(CONTROLLER) };
     }
 }
 

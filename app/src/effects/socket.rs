@@ -4,6 +4,7 @@
 //! Comes in: text to send. Goes out: what is heard, as events. Does not know what it means.
 
 use super::drill::{self, Drill};
+use super::serial::Serial;
 use super::{jobs, session, site};
 use crate::browser::{document_hidden, window};
 use crate::model::LinkEvent;
@@ -13,6 +14,7 @@ use annulus_core::wire::{FRAME_LIMIT, JOG_GRANT_MS, Paired};
 use leptos::leptos_dom::helpers::IntervalHandle;
 use leptos::prelude::{set_interval, set_interval_with_handle};
 use std::cell::{Cell, RefCell};
+use std::rc::Rc;
 use std::time::Duration;
 use wasm_bindgen::prelude::*;
 use web_sys::{CloseEvent, MessageEvent, WebSocket};
@@ -39,6 +41,8 @@ impl Drop for Open {
 pub(super) struct Line {
     open: RefCell<Option<Open>>,
     drill: RefCell<Option<Drill>>,
+    /// The port whose bytes this page carries.
+    pub(super) serial: Rc<Serial>,
     renews: Cell<Option<IntervalHandle>>,
 }
 
@@ -53,6 +57,24 @@ pub(super) fn begin() {
 }
 
 impl Line {
+    /// Opens the port that was chosen, or one that is known, in place of whatever was there; a worker attends the controller.
+    pub(super) fn connect_controller(&self) {
+        drop(self.open.take());
+        // The one before lets go of its files first.
+        drop(self.drill.take());
+        let drill = self.serial.connect();
+        if drill.is_none() {
+            send(LinkEvent::Closed);
+        }
+        self.drill.replace(drill);
+    }
+
+    /// Lets go of the port.
+    pub(super) fn leave_port(&self) {
+        drop(self.drill.take());
+        self.serial.leave();
+    }
+
     /// Opens a socket in place of the one before.
     pub(super) fn connect(&self) {
         if site::alone() {

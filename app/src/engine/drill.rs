@@ -1,18 +1,20 @@
-//! The virtual drill of a page that has no bridge: in a worker of its own, which gives it the time.
+//! The machine of a page that has no bridge behind it, in a worker of its own, which gives it the time: the virtual drill, or a
+//! controller at a port whose bytes the page carries.
 //!
 //! ```text
-//! page ── speed, frames, programs ──▶ worker ── Alone ──▶ files of this site
-//!      ◀── frames, answers ──────────    └─ a turn every 8 ms while something moves
+//! page ── speed, frames, programs, bytes ──▶ worker ── Alone or Station ──▶ files of this site
+//!      ◀── frames, answers, bytes ──────────    └─ a turn every 8 ms while something moves
 //! ```
 //!
-//! Comes in: what the page posts: first the speed, then frames as text, and `[number, key]`, `[number, key, bytes]` for programs.
-//! Goes out: frames as text; `[number, reason, bytes]` for programs; `true` where nothing is kept, `null` when it is over. Does not
-//! know what a frame says.
+//! Comes in: what the page posts: first the speed, then frames as text, `[number, key]` and `[number, key, bytes]` for programs, bytes
+//! of the port, `null` when that is gone. Goes out: bytes for the port; frames as text; `[number, reason, bytes]` for programs; `true`
+//! where nothing is kept, `false` where nobody answers at the port, `null` when it is over. Does not know what a frame says.
 
 use super::files::{self, Store};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Tell;
-use annulus_drill::Alone;
+use annulus_drill::controller::Station;
+use annulus_drill::{Alone, File};
 use js_sys::{Array, Uint8Array};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -21,16 +23,62 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::spawn_local;
 use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
 
-/// The name of the worker.
-pub const NAME: &str = "annulus drill";
+/// The name of the worker that is the virtual drill.
+pub const VIRTUAL: &str = "annulus drill";
+
+/// The name of the worker that attends a controller.
+pub const CONTROLLER: &str = "annulus controller";
 
 /// Longest time between two turns.
 const LONGEST_MS: u128 = 1_000;
 
-/// The drill, once it is there, and what came before.
+/// The machine.
+enum Served {
+    Virtual(Box<Alone<Store>>),
+    Controller(Box<Station<Store>>),
+}
+
+impl Served {
+    fn hear(&mut self, text: &str) {
+        match self {
+            Self::Virtual(drill) => drill.hear(text),
+            Self::Controller(station) => station.hear(text),
+        }
+    }
+
+    fn frames(&mut self) -> Vec<String> {
+        match self {
+            Self::Virtual(drill) => drill.frames(),
+            Self::Controller(station) => station.frames(),
+        }
+    }
+
+    fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
+        match self {
+            Self::Virtual(drill) => drill.upload(key, bytes),
+            Self::Controller(station) => station.upload(key, bytes),
+        }
+    }
+
+    fn job(&self, key: &str) -> Option<&[u8]> {
+        match self {
+            Self::Virtual(drill) => drill.job(key),
+            Self::Controller(station) => station.job(key),
+        }
+    }
+
+    fn advance(&mut self) -> Duration {
+        match self {
+            Self::Virtual(drill) => drill.advance(),
+            Self::Controller(station) => station.advance(),
+        }
+    }
+}
+
+/// The machine, once it is there, and what came before.
 struct Room {
     scope: DedicatedWorkerGlobalScope,
-    drill: Option<Alone<Store>>,
+    served: Option<Served>,
     early: Vec<JsValue>,
     turns: Option<Closure<dyn FnMut()>>,
     timer: Option<i32>,
@@ -49,12 +97,12 @@ fn time() -> Duration {
     Duration::from_secs_f64(now_ms.max(0.0) * 1e-3)
 }
 
-/// Whether this worker is to be the drill.
+/// Whether this worker is to be a machine.
 pub fn is_here() -> bool {
-    scope().is_some_and(|scope| scope.name() == NAME)
+    scope().is_some_and(|scope| [VIRTUAL, CONTROLLER].contains(&scope.name().as_str()))
 }
 
-/// Begins to listen. Called once, when the wasm is started in the worker of the drill.
+/// Begins to listen. Called once, when the wasm is started in the worker of a machine.
 pub fn serve() {
     let Some(scope) = scope() else { return };
     std::panic::set_hook(Box::new(|panic| {
@@ -62,7 +110,7 @@ pub fn serve() {
         // What the journal has is safe; the page begins another worker.
         post(&JsValue::NULL);
     }));
-    let room = Room { scope: scope.clone(), drill: None, early: Vec::new(), turns: None, timer: None };
+    let room = Room { scope: scope.clone(), served: None, early: Vec::new(), turns: None, timer: None };
     let room = Rc::new(RefCell::new(room));
     let again = Rc::clone(&room);
     room.borrow_mut().turns = Some(Closure::new(move || turn(&again)));
@@ -84,20 +132,30 @@ fn post(message: &JsValue) {
     }
 }
 
+async fn open(scope: &DedicatedWorkerGlobalScope, speed: f64) -> Result<Served, Diagnostic> {
+    let controls = scope.name() == CONTROLLER;
+    let store = files::open(scope, if controls { &File::CONTROLLER } else { &File::DRILL }).await?;
+    if matches!(store, Store::Memory(_)) {
+        post(&true.into());
+    }
+    Ok(if controls {
+        let mut station = Station::open(store, speed, time)?;
+        station.connect();
+        Served::Controller(Box::new(station))
+    } else {
+        let mut drill = Alone::open(store, speed, js_sys::Date::now() as u64, time)?;
+        drill.connect();
+        Served::Virtual(Box::new(drill))
+    })
+}
+
 async fn begin(room: Shared, speed: f64) {
     let scope = room.borrow().scope.clone();
-    let opened = files::open(&scope).await.and_then(|store| {
-        if matches!(store, Store::Memory(_)) {
-            post(&true.into());
-        }
-        Alone::open(store, speed, js_sys::Date::now() as u64, time)
-    });
-    match opened {
-        Ok(mut drill) => {
-            drill.connect();
+    match open(&scope, speed).await {
+        Ok(served) => {
             let early = {
                 let mut room = room.borrow_mut();
-                room.drill = Some(drill);
+                room.served = Some(served);
                 std::mem::take(&mut room.early)
             };
             early.into_iter().for_each(|data| hear(&room, data));
@@ -114,22 +172,26 @@ async fn begin(room: Shared, speed: f64) {
 fn hear(room: &Shared, data: JsValue) {
     {
         let mut room = room.borrow_mut();
-        let Some(drill) = &mut room.drill else { return room.early.push(data) };
-        match data.as_string() {
-            Some(text) => drill.hear(&text),
-            None => program(drill, &data.unchecked_into()),
+        let Some(served) = &mut room.served else { return room.early.push(data) };
+        match (data.as_string(), served) {
+            (Some(text), served) => served.hear(&text),
+            (None, Served::Controller(station)) if data.is_null() => station.unplugged(),
+            (None, Served::Controller(station)) if data.is_instance_of::<Uint8Array>() => {
+                station.bytes(Uint8Array::new(&data).to_vec());
+            }
+            (None, served) => program(served, &data.unchecked_into()),
         }
     }
     turn(room);
 }
 
 /// Brings a program, or gives one back.
-fn program(drill: &mut Alone<Store>, asked: &Array) {
+fn program(served: &mut Served, asked: &Array) {
     let key = asked.get(1).as_string().unwrap_or_default();
     let answer = if asked.length() == 3 {
-        drill.upload(&key, Uint8Array::new(&asked.get(2)).to_vec()).map(|()| JsValue::NULL)
+        served.upload(&key, Uint8Array::new(&asked.get(2)).to_vec()).map(|()| JsValue::NULL)
     } else {
-        let bytes = drill.job(&key).map(|bytes| Uint8Array::from(bytes).into());
+        let bytes = served.job(&key).map(|bytes| Uint8Array::from(bytes).into());
         bytes.ok_or_else(|| Diagnostic::error("control.no_such_job"))
     };
     let why = answer
@@ -139,13 +201,27 @@ fn program(drill: &mut Alone<Store>, asked: &Array) {
     post(&Array::of3(&asked.get(0), &why, &answer.unwrap_or(JsValue::NULL)));
 }
 
-/// One turn, and a time for the next.
+/// One turn, and a time for the next. What goes to the port goes first.
 fn turn(room: &Shared) {
     let mut room = room.borrow_mut();
-    let Some(drill) = &mut room.drill else { return };
-    let next = drill.advance();
-    for frame in drill.frames() {
+    let Some(served) = &mut room.served else { return };
+    let next = served.advance();
+    let mut over = None;
+    if let Served::Controller(station) = served {
+        let bytes = station.written();
+        if !bytes.is_empty() {
+            post(&Uint8Array::from(bytes.as_slice()));
+        }
+        over = station.is_over().then(|| if station.greeted() { JsValue::NULL } else { false.into() });
+    }
+    for frame in served.frames() {
         post(&frame.into());
+    }
+    if let Some(why) = over {
+        post(&why);
+        // What comes from now on goes nowhere: the page ends this worker.
+        room.served = None;
+        return;
     }
     let Room { scope, turns: Some(turns), timer, .. } = &mut *room else { return };
     if let Some(timer) = timer.take() {

@@ -1,4 +1,4 @@
-//! The files of the virtual drill in the page: in the private folder of this site, or in memory where the browser keeps nothing.
+//! The files of the machine in the page, virtual drill or controller: in the private folder of this site, or in memory where the browser keeps nothing.
 //!
 //! Comes in: bytes. Goes out: bytes. A file is open in one tab at a time: who comes second is told so. Does not know what is in them.
 
@@ -31,10 +31,10 @@ fn words(error: JsValue) -> String {
 }
 
 /// The files of this site. Refused where another tab has them; in memory where the browser keeps none.
-pub(super) async fn open(scope: &DedicatedWorkerGlobalScope) -> Result<Store, Diagnostic> {
+pub(super) async fn open(scope: &DedicatedWorkerGlobalScope, files: &[File]) -> Result<Store, Diagnostic> {
     let Ok(folder) = folder(scope).await else { return Ok(Store::Memory(BTreeMap::new())) };
     let mut kept = BTreeMap::new();
-    for file in File::ALL {
+    for &file in files {
         match handle(&folder, file).await {
             Ok(handle) => {
                 kept.insert(file, handle);

@@ -62,6 +62,25 @@ pub enum Effect {
     },
     /// Open a socket; what is heard on it comes as [`super::LinkEvent::Heard`], its end as [`super::LinkEvent::Closed`].
     Connect,
+    /// Let the person choose a port; comes back as [`super::ControllerEvent::Chosen`].
+    ChoosePort,
+    /// Open the port that was chosen, or one that is known, in place of the socket; what the controller there says comes in the same
+    /// way.
+    ConnectController,
+    /// Let go of the port.
+    LeavePort,
+    /// Keep over a reload that this tab has a controller, or that it let go of it.
+    KeepController {
+        /// It has one.
+        on: bool,
+    },
+    /// Have the browser ask before the page is left, or not.
+    Guard {
+        /// It asks.
+        on: bool,
+    },
+    /// Hold whatever the controller moves, at once: the page is being left.
+    HoldPort,
     /// Send text on the socket; comes back as [`super::LinkEvent::NotSent`] where it is not open.
     Send {
         /// A message of `wire`.

@@ -40,7 +40,7 @@ pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
 pub use lab::{Lab, LabEvent};
-pub use link::{HandEvent, Link, LinkEvent};
+pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
 pub use planning::{OnTheWay, Step};
 pub use play::{Play, PlayEvent};
 pub use start::{Start, StartEvent};
@@ -67,7 +67,7 @@ pub struct Model {
     pub clock: Clock,
     /// Which screen, in which units and colours; what is chosen and how it is looked at.
     pub frame: Frame,
-    /// The machine that is planned for: the bridge's, else the virtual drill.
+    /// The machine that is planned for: the bridge's or the controller's, else the virtual drill.
     pub machine: Arc<Machine>,
     /// The open board and all that follows from it.
     pub board: OpenBoard,
@@ -283,7 +283,8 @@ fn taken(model: &mut Model, place: u32, files: Option<Vec<u8>>, job: Option<Stri
 
 /// What the line tells of the inputs goes to the Lab too.
 fn linked(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
-    let effects = link::update(model, event);
+    let mut effects = link::update(model, event);
+    effects.extend(link::controller::follow(model));
     if let Some(status) = &model.link.status {
         model.lab.told(model.clock.wall_ms, status.inputs);
     }

@@ -29,6 +29,8 @@ pub struct Preflight {
     pub from_leg: u32,
     /// Digest of the stream as this page computed it.
     pub own_digest: String,
+    /// The machine plans its own motion: no digest is compared.
+    pub own_motion: bool,
 }
 
 /// What a program is wanted for.
@@ -118,8 +120,12 @@ pub enum StartEvent {
     Start,
 }
 
-/// The bridge's rows, and the page's own: that both computed the same steps.
+/// The bridge's rows, and the page's own: that both computed the same steps. A controller that plans its own motion has none, and
+/// says so itself.
 pub fn rows(preflight: &Preflight, armed: &Armed) -> Vec<PreflightRow> {
+    if preflight.own_motion {
+        return armed.checks.clone();
+    }
     let same = preflight.own_digest == armed.stream_digest;
     let code = if same { key!("page.preflight.same_steps") } else { key!("page.preflight.other_steps") };
     let severity = if same { Severity::Note } else { Severity::Error };
@@ -178,7 +184,8 @@ fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
     (model.link.armed, model.link.refused) = (None, None);
     model.start.ticked = BTreeSet::new();
     let (key, own_digest) = (job.key.clone(), job.stream_digest.clone());
-    model.start.preflight = Some(Preflight { job: key, from_leg, own_digest });
+    let own_motion = model.link.controller.chosen;
+    model.start.preflight = Some(Preflight { job: key, from_leg, own_digest, own_motion });
     let number = model.next_request();
     model.start.upload = Some(number);
     let session = model.link.session.clone();
@@ -206,7 +213,7 @@ fn start(model: &mut Model) -> Vec<Effect> {
     let rows = rows_now(model.start.preflight.as_ref(), model.link.armed.as_ref());
     let may = rows.is_some_and(|rows| may_start(&rows, &model.start.ticked));
     let Some(preflight) = model.start.preflight.take_if(|_| may) else { return Vec::new() };
-    let Preflight { job, from_leg, own_digest } = preflight;
+    let Preflight { job, from_leg, own_digest, .. } = preflight;
     model.link.ended = None;
     ask(model, &Ask::Start { job, stream_digest: own_digest, from_leg })
 }

@@ -6,7 +6,7 @@ use super::slots::Slots;
 use super::{send, signals as all};
 pub use crate::health::{Freshness, Ousted};
 use crate::lab::log::Log;
-pub use crate::model::link::{Armed, Control, Ended, Hand, Interrupted, Notice, Phase, Queue};
+pub use crate::model::link::{Armed, Control, Controller, Ended, Hand, Interrupted, Notice, Phase, Queue};
 use crate::model::start::Preflight;
 use crate::model::{Job, LinkEvent};
 use annulus_core::control::{State, Timing};
@@ -64,6 +64,8 @@ pub struct Link {
     pub ticked: ReadSignal<BTreeSet<String>>,
     /// The pad that moves by hand.
     pub hand: ReadSignal<Hand>,
+    /// The controller at a port of this computer, where the page has one.
+    pub controller: ReadSignal<Controller>,
 }
 
 /// The line.
@@ -95,6 +97,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         preflight: slots.part(|model| &model.start.preflight),
         ticked: slots.part(|model| &model.start.ticked),
         hand: slots.part(|model| &model.link.hand),
+        controller: slots.part(|model| &model.link.controller),
     }
 }
 

@@ -6,34 +6,12 @@
 
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
-use serde::{Deserialize, Serialize};
+use annulus_drill::controller::Entry;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Largest file that is read.
 const LARGEST: u64 = 64 * 1024;
-
-/// A job on a controller.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub(crate) struct Entry {
-    /// SHA-256 of its programs.
-    pub(crate) key: String,
-    /// Its name.
-    pub(crate) name: String,
-    /// The programs it was read from.
-    pub(crate) files: Vec<PathBuf>,
-    /// Sections that are certainly done.
-    pub(crate) done: usize,
-    /// Holes among them.
-    pub(crate) holes: u32,
-    /// Toolpaths among them.
-    pub(crate) toolpaths: u32,
-    /// Work zero in machine coordinates, mm.
-    #[serde(rename = "zero")]
-    pub(crate) zero_mm: Option<[f64; 3]>,
-    /// It came to its end.
-    pub(crate) ended: bool,
-}
 
 /// Where entries are kept.
 #[derive(Clone, Debug)]

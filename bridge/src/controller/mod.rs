@@ -1,4 +1,4 @@
-//! A controller at a serial port: the engine of `core` with a thread that owns the port.
+//! A controller at a serial port: what attends it (`drill/src/controller`) with a thread that owns the port.
 //!
 //! ```text
 //!  cli ── asks ──▶ owner (a thread) ── bytes ──▶ port
@@ -12,5 +12,5 @@ pub(crate) mod ledger;
 mod owner;
 mod port;
 
-pub(crate) use owner::{Glimpse, Owner, Told};
+pub(crate) use owner::Owner;
 pub(crate) use port::{list, open};

@@ -118,6 +118,8 @@ pub enum Ask {
     ToolReady,
     /// Come to rest and end the job. Nothing moves afterwards.
     Stop,
+    /// End the job once the section in work is done: over the next one, the tip up.
+    StopAfter,
     /// Change an override.
     Override(Override),
     /// A setting.
@@ -148,6 +150,10 @@ pub enum Override {
     FeedUp,
     /// Feed 10 % down.
     FeedDown,
+    /// Feed 1 % up.
+    FeedUpOne,
+    /// Feed 1 % down.
+    FeedDownOne,
     /// Rapids at full speed.
     RapidFull,
     /// Rapids at half.
@@ -163,12 +169,24 @@ pub enum Override {
 }
 
 impl Override {
+    /// The steps that make the feed `percent` of the programmed one, 10 to 200.
+    pub fn feed(percent: u8) -> impl Iterator<Item = Self> {
+        let off = i32::from(percent.clamp(10, 200)) - 100;
+        let (ten, one) =
+            if off < 0 { (Self::FeedDown, Self::FeedDownOne) } else { (Self::FeedUp, Self::FeedUpOne) };
+        let off = off.unsigned_abs() as usize;
+        let tens = std::iter::repeat_n(ten, off / 10);
+        std::iter::once(Self::FeedFull).chain(tens).chain(std::iter::repeat_n(one, off % 10))
+    }
+
     /// Its real-time character.
     pub fn sign(self) -> u8 {
         match self {
             Self::FeedFull => 0x90,
             Self::FeedUp => 0x91,
             Self::FeedDown => 0x92,
+            Self::FeedUpOne => 0x93,
+            Self::FeedDownOne => 0x94,
             Self::RapidFull => 0x95,
             Self::RapidHalf => 0x96,
             Self::RapidQuarter => 0x97,
@@ -229,5 +247,26 @@ impl Info {
             () if says("fluidnc") => "FluidNC",
             () => "GRBL",
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_feed_is_reached_by_the_steps_that_controllers_have() {
+        let rows = [
+            (100, "90"),
+            (110, "90 91"),
+            (97, "90 94 94 94"),
+            (75, "90 92 92 94 94 94 94 94"),
+            (122, "90 91 91 93 93"),
+        ];
+        for (percent, expected) in rows {
+            let signs: Vec<_> = Override::feed(percent).map(|step| format!("{:x}", step.sign())).collect();
+            assert_eq!(signs.join(" "), expected, "{percent}");
+        }
+        assert_eq!((Override::feed(1).count(), Override::feed(255).count()), (10, 11));
     }
 }

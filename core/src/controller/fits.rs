@@ -64,6 +64,11 @@ fn step_rates(machine: &Machine<'_>) -> Vec<Diagnostic> {
         .collect()
 }
 
+/// The ends of an axis with so much travel, in machine coordinates, mm.
+pub(super) fn ends(travel_mm: f64, positive: bool) -> [f64; 2] {
+    if positive { [0.0, travel_mm] } else { [-travel_mm, 0.0] }
+}
+
 fn travel(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
     let (Some([low, high]), Some(travel)) = (routine.reach(), settings::axes(machine.values, 130)) else {
         return Vec::new();
@@ -77,7 +82,7 @@ fn travel(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
             found.push(error.with("needs", round(high - low)).with("travel", round(travel[axis])));
             continue;
         }
-        let ends = if machine.positive { [0.0, travel[axis]] } else { [-travel[axis], 0.0] };
+        let ends = ends(travel[axis], machine.positive);
         let (from, to) = (low + machine.zero_mm[axis], high + machine.zero_mm[axis]);
         let past = (ends[0] - from).max(to - ends[1]);
         if machine.homed && past > SLACK_MM {

@@ -28,6 +28,7 @@ impl Controller {
                 self.write(signs::RESUME);
                 self.set(Phase::Running);
             }
+            Ask::StopAfter => self.ask_stop_after(),
             Ask::Override(change) => self.change(change),
             Ask::JogCancel if self.phase == Phase::Jogging => self.write(signs::JOG_CANCEL),
             Ask::Home if matches!(self.phase, Phase::Ready | Phase::Locked) => self.home(),
@@ -87,6 +88,16 @@ impl Controller {
         }
     }
 
+    /// Where a person waits, or holds it, it ends at once; what was held in mid-section is not done.
+    fn ask_stop_after(&mut self) {
+        match (self.phase, &mut self.run) {
+            (Phase::Running | Phase::Holding, Some(run)) => run.stops_after = true,
+            (Phase::ToolChange, Some(_)) => self.stop(Ending::StoppedAfterHole),
+            (Phase::Held, Some(_)) => self.stop(Ending::Stopped),
+            _ => self.found(Diagnostic::error("grbl.not_now")),
+        }
+    }
+
     fn change(&mut self, change: Override) {
         if matches!(self.phase, Phase::Closed | Phase::Greeting) {
             return self.found(Diagnostic::error("grbl.not_now"));
@@ -130,6 +141,22 @@ impl Controller {
         if axes[0] && axes[1] && !settings::on(&self.info.values, 22) && self.phase == Phase::Ready {
             self.trust = Trust::Trusted;
         }
+    }
+
+    /// The lowest and the highest place of an axis in machine coordinates, mm; none where that is not known: nothing was homed.
+    pub fn room_mm(&self, axis: usize) -> Option<[f64; 2]> {
+        let values = &self.info.values;
+        let homed = settings::on(values, 22) && self.trust == Trust::Trusted;
+        let travel = *settings::axes(values, 130)?.get(axis).filter(|_| homed)?;
+        // Where the switches were left after homing; nearer to them they may speak.
+        let pull_off = values.get(&27).copied().unwrap_or(0.0).clamp(0.0, travel / 2.0);
+        let [low, high] = fits::ends(travel, self.is_positive());
+        Some([low + pull_off, high - pull_off])
+    }
+
+    /// Its places run from 0 up, not from minus the travel to 0.
+    fn is_positive(&self) -> bool {
+        self.info.options.letters.contains('Z')
     }
 
     /// What a person asked for and had to wait for a reset.
@@ -217,7 +244,7 @@ impl Controller {
             }
         }
         let homed = settings::on(&self.info.values, 22) && self.trust == Trust::Trusted;
-        let positive = self.info.options.letters.contains('Z');
+        let positive = self.is_positive();
         let small = self.info.flavour() == "GRBL";
         let machine = Machine { values: &self.info.values, zero_mm: zero, homed, positive, small };
         found.extend(fits::compare(&start.routine, &machine));

@@ -28,4 +28,4 @@ pub use engine::{Controller, step};
 pub use gcode::read;
 pub use lines::{Line, Pen, Piece};
 pub use routine::{Bow, Course, Move, Place, Routine, Section, SectionKind, Spindle};
-pub use run::estimate_s;
+pub use run::{estimate_s, estimates_s};

@@ -78,6 +78,8 @@ pub(super) struct Run {
     pub(super) fast: u32,
     idle: u32,
     limits: Option<Limits>,
+    /// It ends at the next look over the board.
+    pub(super) stops_after: bool,
 }
 
 impl Run {
@@ -163,11 +165,22 @@ pub fn estimate_s(
     from: usize,
     at_mm: [f64; 3],
 ) -> Option<f64> {
+    Some(estimates_s(routine, values, blocks, from, at_mm)?.into_iter().sum())
+}
+
+/// The same, section by section.
+pub fn estimates_s(
+    routine: &Routine,
+    values: &Values,
+    blocks: usize,
+    from: usize,
+    at_mm: [f64; 3],
+) -> Option<Vec<f64>> {
     /// A look: the last words, their answers, the question and its answer.
     const LOOK_S: f64 = 0.07;
     let limits = Limits::of(values, blocks)?;
     let mut pen = Pen::standing(at_mm);
-    let mut whole = 0.0;
+    let mut each_s = Vec::new();
     for (index, section) in routine.sections.iter().enumerate().skip(from) {
         let fresh = index == from || matches!(routine.sections[index - 1].kind, SectionKind::Change(_));
         let lines: Vec<Line> = if fresh {
@@ -178,9 +191,9 @@ pub fn estimate_s(
         };
         let work = section.actions.iter().skip(section.approach).flat_map(|action| pen.act(action));
         let lines: Vec<Line> = lines.into_iter().chain(work).collect();
-        whole += time_s(limits.clone(), &lines) + LOOK_S;
+        each_s.push(time_s(limits.clone(), &lines) + LOOK_S);
     }
-    Some(whole)
+    Some(each_s)
 }
 
 impl Controller {
@@ -199,6 +212,7 @@ impl Controller {
             fast: 0,
             idle: 0,
             limits,
+            stops_after: false,
         };
         run.enter(After::Begun);
         (self.run, self.ending) = (Some(run), None);
@@ -263,7 +277,11 @@ impl Controller {
             self.out.push(Action::Progress(done));
         }
         let Some(run) = &mut self.run else { return };
-        match run.routine.sections.get(run.at).map(|section| section.kind) {
+        let kind = run.routine.sections.get(run.at).map(|section| section.kind);
+        if run.stops_after && !matches!(kind, Some(SectionKind::Finish) | None) {
+            return self.stop(Ending::StoppedAfterHole);
+        }
+        match kind {
             Some(SectionKind::Hole(_) | SectionKind::Toolpath(_)) => run.work(),
             Some(SectionKind::Change(tool)) => {
                 run.window.clear();

@@ -20,15 +20,16 @@ pub mod auth;
 mod frames;
 mod lab;
 pub mod program;
+mod status;
 
 pub use frames::understand;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
+pub use status::{DrilledReport, MissingReport, SlipReport, Status};
 
-use crate::control::{Alarm, Ending, State, Timing, Trust};
+use crate::control::{Ending, Timing};
 use crate::diagnostic::Diagnostic;
 use crate::machine::Value;
 use crate::queue::Mode;
-use crate::steps::{Stage, Steps};
 use serde::{Deserialize, Serialize};
 
 /// Version of these messages. Both sides state theirs and the oldest they still understand.
@@ -209,6 +210,17 @@ pub enum Ask {
         /// Keys and new values.
         changes: Vec<(String, Value)>,
     },
+    /// The tip touches the board here: this height becomes zero of Z. Controllers of the GRBL family alone.
+    SetHeight,
+    /// The same where the probe finds the board, at most so far below; controllers alone.
+    Probe {
+        /// How far down at most, µm.
+        depth_um: u32,
+        /// Thickness of the plate that the tip meets, µm; 0 for the bare copper.
+        plate_um: u32,
+    },
+    /// Unlock without homing: the position stays unknown, and moves by hand are allowed. Controllers alone.
+    Unlock,
 }
 
 impl Ask {
@@ -225,6 +237,9 @@ impl Ask {
             | Self::JogOn
             | Self::OutputLease { .. }
             | Self::Output { .. }
+            | Self::SetHeight
+            | Self::Probe { .. }
+            | Self::Unlock
             | Self::AcknowledgeAlarm => Scope::Jog,
             Self::Arm { .. }
             | Self::Start { .. }
@@ -343,6 +358,16 @@ pub enum Tell {
     Queue(Box<QueueStatus>),
     /// The outputs and their lock.
     Outputs(Outputs),
+    /// A controller of the GRBL family is the machine: who it is, with its numbered settings. Such a one plans its own motion: in
+    /// [`Tell::Armed`] it has no digest.
+    Controller {
+        /// `GRBL`, `grblHAL` or `FluidNC`.
+        flavour: String,
+        /// Its version.
+        version: String,
+        /// Settings by their numbers, as `$$` lists them.
+        values: Vec<(u16, f64)>,
+    },
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.
@@ -376,128 +401,6 @@ pub enum Verdict {
     Fail,
 }
 
-/// A place where a motor of the virtual drill lost steps.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct SlipReport {
-    /// 0 X, 1 Y, 2 Z.
-    pub axis: u8,
-    /// Where the axis really was, machine mm.
-    pub place_mm: f64,
-    /// Steps lost there.
-    pub lost: u64,
-    /// Why: a key of `page.slip`.
-    pub cause: String,
-}
-
-/// How a board differs from its program, by the virtual drill's own record. All zero where it does not.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct DrilledReport {
-    /// Holes that are not there.
-    pub missing: u32,
-    /// Holes made again.
-    pub doubled: u32,
-    /// Holes where none should be.
-    pub shifted: u32,
-    /// Bits that broke.
-    pub broken: u32,
-    /// Steps that motors lost.
-    pub slipped_steps: u64,
-}
-
-/// Legs of the last run whose holes are not in the board, by the virtual drill's own record.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct MissingReport {
-    /// SHA-256 of the program's bytes.
-    pub job: String,
-    /// The first leg and the one behind the last, run by run.
-    pub legs: Vec<(u32, u32)>,
-}
-
-/// How things stand with the machine (A10).
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Status {
-    /// What it is doing.
-    pub state: State,
-    /// How well the position is known.
-    pub trust: Trust,
-    /// Machine position in steps.
-    pub steps: Steps,
-    /// Machine position in mm: X, Y, Z.
-    pub machine_mm: [f64; 3],
-    /// Work position in mm: X, Y from the work zero, Z from the board's surface.
-    pub work_mm: [f64; 3],
-    /// Where the work zero is, machine mm; none before it was set.
-    pub zero_mm: Option<[f64; 2]>,
-    /// Where the head is going in the plane, work mm.
-    pub target_mm: Option<[f64; 2]>,
-    /// Lowest point of the stroke, work mm.
-    pub lower_dead_point_mm: Option<f64>,
-    /// SHA-256 of the job in work.
-    pub job: Option<String>,
-    /// Its name.
-    pub job_name: Option<String>,
-    /// Leg in work.
-    pub leg: Option<u32>,
-    /// Hole in work (index into the board's holes).
-    pub hole: Option<u32>,
-    /// Holes drilled.
-    pub holes_done: u32,
-    /// Holes in all.
-    pub holes_total: u32,
-    /// Toolpath in work (index into the job's toolpaths).
-    #[serde(default)]
-    pub toolpath: Option<u32>,
-    /// Toolpaths milled.
-    #[serde(default)]
-    pub toolpaths_done: u32,
-    /// Toolpaths in all.
-    #[serde(default)]
-    pub toolpaths_total: u32,
-    /// What is being done.
-    pub stage: Option<Stage>,
-    /// The work command, by its name.
-    pub command: Option<String>,
-    /// Bit in the spindle: index into the program's bits.
-    pub bit: Option<u32>,
-    /// Its diameter in mm.
-    pub bit_mm: Option<f64>,
-    /// Spindle speed commanded, rpm.
-    pub spindle_rpm: u32,
-    /// Percent of the planned feed.
-    #[serde(default = "full_override")]
-    pub feed_override_percent: u8,
-    /// Inputs, one bit each ([`crate::job::Input::bit`]).
-    pub inputs: u32,
-    /// Phase bytes put out to X, Y, Z.
-    pub phases: [u8; 3],
-    /// Where the virtual drill lost steps, since it was built.
-    #[serde(default)]
-    pub slips: Vec<SlipReport>,
-    /// How the board of the last run differs from its program, by the virtual drill's own record; none before one ended.
-    #[serde(default)]
-    pub drilled: Option<DrilledReport>,
-    /// What of it is missing, where that can be said.
-    #[serde(default)]
-    pub missing: Option<MissingReport>,
-    /// Holes that the board of the last run had already when the job was taken up, and that were drilled again: by their order
-    /// of drilling, the first is 1. By design one at most, and no fault.
-    #[serde(default)]
-    pub drilled_twice: Vec<u32>,
-    /// Time since Start, s.
-    pub elapsed_s: f64,
-    /// Time left, s.
-    pub left_s: f64,
-    /// Share of the job's own time that is behind it, 0 to 1, by whole legs: toolpaths count as holes do.
-    #[serde(default)]
-    pub done_share: f64,
-    /// What went wrong, until acknowledged.
-    pub alarm: Option<Alarm>,
-}
-
-fn full_override() -> u8 {
-    100
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -520,6 +423,9 @@ mod tests {
             (Ask::OutputLease { minutes: 5 }, Scope::Jog, true),
             (Ask::Output { name: String::new(), on: true, pulse_ms: None }, Scope::Jog, true),
             (Ask::Configure { changes: vec![] }, Scope::Configure, true),
+            (Ask::SetHeight, Scope::Jog, true),
+            (Ask::Unlock, Scope::Jog, true),
+            (Ask::Probe { depth_um: 1, plate_um: 0 }, Scope::Jog, true),
         ];
         for (ask, scope, needs_control) in rows {
             assert_eq!((ask.scope(), ask.needs_control()), (scope, needs_control), "{ask:?}");

@@ -164,6 +164,10 @@ impl Automaton {
                 b'!' => self.held = true,
                 b'~' => self.held = false,
                 0x18 => self.soft_reset(),
+                0x85 => {
+                    self.queue.clear();
+                    self.planned = self.at;
+                }
                 0x80.. => {}
                 _ if self.rx.len() >= RX => self.overrun += 1,
                 _ => self.rx.push_back(byte),
@@ -273,7 +277,25 @@ impl Automaton {
         self.gcode(&words)
     }
 
+    /// A move by hand: relative, in mm.
+    fn jog(&mut self, text: &str) -> Result<bool, u16> {
+        if self.lock == Lock::Alarm {
+            return Err(9);
+        }
+        let words = words(text)?;
+        let value = |letter: char| words.iter().find(|(name, _)| *name == letter).map(|(_, value)| *value);
+        let per_ms = value('F').ok_or(22_u16)? / 60_000.0;
+        for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
+            self.planned[axis] += value(letter).unwrap_or(0.0);
+        }
+        self.queue.push_back(Block { to: self.planned, per_ms });
+        Ok(true)
+    }
+
     fn system(&mut self, rest: &str) -> Result<bool, u16> {
+        if let Some(text) = rest.strip_prefix("J=") {
+            return self.jog(text);
+        }
         match rest {
             "" => self.say("[HLP:$$ $# $G $I $N $x=val $Nx=line $J=line $SLP $C $X $H ~ ! ? ctrl-x]"),
             "$" => {
@@ -361,12 +383,16 @@ impl Automaton {
         }
         let unit = if modal.inches { 25.4 } else { 1.0 };
         if writes {
-            if value('L') != Some(2.0) {
-                return Err(20);
-            }
+            // L20 says where the tip is now, L2 where zero is.
+            let here = match value('L') {
+                Some(2.0) => false,
+                Some(20.0) => true,
+                _ => return Err(20),
+            };
             let place = value('P').filter(|p| (1.0..=6.0).contains(p)).ok_or(29_u16)? as usize - 1;
             for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
-                self.zeros[place][axis] = value(letter).map_or(self.zeros[place][axis], |value| value * unit);
+                let Some(said) = value(letter).map(|said| said * unit) else { continue };
+                self.zeros[place][axis] = if here { self.planned[axis] - said } else { said };
             }
             self.modal = modal;
             return Ok(true);

@@ -10,7 +10,6 @@
 //! passes as [`Alone::advance`] is called: while nobody calls, because a page is hidden or a computer sleeps, none passes. Does not
 //! know a browser.
 
-mod line;
 mod outside;
 mod slots;
 #[cfg(test)]
@@ -18,7 +17,9 @@ mod tests;
 
 use crate::board;
 use crate::executor::{Report, Shared, Time};
+use crate::files::{File, Files};
 use crate::journal::{sealed, unsealed};
+use crate::line::{self, Line};
 use crate::owner::{Message, Owner, Parts};
 use crate::prepare::{at_feed, prepare};
 use crate::recording::Recording;
@@ -28,10 +29,8 @@ use annulus_core::machine::{self, Machine, Output, Value};
 use annulus_core::steps::TICK_HZ;
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::program;
-use line::Line;
 use outside::Letters;
 use slots::Slots;
-pub use slots::{File, Files};
 use std::pin::Pin;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};

@@ -8,64 +8,12 @@
 //! Comes in: what is to be kept. Goes out: what was kept. Files where neither can be believed are put aside, and the next journal
 //! says so until somebody has read it. Does not know where files lie.
 
+use crate::files::{File, Files};
 use crate::journal::{Contents, Damage, JobRecord, Progress, WorkZero, sealed, unsealed};
 use crate::recording::Keeper;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
 use serde::{Deserialize, Serialize};
-
-/// A file of the drill.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum File {
-    /// One of the two halves of the journal.
-    Slot(bool),
-    /// The program of a job, in turns too: that of the job before stays until the new one is in the journal.
-    Program(bool),
-    /// A journal that could not be believed.
-    Aside,
-    /// The drilled-board record.
-    Drilled,
-    /// The machine's settings.
-    Settings,
-}
-
-impl File {
-    /// All of them.
-    pub const ALL: [Self; 7] = [
-        Self::Slot(false),
-        Self::Slot(true),
-        Self::Program(false),
-        Self::Program(true),
-        Self::Aside,
-        Self::Drilled,
-        Self::Settings,
-    ];
-
-    /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Slot(false) => "journal-0",
-            Self::Slot(true) => "journal-1",
-            Self::Program(false) => "program-0",
-            Self::Program(true) => "program-1",
-            Self::Aside => "journal-damaged",
-            Self::Drilled => "drilled.txt",
-            Self::Settings => "settings",
-        }
-    }
-}
-
-/// Where files lie. A file that was never written is empty.
-pub trait Files {
-    /// What is in a file.
-    fn read(&mut self, file: File) -> Result<Vec<u8>, String>;
-
-    /// Puts `bytes` into a file in place of what was there; they are durable when this returns.
-    fn write(&mut self, file: File, bytes: &[u8]) -> Result<(), String>;
-
-    /// Puts `bytes` behind what is there.
-    fn append(&mut self, file: File, bytes: &[u8]) -> Result<(), String>;
-}
 
 /// What a slot holds.
 #[derive(Clone, Debug, Default, Serialize, Deserialize)]

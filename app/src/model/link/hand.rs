@@ -140,7 +140,7 @@ fn ready(link: &Link) -> bool {
     link.phase == Phase::Open
         && link.control.yours
         && link.freshness == Freshness::Fresh
-        && link.state() == Some(State::Ready)
+        && (link.state() == Some(State::Ready) || link.controller.touches_off(link.state()))
 }
 
 /// Takes one event in.

@@ -2,13 +2,14 @@
 //!
 //! Comes in: a [`Tell`]. Goes out: what is shown, and answers that are due at once. Does not know how it travelled.
 
+use super::controller::Who;
 use super::{Armed, Control, Ended, Interrupted, Link, Noted, Phase, Queue, ask, claim, ping_if_due, stop};
 use crate::health::{self, Freshness};
 use crate::model::{Effect, Model};
 use annulus_core::control::Ending;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::queue::{MOST_ROWS, RowResult};
-use annulus_core::wire::{Ask, OLDEST_PROTOCOL, PROTOCOL, QueueStatus, Status, Tell, auth};
+use annulus_core::wire::{Ask, OLDEST_PROTOCOL, PROTOCOL, Paired, QueueStatus, Status, Tell, auth};
 use std::sync::Arc;
 
 /// Takes one message in; one that could not be read says that the bridge is there.
@@ -57,6 +58,9 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         Tell::QueueText { text } => link.queue.text = text,
         Tell::Queue(status) => queue(&mut link.queue, *status),
         Tell::Outputs(outputs) => link.outputs = outputs,
+        Tell::Controller { flavour, version, values } => {
+            link.controller.who = Some(Arc::new(Who { flavour, version, values }));
+        }
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}
         // Who has control is told by itself, also where this page asked for it because nobody seemed to have it.
@@ -72,7 +76,10 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
 
 /// Answers the bridge's first frame: who is speaking, with the proof.
 fn hello(model: &mut Model, nonce: &str) -> Vec<Effect> {
-    let Some(session) = model.link.session.clone() else { return Vec::new() };
+    // A controller knows nobody else.
+    let own = Paired { ok: true, session: String::new(), key: String::new() };
+    let session = if model.link.controller.chosen { Some(own) } else { model.link.session.clone() };
+    let Some(session) = session else { return Vec::new() };
     let hello = Ask::Hello {
         proto: PROTOCOL,
         min: OLDEST_PROTOCOL,

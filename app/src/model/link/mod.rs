@@ -8,6 +8,7 @@
 //! Comes in: messages of `wire`, wishes, the beat of the clock. Goes out: what is shown, messages to be sent. Does not know the
 //! socket.
 
+pub mod controller;
 pub mod drilled;
 pub mod hand;
 mod heard;
@@ -22,6 +23,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
 use annulus_core::wire::{Ask, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell};
+pub use controller::{Controller, ControllerEvent, Support};
 pub use hand::{Hand, HandEvent};
 use jog::Jog;
 use std::sync::Arc;
@@ -172,6 +174,8 @@ pub struct Link {
     escaped_ms: Option<f64>,
     /// The pad that moves by hand.
     pub hand: Hand,
+    /// The controller at a port of this computer, where the page has one in place of the bridge.
+    pub controller: Controller,
     jog: Jog,
 }
 
@@ -236,6 +240,8 @@ pub enum LinkEvent {
     Forget,
     /// The log is to be empty.
     ClearLog,
+    /// Something happens about a controller at a port of this computer.
+    Controller(ControllerEvent),
 }
 
 /// What stays on show until somebody closes it.
@@ -308,6 +314,7 @@ pub(super) fn update(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
             Arc::make_mut(&mut model.link.log).clear();
             Vec::new()
         }
+        LinkEvent::Controller(event) => controller::update(model, event),
     }
 }
 
@@ -329,16 +336,18 @@ fn begun(model: &mut Model, token: Option<String>, kept: Option<Paired>, had: bo
             vec![Effect::Pair { token }]
         }
         (None, Some(kept)) => paired(model, Some(kept)),
+        (None, None) if model.link.controller.chosen => connect(model),
         (None, None) => Vec::new(),
     }
 }
 
 fn paired(model: &mut Model, session: Option<Paired>) -> Vec<Effect> {
-    if session.is_none() {
+    let none = session.is_none();
+    model.link.session = session;
+    if none && !model.link.controller.chosen {
         model.link.phase = Phase::Unpaired;
         return Vec::new();
     }
-    model.link.session = session;
     connect(model)
 }
 
@@ -351,7 +360,7 @@ fn connect(model: &mut Model) -> Vec<Effect> {
         link.phase = Phase::Connecting;
     }
     link.unknown = false;
-    vec![Effect::Connect]
+    vec![if link.controller.chosen { Effect::ConnectController } else { Effect::Connect }]
 }
 
 /// Asks the bridge for something; without a socket nothing happens (STOP is kept by its own file).

@@ -5,7 +5,9 @@
 use crate::engine::messages::{Answer, Timed};
 use crate::lab::log::Kind;
 use crate::model::link::{Interrupted, Notice, Phase};
-use crate::model::{Clock, Effect, Event, HandEvent, Job, LinkEvent, Model, StartEvent, update};
+use crate::model::{
+    Clock, ControllerEvent, Effect, Event, HandEvent, Job, LinkEvent, Model, StartEvent, Support, update,
+};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
@@ -72,6 +74,12 @@ fn word(effect: &Effect) -> String {
         Effect::ForgetSession => "forget-session".to_owned(),
         Effect::Renew { on: true } => "renew".to_owned(),
         Effect::Renew { on: false } => "no-renew".to_owned(),
+        Effect::ChoosePort => "choose-port".to_owned(),
+        Effect::ConnectController => "connect-controller".to_owned(),
+        Effect::LeavePort => "leave-port".to_owned(),
+        Effect::KeepController { on } => format!("keep-controller:{on}"),
+        Effect::Guard { on } => format!("guard:{on}"),
+        Effect::HoldPort => "hold-port".to_owned(),
         Effect::Upload { .. } => "upload".to_owned(),
         Effect::Fetch { .. } => "fetch".to_owned(),
         Effect::Ask { .. } => "time".to_owned(),
@@ -84,6 +92,7 @@ fn state(word: &str) -> State {
         "Ready" => State::Ready,
         "Running" => State::Running,
         "Paused" => State::Paused,
+        "ToolChange" => State::ToolChange,
         "Jogging" => State::Jogging,
         "Stopping" => State::Stopping,
         "Alarm" => State::Alarm,
@@ -112,6 +121,24 @@ fn armed(job: &str, digest: &str, verdict: Option<Verdict>) -> Event {
     let row = |verdict| PreflightRow { finding: Diagnostic::warning("preflight.lid"), verdict };
     let checks = verdict.map(row).into_iter().collect();
     tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), checks })
+}
+
+fn controller_event(word: &str) -> Option<ControllerEvent> {
+    Some(match word {
+        "serial" => ControllerEvent::Looked { support: Support::Yes, kept: false },
+        "serial-kept" => ControllerEvent::Looked { support: Support::Yes, kept: true },
+        "no-serial" => ControllerEvent::Looked { support: Support::Missing, kept: true },
+        "port-known" => ControllerEvent::Known { any: true },
+        "want" => ControllerEvent::Wanted { ask: true },
+        "want-known" => ControllerEvent::Wanted { ask: false },
+        "chosen" => ControllerEvent::Chosen,
+        "port-failed" => ControllerEvent::Failed { why: Diagnostic::error("serial.not_opened") },
+        "other-speed" => ControllerEvent::OtherSpeed,
+        "plugged" => ControllerEvent::Plugged,
+        "let-go" => ControllerEvent::LetGo,
+        "page-left" => ControllerEvent::PageLeft,
+        _ => return None,
+    })
 }
 
 impl Line {
@@ -158,6 +185,11 @@ impl Line {
         match word {
             "linked" => ["begin-kept", "challenge", "welcome"].into_iter().for_each(|word| self.tell(word)),
             "ready" => ["linked", "yours", "status:Ready"].into_iter().for_each(|word| self.tell(word)),
+            "mill" => {
+                ["serial", "begin-kept", "chosen", "challenge", "welcome", "yours", "who", "status:Ready"]
+                    .into_iter()
+                    .for_each(|word| self.tell(word))
+            }
             "planned" => {
                 let program = empty();
                 let (bytes, key) = (program::encode(&program), "own".to_owned());
@@ -177,6 +209,7 @@ impl Line {
 
     fn event(&self, word: &str) -> Option<Event> {
         self.link_event(word)
+            .or_else(|| controller_event(word).map(LinkEvent::Controller))
             .map(Event::Link)
             .or_else(|| self.told_event(word))
             .or_else(|| self.start_event(word))
@@ -295,6 +328,12 @@ impl Line {
                 toolpaths_total: 0,
             }),
             "machine" | "machine-same" => machine("f"),
+            "who" => tell(Tell::Controller {
+                flavour: "GRBL".to_owned(),
+                version: "1.1h".to_owned(),
+                values: vec![(110, 5_000.0)],
+            }),
+            "armed-mill" => armed("own", "", None),
             "armed" => armed("own", "digest", None),
             "armed-other-steps" => armed("own", "other", None),
             "armed-other-job" => armed("other", "digest", None),

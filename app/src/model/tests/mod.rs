@@ -8,6 +8,7 @@ mod line;
 mod story;
 
 mod board_rows;
+mod controller_rows;
 mod draw_rows;
 mod files_rows;
 mod job_rows;

@@ -2,6 +2,7 @@
 //!
 //! Comes in: how far the connection is. Goes out: a card with the one thing to do.
 
+use super::controller;
 use crate::i18n::{advice, message, say, t};
 use crate::model::LinkEvent;
 use crate::page::link::{self, Phase};
@@ -13,7 +14,12 @@ use leptos::prelude::*;
 /// The card.
 pub(crate) fn connect() -> impl IntoView {
     let line = link::link();
+    let chosen = controller::chosen(line);
     let text = move || match line.phase.get() {
+        _ if chosen.get() => line.refused.get().map_or_else(
+            || say!("page.controller.looking"),
+            |why| format!("{} {}", message(&why), advice(&why)),
+        ),
         // The drill of this page says itself why it is not there.
         _ if frame().alone.get() => line
             .refused
@@ -23,11 +29,11 @@ pub(crate) fn connect() -> impl IntoView {
         _ => say!("page.connect.looking"),
     };
     let again = move || {
-        let waits = line.phase.get() != Phase::Unpaired;
+        let waits = line.phase.get() != Phase::Unpaired || chosen.get();
         (waits && (!frame().alone.get() || line.refused.get().is_some()))
             .then(|| push("button primary", t!("page.connect.again"), |_| send(LinkEvent::ReconnectNow)))
     };
-    let linked = move || line.phase.get() == Phase::Unpaired && !frame().alone.get();
+    let linked = move || line.phase.get() == Phase::Unpaired && !frame().alone.get() && !chosen.get();
     let command = move || linked().then(|| code().child(t!("page.connect.command")));
     div().class("whole welcome").child(div().class("sheet").child(div().class("drop").child((
         icon(Icon::Plug),
@@ -35,5 +41,6 @@ pub(crate) fn connect() -> impl IntoView {
         p().child(text),
         command,
         again,
+        controller::controller(),
     ))))
 }

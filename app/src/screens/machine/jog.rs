@@ -24,7 +24,10 @@ fn jog_button(line: Link, way: Direction, word: &'static str, name: &'static str
     let place =
         format!("button jog-{}{}", ["x", "y", "z"][usize::from(axis)], if up { "-plus" } else { "-minus" });
     // While it moves it stays a button that can be let go.
-    let usable = move || line.may_act() && matches!(line.state(), Some(State::Ready | State::Jogging));
+    let usable = move || {
+        let touches_off = line.controller.with(|controller| controller.touches_off(line.state()));
+        line.may_act() && (touches_off || matches!(line.state(), Some(State::Ready | State::Jogging)))
+    };
     button()
         .attr("type", "button")
         .class(place)

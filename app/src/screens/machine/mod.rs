@@ -9,6 +9,7 @@
 
 mod banner;
 mod connect;
+mod controller;
 mod ended;
 mod job;
 mod jog;
@@ -44,6 +45,7 @@ fn operate() -> impl IntoView {
             push("button operate", word, move |_| open.update(|open| *open = !*open)),
             set_up::set_up(),
             jog::jog(),
+            controller::controller(),
         ))
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Comes in: what the machine allows now. Goes out: `Home`, `SetZero`, `UndoZero`. Nothing here starts a job.
 
+use super::controller;
 use crate::health::{Blocked, blocked};
 use crate::i18n::{key, t};
 use crate::page::frame;
@@ -67,5 +68,6 @@ pub(crate) fn set_up() -> impl IntoView {
             span().class("quiet tabular grow").child(zero),
             push_if("button small quiet", move || ready(line), t!("page.undo"), |_| link::ask(Ask::UndoZero)),
         )),
+        controller::set_up(line),
     ))
 }

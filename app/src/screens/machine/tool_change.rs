@@ -3,6 +3,7 @@
 //! Comes in: the state and the program's bits. Goes out: `ToolChanged`. The machine moves only after Continue.
 
 use super::banner::control;
+use super::controller;
 use crate::i18n::{language, say, t};
 use crate::page::link::{self, Link};
 use crate::widgets::{Dialog, Icon, dialog, icon, push, push_if};
@@ -46,11 +47,14 @@ pub fn tool_change() -> impl IntoView {
     let line = link::link();
     let asked = Memo::new(move |_| line.state() == Some(State::ToolChange));
     let put_off = RwSignal::new(false);
+    // A tool that is touched off moves by hand in the middle of its change.
+    let in_change = Memo::new(move |_| asked.get() || line.state() == Some(State::Jogging));
     Effect::new(move |_| {
-        if !asked.get() {
+        if !in_change.get() {
             put_off.set(false);
         }
     });
+    let touches_off = controller::chosen(line);
     let body = (
         div().class("change").child((
             div().child((
@@ -67,6 +71,7 @@ pub fn tool_change() -> impl IntoView {
             li().child(t!("page.change.wait")),
             li().child(t!("page.change.swap")),
             li().child(t!("page.change.check")),
+            move || touches_off.get().then(|| li().child(t!("page.controller.touch_off"))),
         )),
         // Who only watches sees why Continue is not to be had, and how it can be.
         move || (asked.get() && !line.may_act()).then(|| control(line)),

@@ -6,12 +6,13 @@ mod operator;
 mod program;
 
 use super::{Answer, Exit, Refusal};
-use crate::controller::ledger::{Entry, Ledger};
-use crate::controller::{self, Owner, Told};
+use crate::controller::ledger::Ledger;
+use crate::controller::{self, Owner};
 use crate::machine_file;
 use annulus_core::controller::{Info, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
+use annulus_drill::controller::{Entry, Told};
 use operator::Operator;
 use serde_json::{Value, json};
 use std::path::PathBuf;

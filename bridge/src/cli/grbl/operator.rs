@@ -5,12 +5,13 @@
 use super::program::Programs;
 use super::{GREETING, How, controller_object, time_s};
 use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
-use crate::controller::ledger::{Entry, Ledger};
-use crate::controller::{self, Glimpse, Owner, Told};
+use crate::controller::ledger::Ledger;
+use crate::controller::{self, Owner};
 use crate::signals::Signals;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{Ask, Info, Phase, Start, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_drill::controller::{Entry, Glimpse, Told};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::io::BufRead;

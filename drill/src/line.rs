@@ -16,7 +16,7 @@ use std::time::Duration;
 const PAGE: Viewer = 1;
 
 /// What the page asks of the drill.
-pub(super) enum Asked {
+pub(crate) enum Asked {
     /// To be put before the owner.
     Message(Message),
     /// A job to be planned and checked.
@@ -34,8 +34,8 @@ enum Waiting {
 }
 
 /// The line.
-pub(super) struct Line {
-    pub(super) tickets: Arc<Tickets>,
+pub(crate) struct Line {
+    pub(crate) tickets: Arc<Tickets>,
     lease: Lease,
     welcome: bool,
     waiting: Vec<Waiting>,
@@ -43,13 +43,13 @@ pub(super) struct Line {
 }
 
 impl Line {
-    pub(super) fn new(tickets: Arc<Tickets>) -> Self {
+    pub(crate) fn new(tickets: Arc<Tickets>) -> Self {
         let (lease, waiting, frames) = (Lease::default(), Vec::new(), Vec::new());
         Self { tickets, lease, welcome: false, waiting, frames }
     }
 
     /// The first frame.
-    pub(super) fn challenge(&mut self) {
+    pub(crate) fn challenge(&mut self) {
         self.welcome = false;
         let (proto, min) = (PROTOCOL, OLDEST_PROTOCOL);
         let bridge = env!("CARGO_PKG_VERSION").to_owned();
@@ -57,19 +57,19 @@ impl Line {
     }
 
     /// The frames to be sent.
-    pub(super) fn frames(&mut self) -> Vec<String> {
+    pub(crate) fn frames(&mut self) -> Vec<String> {
         std::mem::take(&mut self.frames)
     }
 
     /// Something that everybody hears.
-    pub(super) fn tell(&mut self, tell: &Tell) {
+    pub(crate) fn tell(&mut self, tell: &Tell) {
         if self.welcome {
             self.say(tell);
         }
     }
 
     /// What became of something that was asked.
-    pub(super) fn answer(&mut self, answer: Result<Vec<Tell>, Diagnostic>) {
+    pub(crate) fn answer(&mut self, answer: Result<Vec<Tell>, Diagnostic>) {
         match answer {
             Ok(tells) => tells.iter().for_each(|tell| self.say(tell)),
             Err(why) => self.say(&Tell::Refused { why }),
@@ -77,7 +77,7 @@ impl Line {
     }
 
     /// The same, once it is there.
-    pub(super) fn await_answer(&mut self, answer: Receiver<Result<Vec<Tell>, Diagnostic>>) {
+    pub(crate) fn await_answer(&mut self, answer: Receiver<Result<Vec<Tell>, Diagnostic>>) {
         self.waiting.push(Waiting::Answer(answer, None));
     }
 
@@ -86,7 +86,7 @@ impl Line {
     }
 
     /// What the page says.
-    pub(super) fn heard(&mut self, text: &str, now: Duration) -> Vec<Asked> {
+    pub(crate) fn heard(&mut self, text: &str, now: Duration) -> Vec<Asked> {
         if text.len() > FRAME_LIMIT {
             self.answer(Err(Diagnostic::error("socket.too_large").with("limit", FRAME_LIMIT)));
             return Vec::new();
@@ -156,12 +156,12 @@ impl Line {
     }
 
     /// Time went by: whoever was silent too long has no control any more.
-    pub(super) fn passed(&mut self, now: Duration) -> Vec<Asked> {
+    pub(crate) fn passed(&mut self, now: Duration) -> Vec<Asked> {
         self.control(Event::Tick, now)
     }
 
     /// Hands on the answers that have come; what is to be done after them.
-    pub(super) fn answers(&mut self) -> Vec<Asked> {
+    pub(crate) fn answers(&mut self) -> Vec<Asked> {
         let mut asked = Vec::new();
         for waiting in std::mem::take(&mut self.waiting) {
             let later = match &waiting {

@@ -1,0 +1,298 @@
+//! Web Serial: a port is chosen by the person or known from before, opened, its bytes carried to the worker that attends the controller
+//! and back. Time is the worker's, whose timers a hidden page does not slow; here nothing waits for a timer.
+//!
+//! ```text
+//! click ─▶ requestPort ─▶ open 115200 ─▶ read ══ bytes ══▶ worker        nobody answers: the next speed
+//!                                       write ◀═ bytes ══                the port is gone: null
+//! ```
+//!
+//! Comes in: wishes. Goes out: events. Does not know what the bytes mean.
+
+use super::drill::{self, Drill, ForPort};
+use super::session;
+use crate::browser::window;
+use crate::engine::drill::CONTROLLER;
+use crate::model::{ControllerEvent, LinkEvent, Support};
+use crate::page::send;
+use annulus_core::diagnostic::Diagnostic;
+use js_sys::{Array, Object, Reflect, Uint8Array};
+use std::cell::{Cell, RefCell};
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::spawn_local;
+use web_sys::{Event, Worker};
+
+/// Speeds that are tried, in their order: most boards have the first.
+const BITS_PER_S: [u32; 4] = [115_200, 57_600, 9_600, 250_000];
+/// The feed hold of the whole family.
+const HOLD: u8 = b'!';
+
+#[wasm_bindgen]
+extern "C" {
+    /// `navigator.serial`. web-sys has Web Serial only behind a flag that changes other types.
+    #[wasm_bindgen(extends = Object)]
+    #[derive(Clone)]
+    type Ports;
+    #[wasm_bindgen(method, catch, js_name = requestPort)]
+    async fn request_port(this: &Ports) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, catch, js_name = getPorts)]
+    async fn get_ports(this: &Ports) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, js_name = addEventListener)]
+    fn add_event_listener(this: &Ports, name: &str, listener: &JsValue);
+
+    #[wasm_bindgen(extends = Object)]
+    #[derive(Clone)]
+    type Port;
+    #[wasm_bindgen(method, catch)]
+    async fn open(this: &Port, options: &JsValue) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, catch)]
+    async fn close(this: &Port) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, getter)]
+    fn readable(this: &Port) -> Option<Stream>;
+    #[wasm_bindgen(method, getter)]
+    fn writable(this: &Port) -> Option<Stream>;
+
+    type Stream;
+    #[wasm_bindgen(method, catch, js_name = getReader)]
+    fn get_reader(this: &Stream) -> Result<Reader, JsValue>;
+    #[wasm_bindgen(method, catch, js_name = getWriter)]
+    fn get_writer(this: &Stream) -> Result<Writer, JsValue>;
+
+    #[wasm_bindgen(extends = Object)]
+    #[derive(Clone)]
+    type Reader;
+    #[wasm_bindgen(method, catch)]
+    async fn read(this: &Reader) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, catch)]
+    async fn cancel(this: &Reader) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, js_name = releaseLock)]
+    fn release_lock(this: &Reader);
+
+    #[wasm_bindgen(extends = Object)]
+    #[derive(Clone)]
+    type Writer;
+    #[wasm_bindgen(method, catch)]
+    async fn write(this: &Writer, bytes: &Uint8Array) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, js_name = releaseLock)]
+    fn release_writer(this: &Writer);
+}
+
+/// An open port.
+struct Open {
+    port: Port,
+    reader: Reader,
+    writer: Writer,
+}
+
+/// The port whose bytes this page carries.
+#[derive(Default)]
+pub(super) struct Serial {
+    chosen: RefCell<Option<Port>>,
+    open: RefCell<Option<Open>>,
+    /// Counts what was asked for; whatever belongs to an older count is over.
+    count: Cell<u32>,
+    /// Which of the speeds is tried, and whether it was the right one.
+    speed: Cell<usize>,
+    guards: Cell<bool>,
+}
+
+fn ports() -> Option<Ports> {
+    let ports = Reflect::get(&window().navigator(), &"serial".into()).ok()?;
+    ports.is_object().then(|| ports.unchecked_into())
+}
+
+/// Whether this browser has Web Serial here.
+pub(super) fn support() -> Support {
+    match ports() {
+        Some(_) => Support::Yes,
+        None if window().is_secure_context() => Support::Missing,
+        None => Support::Insecure,
+    }
+}
+
+fn name_of(error: &JsValue, field: &str) -> String {
+    let text = Reflect::get(error, &field.into()).ok().and_then(|text| text.as_string());
+    text.unwrap_or_else(|| format!("{error:?}"))
+}
+
+fn tell(event: ControllerEvent) {
+    send(LinkEvent::Controller(event));
+}
+
+fn failed(code: &str, error: &JsValue) -> Diagnostic {
+    Diagnostic::error(code).with("reason", name_of(error, "message"))
+}
+
+/// The ports that a person let this page use.
+async fn known() -> Vec<Port> {
+    let Some(ports) = ports() else { return Vec::new() };
+    let list = ports.get_ports().await.map(JsCast::unchecked_into::<Array>).unwrap_or_default();
+    list.iter().map(JsCast::unchecked_into).collect()
+}
+
+/// Tells the model what there is, before the line begins; and later whether a port is known.
+pub(super) fn begin() {
+    let support = support();
+    tell(ControllerEvent::Looked { support, kept: session::had_controller() });
+    if support == Support::Yes {
+        spawn_local(async { tell(ControllerEvent::Known { any: !known().await.is_empty() }) });
+    }
+}
+
+impl Serial {
+    /// Listens to plugs, and to the page being left. Called once.
+    pub(super) fn listen(self: &Rc<Self>) {
+        if let Some(ports) = ports() {
+            let plugged = Closure::<dyn FnMut()>::new(|| tell(ControllerEvent::Plugged));
+            ports.add_event_listener("connect", plugged.as_ref());
+            plugged.forget();
+        }
+        let guards = Rc::clone(self);
+        let leaves = Closure::<dyn FnMut(Event)>::new(move |event: Event| {
+            if guards.guards.get() {
+                event.prevent_default();
+            }
+        });
+        let gone = Closure::<dyn FnMut()>::new(|| tell(ControllerEvent::PageLeft));
+        let page = window();
+        let _ = page.add_event_listener_with_callback("beforeunload", leaves.as_ref().unchecked_ref());
+        let _ = page.add_event_listener_with_callback("pagehide", gone.as_ref().unchecked_ref());
+        leaves.forget();
+        gone.forget();
+    }
+
+    /// Has the browser ask before the page is left, or not.
+    pub(super) fn guard(&self, on: bool) {
+        self.guards.set(on);
+    }
+
+    /// Lets the person choose a port.
+    pub(super) fn choose(self: &Rc<Self>) {
+        let Some(ports) = ports() else { return };
+        let this = Rc::clone(self);
+        spawn_local(async move {
+            match ports.request_port().await {
+                Ok(port) => {
+                    this.chosen.replace(Some(port.unchecked_into()));
+                    this.speed.set(0);
+                    tell(ControllerEvent::Chosen);
+                }
+                Err(error) => match name_of(&error, "name").as_str() {
+                    // Closing the dialog is an answer too.
+                    "NotFoundError" => {}
+                    _ => tell(ControllerEvent::Failed { why: failed("serial.not_chosen", &error) }),
+                },
+            }
+        });
+    }
+
+    /// Opens the port, and gives the worker that attends what is there.
+    pub(super) fn connect(self: &Rc<Self>) -> Option<Drill> {
+        let this = Rc::clone(self);
+        let drill = drill::hire(CONTROLLER, move |word| this.word(word))?;
+        let (this, worker, count) = (Rc::clone(self), drill.worker().clone(), self.next());
+        spawn_local(async move { this.carry(worker, count).await });
+        Some(drill)
+    }
+
+    /// Lets go of the port.
+    pub(super) fn leave(self: &Rc<Self>) {
+        self.next();
+        let this = Rc::clone(self);
+        spawn_local(async move { this.close().await });
+    }
+
+    /// Holds whatever moves: nobody will be there to feed it.
+    pub(super) fn hold(&self) {
+        self.put(&Uint8Array::from([HOLD].as_slice()));
+    }
+
+    fn next(&self) -> u32 {
+        self.count.set(self.count.get() + 1);
+        self.count.get()
+    }
+
+    fn word(self: &Rc<Self>, word: ForPort) {
+        match word {
+            ForPort::Bytes(bytes) => self.put(&bytes),
+            ForPort::Silent => {
+                let next = self.speed.get() + 1;
+                self.speed.set(next % BITS_PER_S.len());
+                if next < BITS_PER_S.len() {
+                    tell(ControllerEvent::OtherSpeed);
+                } else {
+                    tell(ControllerEvent::Failed { why: Diagnostic::error("grbl.no_answer") });
+                }
+            }
+        }
+    }
+
+    fn put(&self, bytes: &Uint8Array) {
+        let Some(writer) = self.open.borrow().as_ref().map(|open| open.writer.clone()) else { return };
+        let bytes = bytes.clone();
+        // One that fails is one whose port is gone: reading says so.
+        spawn_local(async move { drop(writer.write(&bytes).await) });
+    }
+
+    /// Lets go of the port that is open.
+    async fn close(&self) {
+        let Some(open) = self.open.take() else { return };
+        let _ = open.reader.cancel().await;
+        open.reader.release_lock();
+        open.writer.release_writer();
+        let _ = open.port.close().await;
+    }
+
+    /// The port that was chosen, while it is there; else one that is known.
+    async fn find(&self) -> Option<Port> {
+        let known = known().await;
+        let chosen = self.chosen.borrow().clone();
+        let here = chosen.filter(|chosen| known.iter().any(|port| Object::is(port, chosen)));
+        here.or_else(|| known.into_iter().next())
+    }
+
+    /// Carries bytes from the port to the worker until the port is gone, or nobody wants them any more.
+    async fn carry(&self, worker: Worker, count: u32) {
+        self.close().await;
+        let Some(port) = self.find().await else { return send(LinkEvent::Closed) };
+        if self.count.get() != count {
+            return;
+        }
+        let reader = match self.open(port).await {
+            Ok(reader) => reader,
+            Err(error) => {
+                return tell(ControllerEvent::Failed { why: failed("serial.not_opened", &error) });
+            }
+        };
+        if self.count.get() != count {
+            return self.close().await;
+        }
+        drill::begin(&worker);
+        while let Ok(read) = reader.read().await {
+            let done = Reflect::get(&read, &"done".into()).is_ok_and(|done| done.is_truthy());
+            if done || self.count.get() != count {
+                break;
+            }
+            if let Ok(bytes) = Reflect::get(&read, &"value".into()) {
+                let _ = worker.post_message(&bytes);
+            }
+        }
+        if self.count.get() == count {
+            let _ = worker.post_message(&JsValue::NULL);
+        }
+    }
+
+    async fn open(&self, port: Port) -> Result<Reader, JsValue> {
+        let options = Object::new();
+        let bits_per_s = BITS_PER_S[self.speed.get()];
+        Reflect::set(&options, &"baudRate".into(), &bits_per_s.into())?;
+        Reflect::set(&options, &"bufferSize".into(), &4_096.into())?;
+        port.open(&options).await?;
+        let missing = || JsValue::from_str("the port has no streams");
+        let reader = port.readable().ok_or_else(missing)?.get_reader()?;
+        let writer = port.writable().ok_or_else(missing)?.get_writer()?;
+        self.chosen.replace(Some(port.clone()));
+        self.open.replace(Some(Open { port, reader: reader.clone(), writer }));
+        Ok(reader)
+    }
+}

@@ -1,0 +1,141 @@
+//! A controller at a port of this computer in place of the bridge: wanted, chosen, lost, let go of; the page that feeds a job.
+
+use super::line::{Line, compare};
+use crate::model::start::{may_start, rows_now};
+
+#[test]
+fn a_controller_is_chosen_by_the_person_and_spoken_with_as_the_bridge_is() {
+    compare(
+        &[
+            // without Web Serial nothing is offered, and nothing is done
+            ("begin want", "unpaired | "),
+            ("no-serial begin-kept", "connecting | connect"),
+            ("no-serial begin-kept want", "connecting | "),
+            ("serial begin want", "unpaired | choose-port"),
+            ("serial begin chosen", "connecting | keep-controller:true connect-controller"),
+            ("serial begin want-known", "connecting | keep-controller:true connect-controller"),
+            // in place of the bridge, or of the page's own drill
+            (
+                "serial begin-kept challenge welcome chosen",
+                "connecting | keep-controller:true connect-controller",
+            ),
+            ("serial begin chosen challenge", "connecting | hello"),
+            ("serial begin chosen challenge welcome", "open | take_control ping"),
+            // over a reload
+            ("serial-kept begin", "connecting | connect-controller"),
+            ("serial-kept begin-kept", "connecting | connect-controller"),
+            ("serial-kept begin-token", "connecting | pair"),
+            ("serial-kept begin-token paired", "connecting | connect-controller"),
+            ("serial-kept begin-token not-paired", "connecting | connect-controller"),
+            // another speed is tried at once
+            ("serial begin chosen other-speed", "connecting | connect-controller"),
+            ("serial begin chosen challenge welcome other-speed", "connecting | connect-controller"),
+            ("serial begin other-speed", "unpaired | "),
+            // lost, tried again, plugged in
+            ("mill closed", "lost | wake:250"),
+            ("mill closed retry", "lost | connect-controller"),
+            ("mill closed plugged", "lost | connect-controller"),
+            ("mill plugged", "open | "),
+            ("serial begin plugged", "unpaired | "),
+            ("serial begin chosen port-failed", "connecting | wake:250"),
+            ("serial begin port-failed", "unpaired | "),
+            // let go of
+            ("mill let-go", "connecting | keep-controller:false leave-port connect"),
+            ("serial begin chosen let-go", "unpaired | keep-controller:false leave-port"),
+            ("serial begin let-go", "unpaired | "),
+            ("mill status:Running let-go", "open | "),
+            ("ready serial status:Running want", "open | "),
+        ],
+        |line| format!("{} | {}", line.phase(), line.out()),
+    );
+}
+
+#[test]
+fn what_is_known_is_of_the_machine_that_is_spoken_with() {
+    compare(
+        &[
+            ("mill", "true Some(Ready) true"),
+            ("ready", "false Some(Ready) true"),
+            ("ready serial chosen", "true None false"),
+            ("mill let-go", "false None false"),
+            ("mill interrupted let-go", "false None false"),
+            ("mill closed", "true Some(Ready) true"),
+        ],
+        |line| {
+            let link = &line.model.link;
+            format!("{} {:?} {}", link.controller.chosen, link.state(), link.ever)
+        },
+    );
+    compare(
+        &[("mill", "GRBL 1.1h"), ("ready", ""), ("mill let-go", ""), ("mill let-go chosen", "")],
+        |line| {
+            let who = line.model.link.controller.who.as_ref();
+            who.map_or_else(String::new, |who| format!("{} {}", who.flavour, who.version))
+        },
+    );
+    compare(
+        &[
+            ("serial begin", "false"),
+            ("serial begin port-known", "true"),
+            ("serial begin chosen let-go", "true"),
+            ("serial begin plugged", "true"),
+        ],
+        |line| line.model.link.controller.known.to_string(),
+    );
+}
+
+#[test]
+fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_is() {
+    compare(
+        &[
+            ("mill status:Running", "guard:true"),
+            ("mill status:Running status:Running", ""),
+            ("mill status:Running status:Ready", "guard:false"),
+            ("mill status:Jogging", "guard:true"),
+            ("ready status:Running", ""),
+            ("mill page-left", ""),
+            ("mill status:Running page-left", "hold-port"),
+            ("ready status:Running page-left", ""),
+        ],
+        Line::out,
+    );
+}
+
+#[test]
+fn a_controller_has_no_digest_and_a_bridge_without_one_starts_nothing() {
+    let may = |line: &Line| {
+        let rows = rows_now(line.model.start.preflight.as_ref(), line.model.link.armed.as_ref());
+        rows.map_or_else(String::new, |rows| {
+            format!("{} {}", rows.len(), may_start(&rows, &line.model.start.ticked))
+        })
+    };
+    compare(
+        &[
+            ("mill planned preflight uploaded armed-mill", "0 true"),
+            ("mill planned preflight uploaded armed-warn", "1 false"),
+            ("ready planned preflight uploaded armed-mill", "1 false"),
+            ("ready planned preflight uploaded armed", "1 true"),
+        ],
+        may,
+    );
+    compare(
+        &[
+            ("mill planned preflight uploaded armed-mill start", "start"),
+            ("mill planned preflight", "upload"),
+        ],
+        Line::out,
+    );
+}
+
+#[test]
+fn a_tool_is_touched_off_by_hand_on_a_controller_alone() {
+    compare(
+        &[
+            ("mill step", "jog renew"),
+            ("mill status:ToolChange step", "jog renew"),
+            ("ready status:ToolChange step", ""),
+            ("mill status:Running step", ""),
+        ],
+        Line::out,
+    );
+}

@@ -1,0 +1,258 @@
+//! What the page asks of a controller: the same asks as of any drill, in the engine's words.
+//!
+//! Comes in: asks of `wire`. Goes out: what the engine is asked, or why not. Does not know who has control.
+
+use super::before::Armed;
+use super::order::Order;
+use super::station::{Station, Work, Zero};
+use super::status::set_there;
+use crate::files::Files;
+use annulus_core::control::State;
+use annulus_core::controller::{self as grbl, Event, Override, Phase, settings};
+use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::machine::{self, IN_FILE_ONLY, Value};
+use annulus_core::wire::{Ask, JOG_GRANT_MS, Tell, Verdict};
+use std::time::Duration;
+
+/// How fast moves by hand are, mm/min: in the plane, and of Z.
+const JOG_MM_PER_MIN: [f64; 2] = [1_000.0, 300.0];
+/// The furthest move by hand where nobody knows the travel, mm.
+const FURTHEST_MM: f64 = 300.0;
+/// How fast the probe goes down, mm/min, how far it may at most, and how far it is lifted afterwards, mm.
+const PROBE_MM_PER_MIN: f64 = 60.0;
+const DEEPEST_PROBE_MM: f64 = 50.0;
+const PROBE_UP_MM: f64 = 2.0;
+
+fn refusal<T>(code: &str) -> Result<T, Diagnostic> {
+    Err(Diagnostic::error(code))
+}
+
+impl<F: Files> Station<F> {
+    /// Does what the page asks, or says why not.
+    pub(super) fn asked(&mut self, ask: Ask) -> Result<(), Diagnostic> {
+        match ask {
+            Ask::Home => self.engine_asked(grbl::Ask::Home),
+            Ask::SetZero => self.set_zero(Zero::Plane),
+            Ask::SetHeight => self.set_zero(Zero::Height),
+            Ask::UndoZero => self.undo_zero(),
+            Ask::Probe { depth_um, plate_um } => self.probe(depth_um, plate_um),
+            Ask::Jog { axis, distance_um } => self.jog(axis, distance_um),
+            Ask::JogOn => {
+                if self.hand.until.is_some() {
+                    self.hand.until = Some(self.granted());
+                }
+                Ok(())
+            }
+            Ask::Start { job, from_leg, .. } => self.start(&job, from_leg),
+            Ask::Pause => self.engine_asked(grbl::Ask::Hold),
+            Ask::Resume => self.engine_asked(grbl::Ask::Resume),
+            Ask::StopAfterHole => self.engine_asked(grbl::Ask::StopAfter),
+            Ask::FeedOverride { percent } => self.feed_override(percent),
+            Ask::ToolChanged if !self.hand.touched => refusal("grbl.height_first"),
+            Ask::ToolChanged => self.engine_asked(grbl::Ask::ToolReady),
+            Ask::AcknowledgeAlarm => {
+                self.alarm = None;
+                let homes = settings::on(&self.attended.controller().info.values, 22);
+                let locked = self.attended.controller().phase == Phase::Locked;
+                if locked && !homes { self.engine_asked(grbl::Ask::Unlock) } else { Ok(()) }
+            }
+            Ask::Unlock => {
+                self.hand.unlocked = true;
+                // Unlocked already: only moves by hand are to be allowed.
+                if self.attended.controller().phase == Phase::Ready {
+                    return Ok(());
+                }
+                self.engine_asked(grbl::Ask::Unlock)
+            }
+            Ask::ForgetInterrupted => self.forget(),
+            Ask::Configure { changes } => self.configure(&changes),
+            Ask::Queue { .. } | Ask::QueueRun { .. } | Ask::QueueClear => refusal("grbl.no_queue"),
+            Ask::OutputLease { .. } | Ask::Output { .. } => refusal("grbl.no_outputs"),
+            // The line answers these itself.
+            Ask::Arm { .. }
+            | Ask::Hello { .. }
+            | Ask::Ping { .. }
+            | Ask::Stop
+            | Ask::TakeControl { .. }
+            | Ask::ReleaseControl => refusal("control.not_for_the_drill"),
+        }
+    }
+
+    /// Asks the engine; the first error that it finds is why not. What else it finds is told.
+    fn engine_asked(&mut self, ask: grbl::Ask) -> Result<(), Diagnostic> {
+        let mut refused = None;
+        for why in self.engine(Event::Ask(ask)) {
+            if why.severity == Severity::Error && refused.is_none() {
+                refused = Some(why);
+            } else {
+                self.line.tell(&Tell::Refused { why });
+            }
+        }
+        refused.map_or(Ok(()), Err)
+    }
+
+    fn granted(&self) -> Duration {
+        (self.time)() + Duration::from_millis(JOG_GRANT_MS)
+    }
+
+    /// Moves by hand as far as the page goes on wanting it, and not past the ends where those are known.
+    fn jog(&mut self, axis: u8, distance_um: i32) -> Result<(), Diagnostic> {
+        let index = usize::from(axis);
+        if index > 2 {
+            return refusal("control.no_such_jog");
+        }
+        if self.state() == State::NotHomed {
+            return refusal("control.not_homed");
+        }
+        let controller = self.attended.controller();
+        let place = controller.status.as_ref().and_then(|status| status.machine_mm).map(|place| place[index]);
+        let travel = settings::axes(&controller.info.values, 130).map_or(FURTHEST_MM, |travel| travel[index]);
+        let wanted = f64::from(distance_um) / 1e3;
+        let [low, high] = match (controller.room_mm(index), place) {
+            (Some([low, high]), Some(place)) => [(low - place).min(0.0), (high - place).max(0.0)],
+            _ => [-travel, travel],
+        };
+        let um = (wanted.clamp(low, high) * 1e3) as i32;
+        if um == 0 {
+            return Err(Diagnostic::error("control.end_of_travel").with("axis", machine::axis_name(index)));
+        }
+        let fastest = settings::axes(&controller.info.values, 110).map_or(f64::INFINITY, |rate| rate[index]);
+        let mm_per_min = JOG_MM_PER_MIN[usize::from(index == 2)].min(fastest);
+        self.engine_asked(grbl::Ask::Jog { axis, um, mm_per_min })?;
+        self.hand.until = Some(self.granted());
+        Ok(())
+    }
+
+    fn set_zero(&mut self, zero: Zero) -> Result<(), Diagnostic> {
+        let plane = zero == Zero::Plane;
+        let before = self.attended.controller().zero_mm;
+        if plane && self.work.is_some() {
+            // The zero of a job in work stays where it is.
+            return refusal("control.busy");
+        }
+        self.engine_asked(grbl::Ask::SetZero { axes: [plane, plane, !plane], height_mm: 0.0 })?;
+        self.hand.zero_asked = Some(zero);
+        if plane {
+            self.hand.zero_before_mm = before;
+        }
+        Ok(())
+    }
+
+    /// Zero of the plane as it was before; that of Z stays.
+    fn undo_zero(&mut self) -> Result<(), Diagnostic> {
+        let now = self.attended.controller().zero_mm;
+        let (Some([x, y, _]), Some([_, _, z])) = (self.hand.zero_before_mm, now) else {
+            return refusal("control.no_zero_before");
+        };
+        self.engine_asked(grbl::Ask::ZeroAt([x, y, z]))?;
+        (self.hand.zero_before_mm, self.hand.zero_asked) = (None, Some(Zero::Plane));
+        Ok(())
+    }
+
+    fn probe(&mut self, depth_um: u32, plate_um: u32) -> Result<(), Diagnostic> {
+        if self.state() == State::NotHomed {
+            return refusal("control.not_homed");
+        }
+        let depth_mm = (f64::from(depth_um) / 1e3).min(DEEPEST_PROBE_MM);
+        let plate_mm = f64::from(plate_um) / 1e3;
+        let mm_per_min = PROBE_MM_PER_MIN;
+        self.engine_asked(grbl::Ask::Probe { depth_mm, mm_per_min, plate_mm, up_mm: PROBE_UP_MM })?;
+        self.hand.zero_asked = Some(Zero::Height);
+        Ok(())
+    }
+
+    fn feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
+        if !(10..=200).contains(&percent) {
+            return Err(Diagnostic::error("control.bad_feed_override").with("percent", percent));
+        }
+        Override::feed(percent).try_for_each(|step| self.engine_asked(grbl::Ask::Override(step)))
+    }
+
+    /// Compares a job that was brought, or the one that was broken off, with the controller as it stands.
+    pub(super) fn arm(&mut self, job: &str, from_leg: u32) -> Result<Tell, Diagnostic> {
+        if self.work.is_some() {
+            return refusal("control.busy");
+        }
+        let from_leg = from_leg as usize;
+        let offered = self.offer.as_ref().filter(|order| from_leg > 0 && order.key == job);
+        let order = match offered {
+            Some(order) => order.clone(),
+            None if from_leg > 0 => return refusal("control.leg_not_offered"),
+            None => {
+                let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
+                Order::written(job, bytes, &self.machine)?
+            }
+        };
+        let done = self.ledger.entry().done;
+        if from_leg > 0 && order.leg(done) != from_leg {
+            return refusal("control.leg_not_offered");
+        }
+        let start = self.start_of(&order, if from_leg > 0 { done } else { 0 });
+        let checks = self.rows(&order, &start);
+        let from_leg = from_leg as u32;
+        self.armed = Some(Armed { order, from_leg, start });
+        Ok(Tell::Armed { job: job.to_owned(), stream_digest: String::new(), checks })
+    }
+
+    /// Begins the job that was compared. It is durable before the first line is sent.
+    fn start(&mut self, job: &str, from_leg: u32) -> Result<(), Diagnostic> {
+        let same = |armed: &Armed| armed.order.key == job && armed.from_leg == from_leg;
+        let Some(Armed { order, start, .. }) = self.armed.take_if(|armed| same(armed)) else {
+            return refusal("control.not_armed");
+        };
+        // The controller is another one than it was, or stands elsewhere: it is compared once more.
+        let start = grbl::Start { zero_mm: self.start_of(&order, start.from).zero_mm, ..start };
+        let refused = self.rows(&order, &start).into_iter().find(|row| row.verdict == Verdict::Fail);
+        if let Some(row) = refused {
+            return Err(row.finding);
+        }
+        self.bringing = Some(self.ledger.bring(&order)?);
+        let each_s = self.estimates(&order, start.from).unwrap_or_default();
+        self.work = Some(Work { order, from: start.from, each_s, started: (self.time)() });
+        // What there is to say of it was said, and read, before.
+        let found = self.engine(Event::Ask(grbl::Ask::Start(start)));
+        let refused = found.into_iter().find(|why| why.severity == Severity::Error);
+        if self.attended.controller().phase == Phase::Running {
+            (self.offer, self.alarm) = (None, None);
+            return refused.map_or(Ok(()), Err);
+        }
+        (self.work, self.bringing) = (None, None);
+        refused.map_or_else(|| refusal("grbl.not_now"), Err)
+    }
+
+    fn forget(&mut self) -> Result<(), Diagnostic> {
+        if self.offer.is_none() {
+            return Ok(());
+        }
+        let entry = super::Entry { ended: true, ..self.ledger.entry().clone() };
+        self.ledger.write(None, &entry)?;
+        self.offer = None;
+        Ok(())
+    }
+
+    /// Changes what a person sets; what the controller says of itself is set there.
+    fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
+        if self.work.is_some() {
+            return refusal("control.busy");
+        }
+        for (key, _) in changes {
+            if IN_FILE_ONLY.contains(&key.as_str()) {
+                return Err(Diagnostic::error("control.in_file_only").with("key", key));
+            }
+            if let Some(number) = set_there(key) {
+                return Err(Diagnostic::error("grbl.set_there").with("key", key).with("number", number));
+            }
+        }
+        let refused = |mut reasons: Vec<Diagnostic>| reasons.swap_remove(0);
+        machine::apply(&self.machine, changes).map_err(refused)?;
+        let mut kept = self.ledger.settings();
+        kept.retain(|(key, _)| changes.iter().all(|(changed, _)| changed != key));
+        kept.extend(changes.iter().cloned());
+        self.ledger.keep_settings(&kept)?;
+        self.describe();
+        self.armed = None;
+        let tell = self.machine_tell();
+        self.line.tell(&tell);
+        Ok(())
+    }
+}

@@ -1,0 +1,181 @@
+//! A controller that is attended: the engine of `core` with what is certainly done of its job, in the order in which that must be
+//! written and told. The same behind the bridge and in the page.
+//!
+//! Comes in: events of the engine, the time. Goes out: bytes for the port, what is to be durable before anybody hears of it, and what
+//! is told. Does not know ports, files or clocks.
+
+use annulus_core::control::{Ending, Trust};
+use annulus_core::controller::{Action, Ask, Controller, Event, Info, Phase, Routine, step};
+use annulus_core::diagnostic::Diagnostic;
+use serde::{Deserialize, Serialize};
+use std::path::PathBuf;
+use std::sync::Arc;
+
+/// A job on a controller.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Entry {
+    /// SHA-256 of its programs.
+    pub key: String,
+    /// Its name.
+    pub name: String,
+    /// The programs it was read from, where those are files.
+    pub files: Vec<PathBuf>,
+    /// Sections that are certainly done.
+    pub done: usize,
+    /// Holes among them.
+    pub holes: u32,
+    /// Toolpaths among them.
+    pub toolpaths: u32,
+    /// Work zero in machine coordinates, mm.
+    #[serde(rename = "zero")]
+    pub zero_mm: Option<[f64; 3]>,
+    /// It came to its end.
+    pub ended: bool,
+}
+
+/// What the engine told.
+#[derive(Debug)]
+pub enum Told {
+    /// Who is there is known.
+    Greeted(Box<Info>),
+    /// The work zero is where it was asked for.
+    ZeroSet,
+    /// So many sections are done, and it is durable.
+    Progress,
+    /// A tool is wanted: index into the routine's tools.
+    ToolWanted(u32),
+    /// The job is over.
+    Ended(Ending),
+    /// Something to be said.
+    Found(Diagnostic),
+    /// How it is now; after every change.
+    Now(Box<Glimpse>),
+    /// The port is gone; nothing follows.
+    Gone,
+}
+
+/// How the controller is.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Glimpse {
+    /// What it does.
+    pub phase: Phase,
+    /// How well its position is known.
+    pub trust: Trust,
+    /// Where the tip is in work coordinates, mm.
+    pub place_mm: Option<[f64; 3]>,
+    /// Work zero in machine coordinates, mm.
+    pub zero_mm: Option<[f64; 3]>,
+    /// Lines of jobs that were sent.
+    pub sent: u64,
+    /// Lines of jobs that were answered.
+    pub answered: u64,
+}
+
+/// What is to be done, in this order.
+#[derive(Debug)]
+pub enum Due {
+    /// Write these bytes to the port.
+    Write(Vec<u8>),
+    /// Keep what is done of the job: it is durable before the next of these is seen to. Where that cannot be, `!` goes to the port.
+    Keep(Entry),
+    /// Tell.
+    Tell(Told),
+    /// Nobody answers: the port is to be closed.
+    Close,
+}
+
+/// A controller, and the job that it runs or ran last.
+#[derive(Debug, Default)]
+pub struct Attended {
+    controller: Controller,
+    entry: Entry,
+    routine: Option<Arc<Routine>>,
+    before: Option<Glimpse>,
+}
+
+impl Attended {
+    /// One whose job is `entry`, not begun.
+    pub fn new(entry: Entry) -> Self {
+        Self { entry, ..Self::default() }
+    }
+
+    /// Everything that is known of it.
+    pub fn controller(&self) -> &Controller {
+        &self.controller
+    }
+
+    /// What is done of its job.
+    pub fn entry(&self) -> &Entry {
+        &self.entry
+    }
+
+    /// Lets the engine think.
+    pub fn event(&mut self, now_ms: u64, event: Event) -> Vec<Due> {
+        let start = if let Event::Ask(Ask::Start(start)) = &event { Some(start.clone()) } else { None };
+        let (controller, actions) = step(std::mem::take(&mut self.controller), now_ms, event);
+        self.controller = controller;
+        let mut due = Vec::new();
+        if let Some(start) = start.filter(|_| self.controller.phase == Phase::Running) {
+            (self.entry.key, self.entry.done) = (start.routine.key.clone(), start.from);
+            (self.entry.name, self.entry.ended) = (start.routine.name.clone(), false);
+            (self.entry.holes, self.entry.toolpaths) = start.routine.counted(start.from);
+            self.routine = Some(start.routine);
+            due.push(self.keep());
+        }
+        // Whoever is told what happened, a tool that is wanted or an end, knows already how it is now.
+        due.extend(self.glimpse().map(Due::Tell));
+        for action in actions {
+            self.act(action, &mut due);
+        }
+        due
+    }
+
+    fn act(&mut self, action: Action, due: &mut Vec<Due>) {
+        let told = match action {
+            Action::Write(bytes) => return due.push(Due::Write(bytes)),
+            Action::Close => return due.push(Due::Close),
+            Action::Greeted => Told::Greeted(Box::new(self.controller.info.clone())),
+            Action::ZeroSet => Told::ZeroSet,
+            Action::Progress(done) => {
+                self.entry.done = done;
+                if let Some(routine) = &self.routine {
+                    (self.entry.holes, self.entry.toolpaths) = routine.counted(done);
+                }
+                due.push(self.keep());
+                Told::Progress
+            }
+            Action::ToolWanted(tool) => Told::ToolWanted(tool),
+            Action::Ended(ending) => {
+                self.entry.ended = ending == Ending::Done;
+                due.push(self.keep());
+                Told::Ended(ending)
+            }
+            Action::Found(found) => Told::Found(found),
+        };
+        due.push(Due::Tell(told));
+    }
+
+    fn keep(&mut self) -> Due {
+        if self.controller.zero_mm.is_some() {
+            self.entry.zero_mm = self.controller.zero_mm;
+        }
+        Due::Keep(self.entry.clone())
+    }
+
+    /// How it is, where that has changed.
+    fn glimpse(&mut self) -> Option<Told> {
+        let controller = &self.controller;
+        let now = Glimpse {
+            phase: controller.phase,
+            trust: controller.trust,
+            place_mm: controller.place(),
+            zero_mm: controller.zero_mm,
+            sent: controller.sent_lines,
+            answered: controller.answered_lines,
+        };
+        (self.before.as_ref() != Some(&now)).then(|| {
+            self.before = Some(now.clone());
+            Told::Now(Box::new(now))
+        })
+    }
+}

@@ -1,0 +1,107 @@
+//! What of a controller's job is done, and the job itself, in files that take turns: one half is always whole.
+//!
+//! ```text
+//! begin    program, text ─▶ the other half        not believed before the first entry names that half
+//! advance  entry, sealed, numbered ─▶ by turns    the highest number that is whole is what holds
+//! ```
+//!
+//! Comes in: entries, jobs. Goes out: the job that was broken off. Does not know where files lie.
+
+use super::attended::Entry;
+use super::order::Order;
+use crate::files::{File, Files};
+use crate::journal::{sealed, unsealed};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::Value;
+use serde::{Deserialize, Serialize};
+
+/// What a half holds.
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
+struct Half {
+    number: u64,
+    /// SHA-256 of the program's bytes; empty before any job.
+    job: String,
+    /// Which half has the program and the text.
+    half: bool,
+    entry: Entry,
+}
+
+/// The ledger, open.
+pub(super) struct Ledger<F> {
+    files: F,
+    last: Half,
+}
+
+fn full(reason: String) -> Diagnostic {
+    Diagnostic::error("journal.cannot_write").with("reason", reason)
+}
+
+impl<F: Files> Ledger<F> {
+    /// The ledger in `files`.
+    pub(super) fn open(mut files: F) -> Result<Self, Diagnostic> {
+        let mut last = Half::default();
+        for file in [File::Done(false), File::Done(true)] {
+            let unreadable = |reason| {
+                let why = Diagnostic::error("journal.cannot_open").with("file", file.name());
+                why.with("reason", reason)
+            };
+            let half = unsealed::<Half>(&files.read(file).map_err(unreadable)?).ok();
+            if let Some(half) = half.filter(|half| half.number > last.number) {
+                last = half;
+            }
+        }
+        Ok(Self { files, last })
+    }
+
+    /// What is done.
+    pub(super) fn entry(&self) -> &Entry {
+        &self.last.entry
+    }
+
+    /// The job that was broken off, where it can still be read as it was sent.
+    pub(super) fn broken_off(&mut self) -> Option<Order> {
+        let Half { job, half, entry, .. } = &self.last;
+        if job.is_empty() || entry.ended || entry.done == 0 {
+            return None;
+        }
+        let bytes = self.files.read(File::ControllerProgram(*half)).ok()?;
+        let text = String::from_utf8(self.files.read(File::Sent(*half)).ok()?).ok()?;
+        Order::read(job, &bytes, text).ok().filter(|order| order.routine.key == entry.key)
+    }
+
+    /// Puts the job into the half that nothing names: the next entry does.
+    pub(super) fn bring(&mut self, order: &Order) -> Result<Bringing, Diagnostic> {
+        let half = !self.last.half;
+        self.files.write(File::ControllerProgram(half), &order.bytes).map_err(full)?;
+        self.files.write(File::Sent(half), order.text.as_bytes()).map_err(full)?;
+        Ok(Bringing { job: order.key.clone(), half })
+    }
+
+    /// Writes what is done, of the job that is being brought or of the one before; afterwards it is durable.
+    pub(super) fn write(&mut self, bringing: Option<Bringing>, entry: &Entry) -> Result<(), Diagnostic> {
+        let mut next = Half { number: self.last.number + 1, entry: entry.clone(), ..self.last.clone() };
+        if let Some(bringing) = bringing {
+            (next.job, next.half) = (bringing.job, bringing.half);
+        }
+        self.files.write(File::Done(next.number % 2 == 1), &sealed(&next)).map_err(full)?;
+        self.last = next;
+        Ok(())
+    }
+
+    /// What a person set; nothing where that cannot be believed.
+    pub(super) fn settings(&mut self) -> Vec<(String, Value)> {
+        let kept = self.files.read(File::ControllerSettings).unwrap_or_default();
+        unsealed(&kept).unwrap_or_default()
+    }
+
+    /// Keeps what a person set.
+    pub(super) fn keep_settings(&mut self, settings: &[(String, Value)]) -> Result<(), Diagnostic> {
+        self.files.write(File::ControllerSettings, &sealed(&settings)).map_err(full)
+    }
+}
+
+/// A job on its way into the ledger.
+pub(super) struct Bringing {
+    job: String,
+    half: bool,
+}

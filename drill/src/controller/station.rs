@@ -1,0 +1,348 @@
+//! A controller and the one page that it belongs to, without threads: taken by turns by whoever has port and time, a page's worker.
+//!
+//! Comes in: frames of `wire`, programs, bytes of the port, the time. Goes out: frames, bytes for the port. What is done of a job is
+//! durable before it is told. Does not know a browser.
+
+use super::attended::{Attended, Due, Entry, Told};
+use super::before::Armed;
+use super::ledger::{Bringing, Ledger};
+use super::order::Order;
+use crate::executor::Time;
+use crate::files::Files;
+use crate::line::{Asked, Line};
+use crate::owner::Message;
+use crate::prepare::made;
+use crate::ticket::Tickets;
+use annulus_core::control::{Ending, Trust};
+use annulus_core::controller::{Ask, Event, Phase, settings};
+use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::machine::{self, Machine};
+use annulus_core::wire::{Status, Tell, program};
+use std::sync::Arc;
+use std::time::Duration;
+
+/// How often it wants to be called.
+const TURN: Duration = Duration::from_millis(10);
+/// How long a controller may take to say who it is: a line at the wrong speed says something for ever.
+const GREETING: Duration = Duration::from_secs(8);
+/// Programs that were brought, at most; the oldest goes first.
+const MOST_PROGRAMS: usize = 8;
+
+/// A job in work.
+pub(super) struct Work {
+    pub(super) order: Order,
+    /// The section that it began with, and seconds of each from there on.
+    pub(super) from: usize,
+    pub(super) each_s: Vec<f64>,
+    pub(super) started: Duration,
+}
+
+/// What a person does by hand, and what is known by that.
+#[derive(Default)]
+pub(super) struct Hand {
+    /// The page wants a move by hand until then.
+    pub(super) until: Option<Duration>,
+    /// Unlocked without homing.
+    pub(super) unlocked: bool,
+    /// A zero was asked for: of Z, or of X and Y.
+    pub(super) zero_asked: Option<Zero>,
+    /// Zero of X and Y was set since the port was opened; where it was before.
+    pub(super) zero_set: bool,
+    pub(super) zero_before_mm: Option<[f64; 3]>,
+    /// Zero of Z was set since the port was opened, and its place is not lost.
+    pub(super) height_known: bool,
+    /// The tool that was put in last is touched off, or was in when the height was set.
+    pub(super) touched: bool,
+}
+
+/// Which zero.
+#[derive(Clone, Copy, PartialEq)]
+pub(super) enum Zero {
+    Plane,
+    Height,
+}
+
+/// A controller and its page.
+pub struct Station<F> {
+    pub(super) attended: Attended,
+    pub(super) line: Line,
+    pub(super) ledger: Ledger<F>,
+    pub(super) bringing: Option<Bringing>,
+    pub(super) machine: Machine,
+    pub(super) programs: Vec<(String, Vec<u8>)>,
+    pub(super) armed: Option<Armed>,
+    pub(super) work: Option<Work>,
+    /// The job that was broken off.
+    pub(super) offer: Option<Order>,
+    pub(super) alarm: Option<Diagnostic>,
+    pub(super) hand: Hand,
+    trust: Trust,
+    written: Vec<u8>,
+    /// Somebody is there and said who.
+    pub(super) greeted: bool,
+    over: bool,
+    opened: Duration,
+    speed: f64,
+    pub(super) time: Time,
+    pub(super) told: (Option<Status>, Duration),
+}
+
+impl<F: Files> Station<F> {
+    /// The station whose ledger lies in `files`; its port is open now. `speed` is how many times faster than life the controller
+    /// runs: simulated ones do.
+    pub fn open(files: F, speed: f64, time: Time) -> Result<Self, Diagnostic> {
+        if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
+            return Err(Diagnostic::error("control.speed_range").with("speed", speed));
+        }
+        let mut ledger = Ledger::open(files)?;
+        let entry = ledger.entry().clone();
+        let offer = ledger.broken_off();
+        let opened = time();
+        let mut station = Self {
+            attended: Attended::new(entry),
+            line: Line::new(Arc::<Tickets>::default()),
+            ledger,
+            bringing: None,
+            machine: machine::hobby_3018(),
+            programs: offer.iter().map(|order| (order.key.clone(), order.bytes.clone())).collect(),
+            armed: None,
+            work: None,
+            offer,
+            alarm: None,
+            hand: Hand::default(),
+            trust: Trust::Lost,
+            written: Vec::new(),
+            greeted: false,
+            over: false,
+            opened,
+            speed,
+            time,
+            told: (None, Duration::ZERO),
+        };
+        station.engine(Event::Opened);
+        Ok(station)
+    }
+
+    /// A page is there, and says hello next.
+    pub fn connect(&mut self) {
+        self.line.challenge();
+    }
+
+    /// The page says `text`.
+    pub fn hear(&mut self, text: &str) {
+        let asked = self.line.heard(text, (self.time)());
+        self.see_to(asked);
+    }
+
+    /// Bytes came from the port.
+    pub fn bytes(&mut self, bytes: Vec<u8>) {
+        self.by_itself(Event::Bytes(bytes));
+    }
+
+    /// The port is gone.
+    pub fn unplugged(&mut self) {
+        self.by_itself(Event::Closed);
+        self.over = true;
+        self.say_farewell();
+        self.tell_status((self.time)());
+    }
+
+    /// Nobody is there any more: what stood as an alarm is said, for no status follows.
+    fn say_farewell(&mut self) {
+        if let Some(why) = self.alarm.take() {
+            self.line.answer(Err(why));
+        }
+    }
+
+    /// The bytes that are to go to the port, in their order.
+    pub fn written(&mut self) -> Vec<u8> {
+        std::mem::take(&mut self.written)
+    }
+
+    /// The frames that are to go to the page, in their order.
+    pub fn frames(&mut self) -> Vec<String> {
+        self.line.frames()
+    }
+
+    /// Whether nobody is there any more: the port is to be closed.
+    pub fn is_over(&self) -> bool {
+        self.over
+    }
+
+    /// Whether a controller said who it is since the port was opened.
+    pub fn greeted(&self) -> bool {
+        self.greeted
+    }
+
+    /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
+    pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
+        if program::key(&bytes) != key {
+            return Err(Diagnostic::error("control.wrong_key"));
+        }
+        program::decode(&bytes)?;
+        self.programs.retain(|(other, _)| other != key);
+        self.programs.push((key.to_owned(), bytes));
+        if self.programs.len() > MOST_PROGRAMS {
+            // That of a job that was broken off stays.
+            let stays = |key: &String| self.offer.as_ref().is_some_and(|order| order.key == *key);
+            let goes = self.programs.iter().position(|(other, _)| !stays(other));
+            self.programs.remove(goes.unwrap_or(0));
+        }
+        Ok(())
+    }
+
+    /// The bytes kept under `key`.
+    pub fn job(&self, key: &str) -> Option<&[u8]> {
+        self.programs.iter().find(|(other, _)| other == key).map(|(_, bytes)| bytes.as_slice())
+    }
+
+    /// Time went by, or something was heard. Gives after which time it wants to be called again.
+    pub fn advance(&mut self) -> Duration {
+        let now = (self.time)();
+        let asked = self.line.passed(now);
+        self.see_to(asked);
+        if self.hand.until.is_some_and(|until| now > until) {
+            self.hand.until = None;
+            if self.attended.controller().phase == Phase::Jogging {
+                self.engine(Event::Ask(Ask::JogCancel));
+            }
+        }
+        self.by_itself(Event::Tick);
+        self.over |= !self.greeted && now.saturating_sub(self.opened) > GREETING;
+        if self.over && self.greeted {
+            self.say_farewell();
+        }
+        self.tell_status(now);
+        let asked = self.line.answers();
+        self.see_to(asked);
+        TURN
+    }
+
+    fn see_to(&mut self, asked: Vec<Asked>) {
+        for asked in asked {
+            match asked {
+                Asked::Message(message) => self.take(message),
+                Asked::Arm { job, from_leg, ticket } => {
+                    let armed = self.line.tickets.check(ticket).and_then(|()| self.arm(&job, from_leg));
+                    self.line.answer(armed.map(|tell| vec![tell]));
+                }
+                // The controller itself does that, from now on.
+                Asked::FeedOverride { .. } => {}
+            }
+        }
+    }
+
+    fn take(&mut self, message: Message) {
+        match message {
+            Message::Ask(ask, ticket, reply) => {
+                let may = ticket.map_or(Ok(()), |ticket| self.line.tickets.check(ticket));
+                let answer = may.and_then(|()| self.asked(ask));
+                let _ = reply.send(answer.map(|()| Vec::new()));
+            }
+            Message::Stop => drop(self.engine(Event::Ask(Ask::Stop))),
+            Message::Greeting(reply) => drop(reply.send(self.greeting())),
+            // Moves by hand end by themselves, and nothing else is only for whoever has control.
+            _ => {}
+        }
+    }
+
+    /// Something that nobody asked for: what goes wrong then is an alarm where it ends what was in work.
+    fn by_itself(&mut self, event: Event) {
+        for why in self.engine(event) {
+            let phase = self.attended.controller().phase;
+            let ends = matches!(phase, Phase::Stopping | Phase::Locked | Phase::Closed | Phase::Greeting);
+            if why.severity == Severity::Error && ends {
+                // That the cable is out says more than that nobody answers.
+                if self.alarm.is_none() || why.code == "grbl.unplugged" {
+                    self.alarm = Some(why);
+                }
+            } else {
+                self.line.tell(&Tell::Refused { why });
+            }
+        }
+    }
+
+    /// Lets the engine think, and does what it says. Gives what it found.
+    pub(super) fn engine(&mut self, event: Event) -> Vec<Diagnostic> {
+        let passed = (self.time)().saturating_sub(self.opened);
+        let now_ms = (passed.as_secs_f64() * 1e3 * self.speed) as u64;
+        let mut found = Vec::new();
+        for due in self.attended.event(now_ms, event) {
+            match due {
+                Due::Write(bytes) => self.written.extend(bytes),
+                Due::Close => self.over = true,
+                Due::Keep(entry) => found.extend(self.keep(&entry)),
+                Due::Tell(Told::Found(why)) => found.push(why),
+                Due::Tell(told) => self.happened(&told),
+            }
+        }
+        found
+    }
+
+    /// Writes down what is done. Where that cannot be, nothing new may be begun.
+    fn keep(&mut self, entry: &Entry) -> Option<Diagnostic> {
+        if self.bringing.is_none() && self.work.is_none() {
+            // Nothing of ours is in work: a reset alone came to its end.
+            return None;
+        }
+        let failed = self.ledger.write(self.bringing.take(), entry).err();
+        if failed.is_some() {
+            self.written.push(b'!');
+        }
+        failed
+    }
+
+    fn happened(&mut self, told: &Told) {
+        match told {
+            Told::Greeted(info) => {
+                self.greeted = true;
+                let homes = settings::on(&info.values, 22);
+                if !homes && self.attended.controller().trust != Trust::Trusted {
+                    self.lost_place();
+                }
+                self.describe();
+                for tell in self.greeting() {
+                    self.line.tell(&tell);
+                }
+            }
+            Told::ZeroSet => match self.hand.zero_asked.take() {
+                Some(Zero::Plane) => self.hand.zero_set = true,
+                Some(Zero::Height) => (self.hand.height_known, self.hand.touched) = (true, true),
+                None => {}
+            },
+            Told::Now(now) => {
+                let homes = settings::on(&self.attended.controller().info.values, 22);
+                if self.trust == Trust::Trusted && now.trust != Trust::Trusted && !homes {
+                    self.lost_place();
+                }
+                self.trust = now.trust;
+            }
+            Told::ToolWanted(tool) => {
+                // The first tool is the one that was in when the height was set.
+                let first = *tool == 0 && self.work.as_ref().is_some_and(|work| work.from == 0);
+                self.hand.touched = first && self.hand.height_known;
+            }
+            Told::Ended(ending) => self.ended(*ending),
+            Told::Found(_) | Told::Progress | Told::Gone => {}
+        }
+    }
+
+    /// Without switches, what was known of places is not known any more.
+    fn lost_place(&mut self) {
+        (self.hand.height_known, self.hand.zero_set, self.hand.zero_before_mm) = (false, false, None);
+    }
+
+    fn ended(&mut self, ending: Ending) {
+        let Some(work) = self.work.take() else { return };
+        let done = ending == Ending::Done;
+        let legs =
+            if done { work.order.program.legs.len() } else { work.order.leg(self.attended.entry().done) };
+        let (holes_done, toolpaths_done) = made(work.order.program.legs.iter().take(legs));
+        self.line.tell(&Tell::Ended { job: work.order.key.clone(), ending, holes_done, toolpaths_done });
+        self.armed = None;
+        self.offer = (!done && self.attended.entry().done > 0).then_some(work.order);
+        if let Some(offer) = self.offer_tell() {
+            self.line.tell(&offer);
+        }
+    }
+}

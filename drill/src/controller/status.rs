@@ -1,0 +1,270 @@
+//! How things stand with a controller, in the words of every drill; and the machine that jobs are planned for, by its settings.
+//!
+//! Comes in: the engine's state, the job in work. Goes out: tells. Changes nothing but what was told.
+
+use super::station::{Station, Work};
+use crate::files::Files;
+use annulus_core::control::{State, Trust};
+use annulus_core::controller::{Info, Phase, settings};
+use annulus_core::job::{Input, Mark};
+use annulus_core::machine::{self, AXES, Machine, Value};
+use annulus_core::steps::Stage;
+use annulus_core::wire::{Status, Tell};
+use std::time::Duration;
+
+/// Small changes are told at most this often.
+const PACE: Duration = Duration::from_millis(40);
+/// At the latest this long after the one before.
+const HEARTBEAT: Duration = Duration::from_millis(100);
+
+/// Settings of the machine that a controller says of itself, axis by axis, and the first number of each.
+const SAID: [(&str, u16); 5] =
+    [("scale", 100), ("max_speed", 110), ("max_acceleration", 120), ("min", 130), ("max", 130)];
+const AXIS_NAMES: [&str; 3] = ["x", "y", "z"];
+
+/// The number under which a controller has the machine's setting `key`, where it has it.
+pub(super) fn set_there(key: &str) -> Option<u16> {
+    if key == "spindle.max_speed" {
+        return Some(30);
+    }
+    let (axis, name) = key.split_once('.')?;
+    let axis = AXIS_NAMES.iter().position(|known| *known == axis)?;
+    let (_, first) = SAID.iter().find(|(known, _)| *known == name)?;
+    Some(first + axis as u16)
+}
+
+/// What a controller says of itself, as settings of the machine. Z lies above the board as far as it can.
+fn said(info: &Info) -> Vec<(String, Value)> {
+    let mut said = Vec::new();
+    let mut set = |key: String, value: f64| said.push((key, Value::Number(value)));
+    let axes = |first| settings::axes(&info.values, first);
+    for (axis, name) in AXIS_NAMES.into_iter().enumerate() {
+        if let (Some(scale), Some(rate)) = (axes(100), axes(110)) {
+            set(format!("{name}.scale"), scale[axis]);
+            set(format!("{name}.max_speed"), rate[axis] / 60.0);
+        }
+        if let Some(acceleration) = axes(120) {
+            set(format!("{name}.max_acceleration"), acceleration[axis]);
+        }
+        if let Some(travel) = axes(130) {
+            set(format!("{name}.min"), -travel[axis]);
+            set(format!("{name}.max"), 0.0);
+            set(format!("{name}.home_search"), travel[axis] * 1.5);
+        }
+    }
+    if let (Some(scale), Some(rate), Some(acceleration)) = (axes(100), axes(110), axes(120)) {
+        set("motion.down_speed".to_owned(), rate[2] / 60.0);
+        set("motion.down_acceleration".to_owned(), acceleration[2]);
+        let hz = (0..3).map(|axis| scale[axis] * rate[axis] / 60.0).fold(25_000.0, f64::max);
+        set("drive.max_step_rate".to_owned(), hz.ceil());
+        set("drive.pulse_width".to_owned(), (0.4e6 / hz).min(2.0));
+    }
+    if let Some(travel) = axes(130) {
+        set("stroke.surface".to_owned(), -(travel[2] * 0.6).min(30.0));
+    }
+    if let Some(rpm) = info.values.get(&30).filter(|rpm| **rpm > 0.0) {
+        set("spindle.max_speed".to_owned(), rpm.round());
+    }
+    said
+}
+
+/// The machine that jobs are planned for: what a person set, and what the controller says of itself where that makes a machine.
+fn machine_of(kept: &[(String, Value)], info: &Info) -> Machine {
+    let name: String = format!("{} {}", info.flavour(), info.version).chars().take(60).collect();
+    let base = Machine { name, description: String::new(), ..machine::hobby_3018() };
+    let said = said(info);
+    let base = machine::apply(&base, &said).unwrap_or(base);
+    machine::apply(&base, kept).unwrap_or(base)
+}
+
+impl<F: Files> Station<F> {
+    /// Makes the machine of what is known now.
+    pub(super) fn describe(&mut self) {
+        let kept = self.ledger.settings();
+        self.machine = machine_of(&kept, &self.attended.controller().info);
+    }
+
+    pub(super) fn machine_tell(&self) -> Tell {
+        Tell::Machine { settings: machine::read(&self.machine), fingerprint: self.machine.fingerprint() }
+    }
+
+    /// The job that was broken off, if there is one and nothing runs.
+    pub(super) fn offer_tell(&self) -> Option<Tell> {
+        let order = self.offer.as_ref().filter(|_| self.work.is_none())?;
+        let done = self.ledger.entry().done;
+        let (holes_done, toolpaths_done) = order.made(done);
+        let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        Some(Tell::Interrupted {
+            job: order.key.clone(),
+            name: order.program.name.clone(),
+            next_leg: count(order.leg(done)),
+            holes_done,
+            holes_total: count(order.program.hole_count()),
+            toolpaths_done,
+            toolpaths_total: count(order.program.toolpath_count()),
+        })
+    }
+
+    /// What a newcomer must know, once a controller said who it is.
+    pub(super) fn greeting(&self) -> Vec<Tell> {
+        if !self.greeted {
+            return Vec::new();
+        }
+        let info = &self.attended.controller().info;
+        let (flavour, version) = (info.flavour().to_owned(), info.version.clone());
+        let values = info.values.iter().map(|(number, value)| (*number, *value)).collect();
+        let mut tells = vec![self.machine_tell(), Tell::Controller { flavour, version, values }];
+        tells.push(Tell::Status(Box::new(self.status())));
+        tells.extend(self.offer_tell());
+        tells
+    }
+
+    /// Tells the status when it is time, or when something changed that people wait for.
+    pub(super) fn tell_status(&mut self, now: Duration) {
+        if !self.greeted {
+            return;
+        }
+        let status = self.status();
+        let since = now.saturating_sub(self.told.1);
+        let coarse = self.told.0.as_ref().is_none_or(|told| {
+            (told.state, told.trust) != (status.state, status.trust) || told.alarm != status.alarm
+        });
+        let changed = since >= PACE && self.told.0.as_ref() != Some(&status);
+        if coarse || changed || since >= HEARTBEAT {
+            self.told = (Some(status.clone()), now);
+            self.line.tell(&Tell::Status(Box::new(status)));
+        }
+    }
+
+    /// What it is doing, in the words of the banner.
+    pub(super) fn state(&self) -> State {
+        let controller = self.attended.controller();
+        let homes = settings::on(&controller.info.values, 22);
+        let homed = self.told.0.as_ref().is_some_and(|told| told.state == State::Homing);
+        match controller.phase {
+            Phase::Homing => State::Homing,
+            // Until it has said where it is now.
+            Phase::Ready if controller.status.is_none() && homed => State::Homing,
+            Phase::Ready if controller.status.is_none() => State::Stopping,
+            Phase::Jogging | Phase::Probing => State::Jogging,
+            Phase::Running => State::Running,
+            Phase::Holding => State::Pausing,
+            Phase::Held => State::Paused,
+            Phase::ToolChange => State::ToolChange,
+            // A reset ends it: the board greets anew.
+            Phase::Stopping | Phase::Greeting => State::Stopping,
+            _ if self.alarm.is_some() => State::Alarm,
+            Phase::Ready if !homes || self.hand.unlocked || controller.trust == Trust::Trusted => {
+                State::Ready
+            }
+            Phase::Ready | Phase::Locked | Phase::Closed => State::NotHomed,
+        }
+    }
+
+    fn status(&self) -> Status {
+        let controller = self.attended.controller();
+        let report = controller.status.as_ref();
+        let machine_mm = report.and_then(|report| report.machine_mm).unwrap_or_default();
+        let work_mm = controller.place().unwrap_or(machine_mm);
+        let scale = settings::axes(&controller.info.values, 100);
+        let mut steps = [0; AXES];
+        for (axis, scale) in scale.unwrap_or_default().into_iter().enumerate() {
+            steps[axis] = (machine_mm[axis] * scale).round() as i64;
+        }
+        let known = self.hand.zero_set || controller.trust == Trust::Trusted;
+        let work = self.work.as_ref();
+        let program = work.map(|work| &work.order.program);
+        let done = self.attended.entry().done;
+        let at = work.map(|work| work.order.leg(done));
+        let mark = at.and_then(|at| Some(program?.legs.get(at)?.mark));
+        let bit = at.and_then(|at| bit_at(&program?.legs, at));
+        let (holes_done, toolpaths_done) = work.map_or((0, 0), |work| work.order.made(done));
+        let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
+        let feed = report.and_then(|report| report.overrides).map_or(100, |all| all[0].min(200));
+        let (left_s, done_share) = work.map_or((0.0, 0.0), |work| times(work, done, feed));
+        let now = (self.time)();
+        Status {
+            state: self.state(),
+            trust: controller.trust,
+            steps,
+            machine_mm,
+            work_mm,
+            zero_mm: controller.zero_mm.filter(|_| known).map(|[x, y, _]| [x, y]),
+            target_mm: None,
+            lower_dead_point_mm: None,
+            job: work.map(|work| work.order.key.clone()),
+            job_name: program.map(|program| program.name.clone()),
+            leg: at.map(count),
+            hole: if let Some(Mark::Hole(hole)) = mark { Some(hole) } else { None },
+            holes_done,
+            holes_total: program.map_or(0, |program| count(program.hole_count())),
+            toolpath: if let Some(Mark::Toolpath(toolpath)) = mark { Some(toolpath) } else { None },
+            toolpaths_done,
+            toolpaths_total: program.map_or(0, |program| count(program.toolpath_count())),
+            stage: mark.and_then(|mark| self.stage(mark, work_mm[2])),
+            command: None,
+            bit,
+            bit_mm: bit.and_then(|bit| Some(program?.bits.get(bit as usize)?.diameter.mm())),
+            spindle_rpm: self.rpm(),
+            feed_override_percent: feed as u8,
+            inputs: report.map_or(0, |report| inputs(&report.pins)),
+            phases: [0; 3],
+            slips: Vec::new(),
+            drilled: None,
+            missing: None,
+            drilled_twice: Vec::new(),
+            elapsed_s: work.map_or(0.0, |work| now.saturating_sub(work.started).as_secs_f64()),
+            left_s,
+            done_share,
+            alarm: self.alarm.clone(),
+        }
+    }
+
+    /// What is being done, as far as the height of the tip tells.
+    fn stage(&self, mark: Mark, height_mm: f64) -> Option<Stage> {
+        let moves = self.attended.controller().phase == Phase::Running;
+        match mark {
+            _ if !moves => None,
+            Mark::Hole(_) if height_mm < 0.0 => Some(Stage::Drill),
+            Mark::Toolpath(_) if height_mm < 0.0 => Some(Stage::Mill),
+            _ => Some(Stage::Travel),
+        }
+    }
+
+    /// The speed of the spindle as it was told last; 0 where that says that it is off.
+    fn rpm(&self) -> u32 {
+        let report = self.attended.controller().status.as_ref();
+        let off = report
+            .and_then(|report| report.accessories.as_deref())
+            .is_some_and(|on| !on.contains(['S', 'C']));
+        report.and_then(|report| report.speed_rpm).filter(|_| !off).map_or(0, |rpm| rpm.max(0.0) as u32)
+    }
+}
+
+/// The bit that is in at leg `at`.
+fn bit_at(legs: &[annulus_core::job::Leg], at: usize) -> Option<u32> {
+    legs.iter().take(at).rev().find_map(|leg| match leg.mark {
+        Mark::ChangeBit(bit) => Some(bit),
+        _ => None,
+    })
+}
+
+/// Seconds that are left of a job whose first `done` sections are done, and the share that is behind it.
+fn times(work: &Work, done: usize, feed_percent: u16) -> (f64, f64) {
+    let whole: f64 = work.each_s.iter().sum();
+    let left: f64 = work.each_s.iter().skip(done.saturating_sub(work.from)).sum();
+    let share = if whole > 0.0 { 1.0 - left / whole } else { 0.0 };
+    (left * 100.0 / f64::from(feed_percent.max(1)), share)
+}
+
+/// Switches and probe, by their letters; which end a switch stands at it does not say, and most home to the far one.
+fn inputs(pins: &str) -> u32 {
+    let of = |letter| match letter {
+        'X' => Input::XMax.bit(),
+        'Y' => Input::YMax.bit(),
+        'Z' => Input::ZTop.bit(),
+        'P' => Input::Contact.bit(),
+        _ => 0,
+    };
+    pins.chars().map(of).fold(0, |all, bit| all | bit)
+}

@@ -1,0 +1,204 @@
+// The unmodified GRBL firmware on a simulated board, and a stand-in for `navigator.serial` whose port carries bytes to it. The
+// browser's surface is stood in for, the firmware is not.
+//
+// Comes in: settings of the board. Goes out: a board with a port; every step that its pins made. Steps, mm. Knows nothing of pages.
+
+import { spawn, spawnSync } from "node:child_process";
+import { existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join, resolve } from "node:path";
+import { root, until } from "./harness.mjs";
+
+/** Steps in a millimetre of every axis, and its travel in mm: places run from minus that to 0. */
+export const STEPS = 250;
+const TRAVEL = 200;
+
+/** A board that homes, of moderate speed. */
+const SETTINGS = [
+  [22, 1],
+  [20, 1],
+  [24, 600],
+  [25, 5000],
+  [26, 25],
+  [27, 1],
+  [30, 30000],
+  ...[0, 1, 2].flatMap((axis) => [
+    [100 + axis, STEPS],
+    [110 + axis, 5000],
+    [120 + axis, 500],
+    [130 + axis, TRAVEL],
+  ]),
+];
+
+/** The simulator, built; or null where this computer does not have it (with ANNULUS_NOTHING_SKIPPED that fails). */
+export function instrument() {
+  const folder = process.env.ANNULUS_GRBL ?? resolve(root, "../shared/instruments/grbl");
+  const built = join(root, "target/tmp/grbl-pty-browser");
+  mkdirSync(join(root, "target/tmp"), { recursive: true });
+  const flags = ["-std=gnu11", "-O2", "-w", "-I/usr/include/simavr", "-o", built, join(folder, "grbl-pty.c")];
+  const made = existsSync(join(folder, "grbl-pty.c")) && spawnSync("cc", [...flags, "-lsimavr", "-lelf", "-lm"]).status === 0;
+  if (made) return { simulator: built, firmware: join(folder, "grbl-1.1h.elf") };
+  if (process.env.ANNULUS_NOTHING_SKIPPED) throw new Error(`GRBL cannot be built from ${folder}`);
+  return null;
+}
+
+/** A port that is open: bytes in and out through two processes that hold it as a driver would. */
+function openPort(path) {
+  const script = 'exec 3<>"$1"; stty raw -echo <&3; cat <&3 & exec cat >&3';
+  const child = spawn("sh", ["-c", script, "sh", path], { detached: true, stdio: ["pipe", "pipe", "ignore"] });
+  const [came, waiting] = [[], []];
+  let ended = false;
+  const next = () => (came.length ? Buffer.concat(came.splice(0)) : null);
+  const tell = () => {
+    while (waiting.length && (came.length || ended)) waiting.shift()(next());
+  };
+  child.stdout.on("data", (bytes) => (came.push(bytes), tell()));
+  child.stdout.on("end", () => ((ended = true), tell()));
+  child.stdin.on("error", () => {});
+  return {
+    /** What came since; null when the port is gone. */
+    read: () => new Promise((told) => (waiting.push(told), tell())),
+    write: (bytes) => child.stdin.write(Buffer.from(bytes)),
+    close: () => {
+      try {
+        process.kill(-child.pid, "SIGKILL");
+      } catch {
+        // It was gone already.
+      }
+    },
+  };
+}
+
+/** A board with its power on. `speed` is how many times faster than life it runs. */
+export async function startBoard(tools, speed) {
+  const folder = mkdtempSync(join(tmpdir(), "annulus-board-"));
+  const at = (name) => join(folder, name);
+  const launch = async (...more) => {
+    const options = ["--link", at("port"), "--json", at("report"), "--edges", at("edges"), "--eeprom", at("eeprom")];
+    const fixed = ["--max-seconds", "600", "--boot-ms", "200", "--steps", String(STEPS), "--travel", String(TRAVEL)];
+    const child = spawn(tools.simulator, [...options, ...fixed, ...more, tools.firmware], { stdio: ["ignore", "pipe", "ignore"] });
+    const ended = new Promise((done) => child.on("exit", done));
+    await new Promise((started) => child.stdout.once("data", started));
+    return { child, ended };
+  };
+  const first = await launch("--speed", "0", "--fast-eeprom");
+  const port = openPort(at("port"));
+  const hears = async (wanted) => {
+    for (let heard = ""; !heard.includes(wanted); ) {
+      const bytes = await port.read();
+      if (!bytes) throw new Error(`the board is gone: ${heard}`);
+      heard += bytes;
+    }
+  };
+  await hears("help]");
+  for (const [number, value] of SETTINGS) {
+    port.write(`$${number}=${value}\n`);
+    await hears("ok");
+  }
+  port.close();
+  first.child.kill("SIGTERM");
+  await first.ended;
+  rmSync(at("edges"), { force: true });
+  rmSync(at("report"), { force: true });
+  const { child, ended } = await launch("--speed", String(speed));
+  const reports = () => (existsSync(at("report")) ? readFileSync(at("report"), "utf8").split("\n").filter(Boolean) : []);
+  return {
+    port: () => openPort(at("port")),
+    plugged: () => existsSync(at("port")),
+    /** Pulls the cable, or plugs it in again. */
+    replug: async () => {
+      const before = existsSync(at("port"));
+      child.kill("SIGUSR2");
+      await until(() => existsSync(at("port")) !== before, "the cable");
+    },
+    /** Net steps of X, Y, Z since power-on, as the pins have it now. */
+    steps: async () => {
+      const before = reports().length;
+      child.kill("SIGUSR1");
+      await until(() => reports().length > before, "a report of the board");
+      return JSON.parse(reports().at(-1)).steps;
+    },
+    /** Turns it off. Every place in the plane at which Z was below the surface, one after the other, with the lowest Z: steps. */
+    end: async (surface) => {
+      child.kill("SIGTERM");
+      await ended;
+      const now = [0, 0, 0];
+      const dips = [];
+      let dip = null;
+      for (const line of readFileSync(at("edges"), "utf8").split("\n").filter(Boolean)) {
+        const [, axis, to] = line.split(" ");
+        now[Number.isNaN(Number(axis)) ? "XYZ".indexOf(axis) : Number(axis)] = Number(to);
+        if (now[2] >= surface) dip = null;
+        else if (!dip) dips.push((dip = { at: [now[0], now[1]], lowest: now[2], moved: false }));
+        else {
+          dip.lowest = Math.min(dip.lowest, now[2]);
+          dip.moved ||= now[0] !== dip.at[0] || now[1] !== dip.at[1];
+        }
+      }
+      rmSync(folder, { recursive: true, force: true });
+      return dips;
+    },
+    kill: () => child.kill("SIGKILL"),
+  };
+}
+
+/** Gives the pages of `context` a `navigator.serial` with this board at its only port. */
+export async function plugInto(context, board) {
+  let port = null;
+  const close = () => (port?.close(), (port = null));
+  await context.exposeFunction("boardOpens", () => {
+    if (!board.plugged()) return false;
+    close();
+    port = board.port();
+    return true;
+  });
+  await context.exposeFunction("boardPlugged", () => board.plugged());
+  await context.exposeFunction("boardReads", async () => {
+    const bytes = await port?.read();
+    return bytes ? [...bytes] : null;
+  });
+  await context.exposeFunction("boardHears", (bytes) => port?.write(bytes));
+  await context.exposeFunction("boardCloses", close);
+  await context.addInitScript(() => {
+    const lost = () => new DOMException("The device has been lost.", "NetworkError");
+    const port = {
+      readable: null,
+      writable: null,
+      getInfo: () => ({ usbVendorId: 0x1a86, usbProductId: 0x7523 }),
+      async open({ baudRate }) {
+        if (port.readable) throw new DOMException("The port is already open.", "InvalidStateError");
+        if (!Number.isInteger(baudRate) || !(await globalThis.boardOpens())) {
+          throw new DOMException("Failed to open serial port.", "NetworkError");
+        }
+        port.readable = new ReadableStream(
+          {
+            async pull(to) {
+              const bytes = await globalThis.boardReads();
+              if (bytes) return to.enqueue(Uint8Array.from(bytes));
+              port.readable = null;
+              to.error(lost());
+            },
+            cancel: () => globalThis.boardCloses(),
+          },
+          { highWaterMark: 0 },
+        );
+        port.writable = new WritableStream({ write: (bytes) => globalThis.boardHears([...bytes]) });
+      },
+      async close() {
+        if (port.readable?.locked || port.writable?.locked) throw new TypeError("a stream of the port is locked");
+        await globalThis.boardCloses();
+        port.readable = port.writable = null;
+      },
+    };
+    const granted = () => sessionStorage.getItem("port granted") !== null;
+    const serial = Object.assign(new EventTarget(), {
+      async requestPort() {
+        if (!navigator.userActivation.isActive) throw new DOMException("Must be handling a user gesture.", "SecurityError");
+        sessionStorage.setItem("port granted", "yes");
+        return port;
+      },
+      getPorts: async () => (granted() && (await globalThis.boardPlugged()) ? [port] : []),
+    });
+    Object.defineProperty(navigator, "serial", { value: serial, configurable: true });
+  });
+}

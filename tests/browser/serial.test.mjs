@@ -1,0 +1,204 @@
+// A mill with GRBL at a port of this computer, driven by the page alone through Web Serial: no bridge is anywhere. Judged by the
+// step pins of the firmware.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
+import { openBrowser, openPage, picture, planned, press, serveFiles, settled, startBridge, tab, until } from "./harness.mjs";
+
+/** How many times faster than life the board runs. */
+const SPEED = 2;
+/** Holes in mm, two sizes: the first is the work zero. */
+const HOLES = [0, 3].flatMap((y) => [0, 2, 4, 6, 8, 10].map((x) => [x, y]));
+const DRILL = [
+  "M48",
+  "METRIC",
+  "T1C0.8",
+  "T2C1.0",
+  "%",
+  "T1",
+  ...HOLES.slice(0, 6).map(([x, y]) => `X${x}.0Y${y}.0`),
+  "T2",
+  ...HOLES.slice(6).map(([x, y]) => `X${x}.0Y${y}.0`),
+  "M30",
+  "",
+].join("\n");
+
+const tools = instrument();
+let browser;
+before(async () => (browser = await openBrowser("none")));
+after(async () => browser?.close());
+
+const connect = (page) => page.getByRole("button", { name: "Connect a controller…" });
+const shown = (page, text) => page.getByText(text).first().waitFor();
+const digits = async (page, axis) => Number((await page.locator(`[data-axis="${axis}"]`).textContent()).replace("−", "-"));
+
+/** The buttons that move an axis down and up in its numbers. */
+const WAYS = { X: ["Move X to the left", "Move X to the right"], Y: ["Move Y nearer", "Move Y away"], Z: ["Move Z down", "Move Z up"] };
+
+/** Goes to a place by steps, as a person would: the longest first. A step that a busy page let end early is followed by others. */
+async function moveTo(page, axis, to) {
+  for (const size of [10, 1, 0.1, 0.01]) {
+    await page.getByRole("button", { name: String(size), exact: true }).click();
+    for (;;) {
+      const way = to - (await settled(() => digits(page, axis), axis, 400));
+      if (Math.abs(way) < 0.005) return;
+      if (Math.abs(way) < size - 1e-6) break;
+      await press(page, page.getByRole("button", { name: WAYS[axis][way > 0 ? 1 : 0], exact: true }));
+    }
+  }
+}
+
+/** Reads the pre-flight, ticks what is to be ticked, and begins. */
+async function begin(page, name) {
+  const dialog = page.getByRole("dialog", { name: "Before the start" });
+  const start = dialog.getByRole("button", { name });
+  await until(async () => {
+    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
+    return start.isEnabled();
+  }, "a pre-flight that lets the job start");
+  const rows = await dialog.getByRole("listitem").allTextContents();
+  await start.click();
+  return rows;
+}
+
+async function home(page) {
+  await press(page, page.getByRole("button", { name: "Home", exact: true }));
+  await shown(page, "At rest, position known.");
+}
+
+/** A page of the site with a board of twelve holes planned, on its Machine screen. */
+async function opened(server, board) {
+  const page = await openPage(browser, "about:blank");
+  await plugInto(page.context, board);
+  await page.page.goto(`${server.url}?speed=${SPEED}`);
+  const chooser = page.page.waitForEvent("filechooser");
+  await page.page.getByRole("button", { name: "Open files…" }).click();
+  await (await chooser).setFiles({ name: "twelve.drl", mimeType: "text/plain", buffer: Buffer.from(DRILL) });
+  await page.page.getByText(/^Planned .* m,/).waitFor();
+  await tab(page.page, "Machine").click();
+  return page;
+}
+
+test("the page alone connects a GRBL mill, moves it and makes a board of two tools, over STOP and a pulled cable", async (t) => {
+  if (!tools) return t.skip("no GRBL");
+  const [server, board] = [await serveFiles(), await startBoard(tools, SPEED)];
+  const { page, context, problems } = await opened(server, board);
+  try {
+    await press(page, connect(page));
+    await shown(page, /^GRBL 1\.1h/);
+    await page.getByText("Its settings").click();
+    await shown(page, /^\$110 = 5000 mm\/min/);
+    await home(page);
+    for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
+    await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
+    await until(async () => (await digits(page, "X")) === 0, "zero of X");
+    // The job does not start before the height of the board is set.
+    await planned(page);
+    await press(page, page.getByRole("button", { name: "Start…" }));
+    await shown(page, /height of the board was not set/);
+    await page.getByRole("dialog").getByRole("button", { name: "Cancel" }).click();
+    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await until(async () => (await digits(page, "Z")) === 0, "zero of Z");
+    const zero = await board.steps();
+    await page.screenshot({ path: picture("serial-ready-1440") });
+    await press(page, page.getByRole("button", { name: "Start…" }));
+    const rows = await begin(page, "Start the job");
+    assert.ok(rows.some((row) => /plans its own motion/.test(row)) && rows.some((row) => /Keep this page open/.test(row)), rows.join("\n"));
+    // The first tool is the one that was in when the height was set.
+    const change = page.getByRole("alertdialog");
+    await change.getByRole("button", { name: /^Continue/ }).click();
+    await shown(page, /^Hole [2-5] of 6/);
+    await page.keyboard.press("Control+Shift+E");
+    await shown(page, /^You stopped it/);
+    const stopped = await board.steps();
+    await new Promise((later) => setTimeout(later, 1000));
+    assert.deepEqual(await board.steps(), stopped, "nothing moves after STOP");
+    await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
+    await begin(page, "Resume the job");
+    // The second tool has to be touched off: its tip is elsewhere.
+    await change.getByRole("button", { name: /^Continue/ }).click();
+    await change.getByRole("button", { name: "Not yet" }).click();
+    await shown(page, /was not touched off/);
+    await page.getByRole("button", { name: "Close", exact: true }).click();
+    await moveTo(page, "Z", 0);
+    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await page.screenshot({ path: picture("serial-touched-1440") });
+    await page.getByRole("button", { name: "Show", exact: true }).click();
+    await press(page, change.getByRole("button", { name: /^Continue/ }));
+    await shown(page, /^Hole [2-5] of 6/);
+    // The browser would ask before the page is left now.
+    await board.replug();
+    await shown(page, /The cable was pulled/);
+    await page.screenshot({ path: picture("serial-pulled-1440") });
+    await board.replug();
+    await page.evaluate(() => navigator.serial.dispatchEvent(new Event("connect")));
+    await shown(page, "The position is not known. Home first.");
+    await page.getByRole("button", { name: "Close", exact: true }).click();
+    await home(page);
+    await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
+    await begin(page, "Resume the job");
+    await shown(page, /^The job is done\./);
+    await page.screenshot({ path: picture("serial-done-1440") });
+    // Let go of, the page has its virtual drill again; the port is known.
+    await press(page, page.getByRole("button", { name: "Disconnect" }));
+    await page.getByRole("button", { name: "Connect the one used before" }).waitFor();
+    await shown(page, "The position is not known. Home first.");
+    const dips = await board.end(zero[2] - 10);
+    for (const [index, [x, y]] of HOLES.entries()) {
+      const here = dips.filter(({ at }) => Math.abs(at[0] - zero[0] - x * STEPS) < 8 && Math.abs(at[1] - zero[1] - y * STEPS) < 8);
+      assert.ok(here.length === 1 || here.length === 2, `hole ${index + 1} was made ${here.length} times`);
+      assert.ok(here.some(({ lowest }) => lowest <= zero[2] - 1.6 * STEPS), `hole ${index + 1} goes through`);
+    }
+    const elsewhere = dips.filter(({ at, moved }) => moved || !HOLES.some(([x, y]) => Math.abs(at[0] - zero[0] - x * STEPS) < 8 && Math.abs(at[1] - zero[1] - y * STEPS) < 8));
+    assert.deepEqual(elsewhere, [], "and nothing else");
+    assert.ok(dips.length <= HOLES.length + 2, "at most the two that were in work are made twice");
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    await page.screenshot({ path: picture("serial-failed-1440") });
+    throw error;
+  } finally {
+    await context.close();
+    server.stop();
+    board.kill();
+  }
+});
+
+test("a reload has the controller again without a dialog; a page of the bridge has it too, and goes back to the bridge", async (t) => {
+  if (!tools) return t.skip("no GRBL");
+  const [bridge, board] = [await startBridge(), await startBoard(tools, 1)];
+  const { page, context } = await openPage(browser, "about:blank");
+  try {
+    await plugInto(context, board);
+    await page.goto(bridge.url);
+    await tab(page, "Machine").click();
+    await press(page, connect(page));
+    await shown(page, /^GRBL 1\.1h/);
+    await page.reload();
+    await tab(page, "Machine").click();
+    await shown(page, /^GRBL 1\.1h/);
+    await home(page);
+    await press(page, page.getByRole("button", { name: "Disconnect" }));
+    await shown(page, "The position is not known. Home first.");
+    await connect(page).waitFor();
+  } finally {
+    await context.close();
+    await bridge.stop();
+    board.kill();
+  }
+});
+
+test("a browser without serial ports says so, with what to do", async () => {
+  const server = await serveFiles();
+  const { page, context } = await openPage(browser, "about:blank");
+  try {
+    await context.addInitScript(() => Object.defineProperty(navigator, "serial", { value: undefined }));
+    await page.goto(server.url);
+    await tab(page, "Machine").click();
+    await shown(page, /This browser lets no page use a serial port/);
+    assert.equal(await connect(page).count(), 0);
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});
