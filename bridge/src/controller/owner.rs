@@ -4,7 +4,7 @@
 //! ends. Knows time, unlike the engine.
 
 use super::ledger::{Entry, Ledger};
-use super::port::Port;
+use crate::serial::Port;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{Action, Ask, Controller, Event, Info, Phase, Routine, step};
 use annulus_core::diagnostic::Diagnostic;
