@@ -29,7 +29,11 @@ pub(crate) fn list() -> Vec<Listed> {
         .unwrap_or_default()
         .into_iter()
         .map(|port| {
-            let usb = if let SerialPortType::UsbPort(usb) = &port.port_type { Some((usb.vid, usb.pid)) } else { None };
+            let usb = if let SerialPortType::UsbPort(usb) = &port.port_type {
+                Some((usb.vid, usb.pid))
+            } else {
+                None
+            };
             let what = match port.port_type {
                 SerialPortType::UsbPort(usb) => {
                     let name =

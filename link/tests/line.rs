@@ -325,6 +325,23 @@ fn what_may_not_be_is_refused_and_changes_nothing() {
 }
 
 #[test]
+fn what_stopped_it_by_force_can_be_cleared_by_the_next_session_too() {
+    for (input, stop, state) in
+        [(Some(1), false, State::Limit), (None, true, State::EmergencyStop), (None, false, State::Fault)]
+    {
+        let mut world = World::new(15, 0.0);
+        world.begin();
+        world.adapter.forced([3, -2, 0, 0], input, stop);
+        world.sender = Sender::new(4321);
+        world.welcome = None;
+        assert_eq!(world.say(SETTINGS).state, state, "settings clear nothing");
+        assert_eq!(world.say(Begin {}).refusal, Refusal::State);
+        let cleared = world.say(Clear {});
+        assert_eq!((cleared.state, cleared.index), (State::Ready, [3, -2, 0, 0]));
+    }
+}
+
+#[test]
 fn orders_that_come_in_one_packet_are_all_obeyed() {
     let mut world = World::new(13, 0.0);
     world.begin();

@@ -80,8 +80,7 @@ pub(super) fn run(
 }
 
 fn report_of(adapter: &Adapter, task: &Task, completed: usize, ended: Ended) -> Report {
-    let (position, down, inputs, ticks) =
-        (adapter.position, adapter.down, adapter.inputs(), adapter.ticks);
+    let (position, down, inputs, ticks) = (adapter.position, adapter.down, adapter.inputs(), adapter.ticks);
     Report { id: task.id, completed, ended, position, down, inputs, ticks }
 }
 
@@ -137,10 +136,7 @@ fn together(adapter: &Adapter, task: &Task, segments: &[Segment]) -> usize {
     let (inputs, is_durable) = (adapter.inputs(), adapter.shared.durable() >= task.needs_durable);
     let joins = |segment: &&Segment| {
         let waits = is_stroke(segment) && !is_durable;
-        segment.gate.is_none()
-            && segment.effect == Effect::None
-            && guard(segment) & inputs == 0
-            && !waits
+        segment.gate.is_none() && segment.effect == Effect::None && guard(segment) & inputs == 0 && !waits
     };
     match segments.split_first() {
         Some((first, later)) if first.gate.is_none() => 1 + later.iter().take_while(joins).count(),

@@ -14,6 +14,7 @@
 //! | `line` | frames of bytes at a port, and what the adapter said last |
 //! | `connect` | the adapter found, greeted, set; or a sentence why not |
 //! | `path` | a segment as runs of the adapter's axes, and what must stay off meanwhile |
+//! | `feed` | pieces of the path that is left |
 //! | `play` | segments played to their end, or to where something ended them |
 //! | `hand` | tasks and orders, one after the other |
 //! | `seat` | the thread, as its owner sees it |
@@ -21,6 +22,7 @@
 //! Comes in: a machine, messages. Goes out: pulses elsewhere, reports. Does not know jobs.
 
 mod connect;
+mod feed;
 mod hand;
 mod line;
 mod path;

@@ -104,8 +104,7 @@ mod tests {
         assert_eq!(guard(&both), Input::XMax.bit() | Input::YMin.bit() | Input::Contact.bit());
         let milled = Segment { stage: Stage::Mill, ..both };
         assert_eq!(guard(&milled), Input::XMax.bit() | Input::YMin.bit());
-        let spindles =
-            segment(Stage::Retract, vec![even(0b1100, true, 500, 3), even(0b1100, false, 500, 1)]);
+        let spindles = segment(Stage::Retract, vec![even(0b1100, true, 500, 3), even(0b1100, false, 500, 1)]);
         assert_eq!(runs(&spindles).map(|own| own.len()), [0, 0, 2, 2]);
         assert_eq!(last_steps(&spindles), (0b1100, 0b1100));
     }
@@ -116,7 +115,11 @@ mod tests {
         // 150 mm/s at 80 steps/mm and 2,000 mm/s²: 75 ms with all of it.
         let fast = segment(Stage::Travel, vec![steps::Run::even(1, true, 833, 100)]);
         let wanted = FULL_RATE * 1024 / 1_500_600;
-        assert!(i32::from(rule(&fast, &motors).fall).abs_diff(wanted as i32) <= 1, "{:?}", rule(&fast, &motors));
+        assert!(
+            i32::from(rule(&fast, &motors).fall).abs_diff(wanted as i32) <= 1,
+            "{:?}",
+            rule(&fast, &motors)
+        );
         let slow = Motors { braking_steps_per_tick2: [1e-15; machine::AXES], ..motors };
         assert!(stopping(rule(&fast, &slow).fall) <= LONGEST_TAIL);
     }

@@ -10,19 +10,18 @@
 //! that nobody knows any more where the machine is. Does not know tasks.
 
 use super::connect::{self, lost, refused, trouble};
+use super::feed::{Feed, Path};
 use super::line::Line;
-use super::path::{guard, last_steps, rule, runs, steeper};
+use super::path::{guard, last_steps};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::pins::{AxisSet, Motors, Order};
 use annulus_core::steps::{Segment, Stage};
 use annulus_drill::executor::{Ended, Glimpse, Shared};
-use annulus_link::cutter::{Cutter, Piece, Rule};
 use annulus_link::message::{
     Ask, Begin, Clear, Guard, Outputs, Place, Rate, Refusal, State, Status, Stop, Trust,
 };
-use annulus_link::run::Run;
 use annulus_link::{AXES, FULL_RATE};
 use std::sync::Arc;
 use std::time::{Duration, Instant};
@@ -63,57 +62,6 @@ pub(super) struct Adapter {
     outputs: u8,
     limits: u8,
     rate: u32,
-}
-
-/// A segment as it is fed.
-struct Path {
-    runs: [Vec<Run>; AXES],
-    ticks: u64,
-    rule: Rule,
-}
-
-/// What is left to be fed.
-struct Feed<'a> {
-    paths: &'a [Path],
-    cutter: Option<(Cutter<'a>, Rule)>,
-    /// Cut, and not yet offered.
-    piece: Option<Piece>,
-    number: u32,
-    index: [i32; AXES],
-    /// Ticks of what was offered.
-    sent: u64,
-}
-
-impl<'a> Feed<'a> {
-    fn new(paths: &'a [Path], status: &Status) -> Self {
-        let (number, index) = (status.chunk, status.index);
-        Self { paths, cutter: None, piece: None, number, index, sent: 0 }
-    }
-
-    /// Cuts until a piece is there or nothing is left. False where the path is too dense for a frame.
-    fn cut(&mut self) -> bool {
-        while self.piece.is_none() {
-            if let Some((cutter, rule)) = &mut self.cutter
-                && !cutter.is_done()
-            {
-                let steep = steeper(rule);
-                self.piece = cutter.cut(rule).or_else(|| cutter.cut(&steep?));
-                (self.number, self.index) = (cutter.number(), cutter.index());
-                return self.piece.is_some();
-            }
-            let Some((path, later)) = self.paths.split_first() else { return true };
-            self.paths = later;
-            let lists = path.runs.each_ref().map(Vec::as_slice);
-            self.cutter = Some((Cutter::new(lists, path.ticks, self.number, self.index), path.rule));
-        }
-        true
-    }
-
-    /// Whether everything was offered.
-    fn is_over(&self) -> bool {
-        let is_cut = self.cutter.as_ref().is_none_or(|(cutter, _)| cutter.is_done());
-        self.paths.is_empty() && self.piece.is_none() && is_cut
-    }
 }
 
 impl Adapter {
@@ -265,10 +213,12 @@ impl Adapter {
 
     /// Plays segments one behind the other, from rest to rest; only the last may have a gate.
     pub(super) fn play(&mut self, segments: &[Segment], granted: bool) -> Result<Ended, Diagnostic> {
-        // A sensor that turned on at rest stopped nothing but the outputs.
-        if self.status().state == State::Limit {
-            self.clear()?;
-            self.switch(self.outputs)?;
+        let status = self.status();
+        if status.state == State::Limit {
+            return self.limited(None, &status);
+        }
+        if status.outputs != self.outputs {
+            return self.ran_dry();
         }
         let gate = segments.last().and_then(|last| last.gate);
         let guarded = segments.iter().fold(0, |guarded, segment| guarded | guard(segment));
@@ -286,16 +236,10 @@ impl Adapter {
             self.limits = limits;
             status = self.say(Guard { limits })?;
         }
-        let paths: Vec<Path> = segments
-            .iter()
-            .map(|segment| Path {
-                runs: runs(segment),
-                ticks: segment.duration_ticks,
-                rule: rule(segment, &self.motors),
-            })
-            .collect();
+        let paths: Vec<Path> = segments.iter().map(|segment| Path::of(segment, &self.motors)).collect();
         let (before, feed) = (self.ticks, Feed::new(&paths, &status));
-        let played = Play { gate, watched, granted, feed, stopping: false, late: false, begun: 0 };
+        let played =
+            Play { gate, watched, granted, feed, stopping: false, late: false, dry: false, begun: 0 };
         let ended = self.run(played, segments)?;
         if ended == Ended::Completed {
             let all = segments.iter().map(|segment| segment.duration_ticks);
@@ -325,6 +269,8 @@ impl Adapter {
             self.ticks = before.saturating_add(passed);
             let deadline = play.gate.map_or(u64::MAX, |gate| u64::from(gate.deadline_us) * 10);
             play.late |= passed > deadline;
+            // Outputs that went off by themselves: nobody was heard for a while. What cuts may stand still.
+            play.dry |= self.line.pending() == 0 && status.outputs != self.outputs;
             if let Some(ended) = self.ended(&play, &status)? {
                 return Ok(ended);
             }
@@ -359,17 +305,11 @@ impl Adapter {
         if play.stopping {
             return;
         }
-        let order = match self.shared.stopped() >= self.task {
-            true => Order::Stop,
-            false if play.granted => self.shared.granted(),
-            false => Order::Go,
-        };
-        let rate = match order {
-            Order::Stop => 0,
-            Order::Hold => 0,
-            Order::Go | Order::At(_) => FULL_RATE * u32::from(self.shared.feed_override()) / 100,
-        };
-        if order == Order::Stop || play.late {
+        let granted = if play.granted { self.shared.granted() } else { Order::Go };
+        let is_over = self.shared.stopped() >= self.task || granted == Order::Stop;
+        let full = FULL_RATE * u32::from(self.shared.feed_override()) / 100;
+        let rate = if granted == Order::Hold { 0 } else { full };
+        if is_over || play.late || play.dry {
             play.stopping = self.line.offer(Stop {}).is_some();
         } else if rate != self.rate && self.line.offer(Rate { wanted: rate }).is_some() {
             self.rate = rate;
@@ -384,11 +324,14 @@ impl Adapter {
         };
         match status.state {
             State::Running => Ok(None),
-            State::Ready => self.rested(play, status, stopped),
-            State::Stopped => self.clear().map(|()| Some(stopped)),
-            State::Starved => {
-                tracing::warn!("the adapter at {} ran dry", self.line.port());
-                self.clear().map(|()| Some(if play.stopping { stopped } else { Ended::RanDry }))
+            State::Ready => match self.rested(play, status, stopped)? {
+                Some(_) if play.dry => self.ran_dry().map(Some),
+                ended => Ok(ended),
+            },
+            State::Stopped | State::Starved => {
+                self.clear()?;
+                let is_dry = play.dry || status.state == State::Starved && !play.stopping;
+                if is_dry { self.ran_dry().map(Some) } else { Ok(Some(stopped)) }
             }
             State::Limit => self.limited(play.gate, status).map(Some),
             State::Unset | State::EmergencyStop | State::Fault => {
@@ -443,6 +386,13 @@ impl Adapter {
         Ok(ended)
     }
 
+    /// It came to rest because nothing newer came, or nobody was heard: what is off stays off.
+    fn ran_dry(&mut self) -> Result<Ended, Diagnostic> {
+        tracing::warn!("the adapter at {} ran dry", self.line.port());
+        self.safe()?;
+        Ok(Ended::RanDry)
+    }
+
     fn hit(&self, input: Input, gate: Option<Gate>) -> Ended {
         if gate.is_some_and(|gate| gate.input == input) {
             Ended::Gated(self.position)
@@ -472,6 +422,8 @@ struct Play<'a> {
     stopping: bool,
     /// The gate's deadline passed.
     late: bool,
+    /// Nobody was heard for so long that the outputs went off.
+    dry: bool,
     /// Number of the frame with which it began.
     begun: u32,
 }

@@ -33,7 +33,7 @@ pub(crate) struct Record {
     pub(crate) place: [i64; 3],
     /// Every step of every axis: whether it counted up.
     pub(crate) steps: [Vec<bool>; 3],
-    /// Where the tip went below [`Shop::bottom`](super::shop::Shop), each time.
+    /// Where the tip went into the board, each time.
     pub(crate) holes: Vec<[i64; 2]>,
     pub(crate) spindle: bool,
     /// Cycle of the latest pulse, and cycle now.
@@ -85,8 +85,7 @@ impl Bench {
             let mut pins = Pins { directions: [false; 3], bottom: i64::MIN, is_in: false };
             while turn(&ordered, &mut emulator, &mut cable, &mut pins, &own) {}
         });
-        let bench =
-            Self { link: link.to_owned(), orders: Some(orders), record, thread: Some(thread) };
+        let bench = Self { link: link.to_owned(), orders: Some(orders), record, thread: Some(thread) };
         eventually("the port", || bench.link.exists());
         bench
     }
@@ -107,6 +106,11 @@ impl Bench {
 
     pub(crate) fn press(&self, pressed: bool) {
         self.tell(Do::Stop(!pressed));
+    }
+
+    /// A new board: no hole is in it.
+    pub(crate) fn new_board(&self) {
+        self.seen().holes.clear();
     }
 
     pub(crate) fn bottom(&self, steps: i64) {
@@ -133,11 +137,6 @@ impl Bench {
             record.cycle > record.latest + 30 * 120_000
         });
         self.record()
-    }
-
-    /// Waits until the pins did something.
-    pub(crate) fn until(&self, what: &str, so: impl Fn(&Record) -> bool) {
-        eventually(what, || so(&self.seen()));
     }
 }
 

@@ -12,18 +12,27 @@ fn counts(steps: &[bool]) -> [usize; 2] {
 }
 
 #[test]
-fn a_board_is_drilled_whole_and_the_pins_step_as_the_stream_says() {
+fn a_board_is_drilled_whole_and_the_pins_step_as_the_stream_says_over_a_bad_cable_too() {
     let mut shop = Shop::homed(3);
+    exact(&mut shop);
+    shop.bench.garble(Some(400));
+    shop.begin(0);
+    assert_eq!(shop.ended(), (Ending::Done, 3));
+    shop.agrees();
+    shop.judge(3, 0);
+}
+
+fn exact(shop: &mut Shop) {
     let before = shop.agrees();
     let stream = stream_of(&shop.program, &shop.machine).unwrap();
-    assert_eq!(shop.start(0), digest(&stream), "the bridge plays this very stream");
+    assert_eq!(shop.begin(0), digest(&stream), "the bridge plays this very stream");
     shop.until(|status| status.state == State::Running);
     shop.spindle(true);
     assert_eq!(shop.ended(), (Ending::Done, 3));
     let status = shop.until(|status| status.state == State::Ready);
     assert_eq!((status.trust, shop.bench.record().spindle), (Trust::Trusted, false));
     let after = shop.agrees();
-    shop.judge(3);
+    shop.judge(3, 0);
     let surface = shop.machine.z.scale.steps(shop.machine.process.surface);
     let mut stepped: [Vec<bool>; 3] = Default::default();
     for pulse in replay_stream(&stream) {
@@ -38,9 +47,9 @@ fn a_board_is_drilled_whole_and_the_pins_step_as_the_stream_says() {
         let there = zero + stream.start[axis] - shop.rested[axis];
         let end = stream.segments.last().map_or(0, |last| last.end[axis]);
         let home = status.steps[axis] - (zero + end);
-        let leads = [there, home].iter().fold([0, 0], |[up, down], way| {
-            [up + (*way).max(0) as usize, down + (-way).max(0) as usize]
-        });
+        let leads = [there, home]
+            .iter()
+            .fold([0, 0], |[up, down], way| [up + (*way).max(0) as usize, down + (-way).max(0) as usize]);
         let wanted = counts(stepped);
         assert_eq!(counts(made), [0, 1].map(|way| wanted[way] + leads[way]), "axis {axis}");
         let begin = there.unsigned_abs() as usize;
@@ -51,108 +60,81 @@ fn a_board_is_drilled_whole_and_the_pins_step_as_the_stream_says() {
 }
 
 #[test]
-fn a_stop_in_mid_job_rests_on_the_path_and_the_job_goes_on() {
+fn a_job_that_was_stopped_or_whose_cable_was_pulled_goes_on_where_it_was() {
     let mut shop = Shop::homed(3);
-    shop.start(0);
+    stopped(&mut shop);
+    unplugged(&mut shop);
+    killed(shop);
+}
+
+/// In the middle of the job, after the first hole.
+fn amid(shop: &mut Shop) {
+    shop.begin(0);
     shop.until(|status| status.holes_done >= 1 && status.stage.is_some());
+}
+
+/// What was broken off goes on, and every hole is there.
+fn goes_on(shop: &mut Shop) {
+    let leg = shop.offered();
+    shop.start(leg);
+    assert_eq!(shop.ended().0, Ending::Done);
+    shop.until(|status| status.state == State::Ready);
+    shop.agrees();
+    shop.judge(3, 1);
+}
+
+fn stopped(shop: &mut Shop) {
+    amid(shop);
     shop.page.ask(&Ask::Stop);
     assert_eq!(shop.ended().0, Ending::Stopped);
     let status = shop.until(|status| status.state == State::Ready);
     assert_eq!((status.trust, status.spindle_rpm), (Trust::Trusted, 0));
     shop.agrees();
-    let leg = shop.offered();
-    shop.start(leg);
-    assert_eq!(shop.ended().0, Ending::Done);
-    shop.agrees();
-    shop.judge(3);
+    goes_on(shop);
 }
 
-#[test]
-fn a_bad_cable_costs_time_and_not_a_step() {
-    let mut shop = Shop::homed(2);
-    shop.bench.garble(Some(400));
-    shop.start(0);
-    assert_eq!(shop.ended(), (Ending::Done, 2));
-    shop.agrees();
-    shop.judge(2);
-}
-
-#[test]
-fn a_cable_that_is_pulled_and_plugged_in_again_costs_no_position() {
-    let mut shop = Shop::homed(3);
-    shop.start(0);
-    shop.until(|status| status.holes_done >= 1 && status.stage.is_some());
+fn unplugged(shop: &mut Shop) {
+    amid(shop);
     shop.bench.plug(false);
     shop.bench.rests();
     shop.spindle(false);
     shop.bench.plug(true);
     let status = shop.until(|status| status.state == State::Alarm);
-    assert_eq!(
-        (status.alarm.unwrap().code.as_str(), status.trust),
-        ("adapter.ran_dry", Trust::Trusted)
-    );
-    shop.until(|status| status.state == State::Alarm && status.stage.is_none());
-    shop.page.ask(&Ask::AcknowledgeAlarm);
-    shop.until(|status| status.state == State::Ready);
+    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("adapter.ran_dry", Trust::Trusted));
+    assert_eq!(shop.acknowledged(), State::Ready);
     shop.agrees();
-    let leg = shop.offered();
-    shop.start(leg);
-    assert_eq!(shop.ended().0, Ending::Done);
-    shop.agrees();
-    shop.judge(3);
+    goes_on(shop);
+}
+
+fn killed(mut shop: Shop) {
+    amid(&mut shop);
+    shop.kill();
+    shop.bench.rests();
+    shop.spindle(false);
 }
 
 #[test]
-fn an_adapter_that_lost_its_power_is_homed_again_and_the_job_goes_on() {
-    let mut shop = Shop::homed(2);
-    shop.start(0);
-    shop.until(|status| status.holes_done >= 1 && status.stage.is_some());
-    shop.bench.plug(false);
-    shop.bench.power();
-    shop.bench.plug(true);
-    let status = shop.until(|status| status.state == State::Alarm);
-    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("adapter.restarted", Trust::Lost));
-    shop.page.ask(&Ask::AcknowledgeAlarm);
-    shop.until(|status| status.state == State::NotHomed);
-    let zero = shop.rested;
-    shop.home();
-    shop.rested = zero;
-    let leg = shop.offered();
-    shop.start(leg);
-    assert_eq!(shop.ended().0, Ending::Done);
-    shop.agrees();
-    shop.judge(2);
-}
-
-#[test]
-fn the_emergency_stop_is_an_alarm_and_nothing_goes_on_while_it_is_pressed() {
-    let mut shop = Shop::homed(2);
-    shop.start(0);
-    shop.until(|status| status.holes_done >= 1 && status.stage.is_some());
+fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_the_job_goes_on() {
+    let mut shop = Shop::homed(3);
+    amid(&mut shop);
     shop.bench.press(true);
     let status = shop.until(|status| status.state == State::Alarm);
     assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("adapter.emergency_stop", Trust::Lost));
     shop.spindle(false);
     shop.page.ask(&Ask::AcknowledgeAlarm);
-    assert_eq!(shop.page.refusal(), "adapter.emergency_stop");
+    assert_eq!(shop.page.refusal(), "adapter.emergency_stop", "while it is pressed");
     shop.bench.press(false);
-    shop.page.ask(&Ask::AcknowledgeAlarm);
-    shop.until(|status| status.state == State::NotHomed);
-    let zero = shop.rested;
+    assert_eq!(shop.acknowledged(), State::NotHomed);
     shop.home();
-    shop.rested = zero;
-    let leg = shop.offered();
-    shop.start(leg);
-    assert_eq!(shop.ended().0, Ending::Done);
-    shop.judge(2);
-}
+    goes_on(&mut shop);
 
-#[test]
-fn a_killed_bridge_leaves_it_at_rest_with_its_outputs_off() {
-    let mut shop = Shop::homed(2);
-    shop.start(0);
-    shop.until(|status| status.holes_done >= 1 && status.stage.is_some());
-    shop.kill();
-    shop.bench.rests();
-    shop.spindle(false);
+    amid(&mut shop);
+    shop.bench.plug(false);
+    shop.bench.power();
+    shop.bench.plug(true);
+    let status = shop.until(|status| status.state == State::Alarm);
+    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("adapter.restarted", Trust::Lost));
+    assert_eq!(shop.acknowledged(), State::NotHomed);
+    shop.home();
+    goes_on(&mut shop);
 }

@@ -2,9 +2,9 @@
 
 use super::client::output;
 use super::shop::{machine, write_file};
+use annulus_link::bytes::Writer;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::frame::{FRAME, Header, ON_LINE, open, seal};
-use annulus_link::bytes::Writer;
 use annulus_link::message::{Refused, Tell};
 use serialport::{SerialPort, TTYPort};
 use std::io::{Read, Write};

@@ -11,13 +11,13 @@ use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use tempfile::TempDir;
 
 /// Distance of the holes, mm.
 const APART: f64 = 3.0;
 
-/// 100 steps/mm, 12 × 12 × 6 mm, 100 mm/s and 10 m/s².
+/// 100 steps/mm, 12 × 12 × 6 mm, 300 mm/s and 10 m/s².
 pub(crate) fn machine(port: &Path) -> Machine {
     let number = Value::Number;
     let mut changes = vec![
@@ -43,10 +43,10 @@ pub(crate) fn machine(port: &Path) -> Machine {
                 ("scale", 100.0),
                 ("min", *min),
                 ("max", *max),
-                ("max_speed", 100.0),
+                ("max_speed", 300.0),
                 ("max_acceleration", 10_000.0),
                 ("max_jerk", 1e7),
-                ("home_speed", 20.0),
+                ("home_speed", 300.0),
                 ("home_search", 15.0),
                 ("home_offset", 0.2),
             ];
@@ -135,8 +135,7 @@ impl Shop {
         assert!(page.take_control(false));
         let program = holes(&machine, count);
         let job = String::new();
-        let mut shop =
-            Self { bench, machine, page, program, job, offset: [0; 3], rested: [0; 3], bridge };
+        let mut shop = Self { bench, machine, page, program, job, offset: [0; 3], rested: [0; 3], bridge };
         shop.home();
         shop.page.ask(&Ask::SetZero);
         shop
@@ -148,6 +147,7 @@ impl Shop {
         let status = self.until(|status| status.state == State::Ready);
         let place = self.bench.rests().place;
         self.offset = std::array::from_fn(|axis| place[axis] - status.steps[axis]);
+        // Homing always ends at the same step.
         self.rested = std::array::from_fn(|axis| status.steps[axis]);
         let bottom = self.machine.z.scale.steps(self.machine.process.surface) - 60;
         self.bench.bottom(bottom + self.offset[2]);
@@ -158,14 +158,27 @@ impl Shop {
         let tell = self.page.until(|tell| match tell {
             Tell::Status(status) => {
                 let is_wanted = wanted(status);
-                let alarm = status.alarm.as_ref().filter(|_| !is_wanted);
-                assert!(alarm.is_none(), "{alarm:?} in {:?}", status.state);
                 is_wanted
             }
             _ => false,
         });
         let Tell::Status(status) = tell else { panic!("{tell:?}") };
         *status
+    }
+
+    /// A new board is in, and the job starts at `leg`: the digest of its stream.
+    pub(crate) fn begin(&mut self, leg: u32) -> String {
+        self.bench.new_board();
+        self.start(leg)
+    }
+
+    /// The alarm is read: what it is then.
+    pub(crate) fn acknowledged(&mut self) -> State {
+        // What an alarm does for safety comes first.
+        self.until(|status| status.state == State::Alarm && status.stage.is_none());
+        self.bench.rests();
+        self.page.ask(&Ask::AcknowledgeAlarm);
+        self.until(|status| status.state != State::Alarm || status.alarm.is_none()).state
     }
 
     /// Arms the job and starts it at `leg`: the digest of its stream.
@@ -203,25 +216,30 @@ impl Shop {
     /// At rest: the pins stand where the bridge says.
     pub(crate) fn agrees(&mut self) -> Record {
         let record = self.bench.rests();
-        let status = self.until(|status| !status.stage.is_some_and(|_| true) || status.alarm.is_some());
+        let status = self.until(|status| status.stage.is_none());
         let place: [i64; 3] = std::array::from_fn(|axis| status.steps[axis] + self.offset[axis]);
         assert_eq!(record.place, place, "{:?}", status.steps);
         record
     }
 
-    /// Every hole in its place; at most one twice.
-    pub(crate) fn judge(&self, count: u32) {
+    /// Every hole in its place; at most so many twice.
+    pub(crate) fn judge(&self, count: u32, most_twice: usize) {
         let record = self.bench.record();
         let at = |hole: u32| {
             let far = [f64::from(hole) * APART, f64::from(hole % 2)];
             [0, 1].map(|axis| self.rested[axis] + self.offset[axis] + (far[axis] * 100.0) as i64)
         };
+        // A switch is found within a step or two each time.
+        let is_at =
+            |hole: &[i64; 2], place: &[i64; 2]| (0..2).all(|axis| hole[axis].abs_diff(place[axis]) <= 2);
         let wanted: Vec<[i64; 2]> = (0..count).map(at).collect();
-        assert!(record.holes.iter().all(|hole| wanted.contains(hole)), "{:?} {wanted:?}", record.holes);
-        assert!(wanted.iter().all(|hole| record.holes.contains(hole)), "{:?} {wanted:?}", record.holes);
+        let is_wanted = |hole: &[i64; 2]| wanted.iter().any(|place| is_at(hole, place));
+        assert!(record.holes.iter().all(is_wanted), "{:?} {wanted:?}", record.holes);
+        let is_made = |place: &[i64; 2]| record.holes.iter().any(|hole| is_at(hole, place));
+        assert!(wanted.iter().all(is_made), "{:?} {wanted:?}", record.holes);
         let twice = record.holes.len() - wanted.len();
         println!("{count} holes, {twice} of them twice");
-        assert!(twice <= 1, "{:?}", record.holes);
+        assert!(twice <= most_twice, "{:?}", record.holes);
     }
 
     /// Kills the bridge.
@@ -233,10 +251,5 @@ impl Shop {
     /// Waits until the spindle is so.
     pub(crate) fn spindle(&self, on: bool) {
         eventually("the spindle", || self.bench.record().spindle == on);
-    }
-
-    /// The folder of the bridge.
-    pub(crate) fn folder(&self) -> PathBuf {
-        self.bridge.home.as_ref().unwrap().path().to_owned()
     }
 }

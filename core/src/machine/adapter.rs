@@ -202,8 +202,7 @@ mod tests {
     }
 
     fn refused(changes: &[(&str, Value)]) -> Vec<(String, String)> {
-        let changes: Vec<_> =
-            changes.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+        let changes: Vec<_> = changes.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
         let refusals = apply(&virtual_drill(), &changes).err().unwrap_or_default();
         let key = |why: &Diagnostic| {
             why.args.iter().find(|(name, _)| name == "key").map(|(_, key)| key.clone()).unwrap_or_default()
