@@ -34,7 +34,7 @@ const AHEAD: u32 = 4_000_000;
 const ON_THE_WAY: u32 = 4;
 
 /// How long an unplugged adapter is waited for, and how often its port is tried.
-const ABSENT: Duration = Duration::from_secs(10);
+const ABSENT: Duration = Duration::from_secs(20);
 const TRY: Duration = Duration::from_millis(100);
 
 /// The output of the spindle.

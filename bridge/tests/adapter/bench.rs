@@ -186,6 +186,15 @@ impl Emulator {
         emulator
     }
 
+    /// Sets the switches that are not as they were.
+    fn switch(&mut self, place: &[i64; 3], before: [bool; 3]) {
+        for (input, on) in switches(place).into_iter().enumerate().filter(|(input, on)| before[*input] != *on)
+        {
+            let pin = INPUT_PIN + 2 * input as u64;
+            self.order(&json!({"do": "pin", "pin": pin, "level": on}));
+        }
+    }
+
     fn order(&mut self, order: &Value) -> Value {
         writeln!(self.orders, "{order}").unwrap();
         let mut line = String::new();
@@ -297,7 +306,12 @@ fn turn(
             Ok(Do::Stop(level)) => {
                 emulator.order(&json!({"do": "pin", "pin": STOP_PIN, "level": level}));
             }
-            Ok(Do::Power) => *emulator = Emulator::new(),
+            Ok(Do::Power) => {
+                *emulator = Emulator::new();
+                let mut record = record.lock().unwrap();
+                (record.latest, record.cycle, record.spindle, pins.directions) = (0, 0, false, [false; 3]);
+                emulator.switch(&record.place, [false; 3]);
+            }
             Err(std::sync::mpsc::TryRecvError::Empty) => break,
             Err(std::sync::mpsc::TryRecvError::Disconnected) => return false,
         }
@@ -312,22 +326,14 @@ fn turn(
         answer[key].as_array().unwrap().iter().filter_map(Value::as_u64).collect()
     };
     cable.write(numbers("bytes").into_iter().map(|byte| byte as u8).collect());
-    let before;
-    let now;
-    {
-        let mut record = record.lock().unwrap();
-        before = switches(&record.place);
-        for pair in numbers("edges").chunks(2) {
-            pins.edge(&mut record, pair[0], pair[1] >> 1, pair[1] & 1 == 1);
-        }
-        record.cycle = answer["cycle"].as_u64().unwrap();
-        record.bytes += count;
-        now = switches(&record.place);
+    let mut record = record.lock().unwrap();
+    let before = switches(&record.place);
+    for pair in numbers("edges").chunks(2) {
+        pins.edge(&mut record, pair[0], pair[1] >> 1, pair[1] & 1 == 1);
     }
-    for (input, on) in now.into_iter().enumerate().filter(|(input, on)| before[*input] != *on) {
-        let pin = INPUT_PIN + 2 * input as u64;
-        emulator.order(&json!({"do": "pin", "pin": pin, "level": on}));
-    }
+    record.cycle = answer["cycle"].as_u64().unwrap();
+    record.bytes += count;
+    emulator.switch(&record.place, before);
     true
 }
 
