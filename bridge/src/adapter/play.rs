@@ -211,6 +211,12 @@ impl Adapter {
         });
     }
 
+    /// Nothing more is played: what people look at says so.
+    pub(super) fn rest(&mut self) {
+        self.rpm = 0;
+        self.leave(None);
+    }
+
     /// Plays segments one behind the other, from rest to rest; only the last may have a gate.
     pub(super) fn play(&mut self, segments: &[Segment], granted: bool) -> Result<Ended, Diagnostic> {
         let status = self.status();

@@ -32,6 +32,7 @@ pub(crate) fn start(
     let over = Arc::clone(&gone);
     let body = move || {
         let ended = hand::run(&mut adapter, &ordered, &|report| hear(Heard::Report(report)));
+        adapter.rest();
         over.store(true, Ordering::SeqCst);
         if let Err(why) = ended {
             tracing::error!("{}", why.message("en"));

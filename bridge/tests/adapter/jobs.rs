@@ -61,7 +61,7 @@ fn exact(shop: &mut Shop) {
 
 #[test]
 fn a_job_that_was_stopped_or_whose_cable_was_pulled_goes_on_where_it_was() {
-    let mut shop = Shop::homed(3);
+    let mut shop = Shop::homed(2);
     stopped(&mut shop);
     unplugged(&mut shop);
     killed(shop);
@@ -80,7 +80,7 @@ fn goes_on(shop: &mut Shop) {
     assert_eq!(shop.ended().0, Ending::Done);
     shop.until(|status| status.state == State::Ready);
     shop.agrees();
-    shop.judge(3, 1);
+    shop.judge(2, 1);
 }
 
 fn stopped(shop: &mut Shop) {
@@ -115,13 +115,13 @@ fn killed(mut shop: Shop) {
 
 #[test]
 fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_the_job_goes_on() {
-    let mut shop = Shop::homed(3);
+    let mut shop = Shop::homed(2);
     amid(&mut shop);
     shop.bench.press(true);
     let status = shop.until(|status| status.state == State::Alarm);
     assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("adapter.emergency_stop", Trust::Lost));
     shop.spindle(false);
-    shop.page.ask(&Ask::AcknowledgeAlarm);
+    shop.acknowledge();
     assert_eq!(shop.page.refusal(), "adapter.emergency_stop", "while it is pressed");
     shop.bench.press(false);
     assert_eq!(shop.acknowledged(), State::NotHomed);

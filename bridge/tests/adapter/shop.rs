@@ -137,12 +137,14 @@ impl Shop {
         let job = String::new();
         let mut shop = Self { bench, machine, page, program, job, offset: [0; 3], rested: [0; 3], bridge };
         shop.home();
+        shop.take_control();
         shop.page.ask(&Ask::SetZero);
         shop
     }
 
     /// Homes; from then on it is known where the carriage stands.
     pub(crate) fn home(&mut self) {
+        self.take_control();
         self.page.ask(&Ask::Home);
         let status = self.until(|status| status.state == State::Ready);
         let place = self.bench.rests().place;
@@ -172,12 +174,23 @@ impl Shop {
         self.start(leg)
     }
 
+    /// Who looked at the pins for long said nothing meanwhile, and is not in control any more.
+    fn take_control(&mut self) {
+        assert!(self.page.take_control(true));
+    }
+
+    /// Reads the alarm.
+    pub(crate) fn acknowledge(&mut self) {
+        self.take_control();
+        self.page.ask(&Ask::AcknowledgeAlarm);
+    }
+
     /// The alarm is read: what it is then.
     pub(crate) fn acknowledged(&mut self) -> State {
         // What an alarm does for safety comes first.
         self.until(|status| status.state == State::Alarm && status.stage.is_none());
         self.bench.rests();
-        self.page.ask(&Ask::AcknowledgeAlarm);
+        self.acknowledge();
         self.until(|status| status.state != State::Alarm || status.alarm.is_none()).state
     }
 
@@ -187,6 +200,7 @@ impl Shop {
         self.job = program::key(&bytes);
         let keys = (self.page.session.as_str(), self.page.key.as_str());
         assert_eq!(self.bridge.job(keys, "PUT", &self.job, &bytes).status, 200);
+        self.take_control();
         self.page.ask(&Ask::Arm { job: self.job.clone(), from_leg: leg });
         let armed = self.page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
         let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
