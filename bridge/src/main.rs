@@ -3,6 +3,7 @@
 //! Comes in: the command line. Goes out: text for people on standard error, one JSON object for scripts on
 //! standard output. The commands themselves are one file each in `cli/`.
 
+mod adapter;
 mod cli;
 mod controller;
 mod drill;
@@ -14,6 +15,7 @@ mod outputs;
 mod own;
 mod quiet;
 mod refusal;
+mod serial;
 mod server;
 mod signals;
 

@@ -75,6 +75,8 @@ pub enum Ended {
     Late(u64),
     /// Not begun: the tip was down in the board, this task did not come in time, and the tip was lifted.
     Starved,
+    /// The path did not come in time, or the way to the pins was cut: it came to rest on the path, every step counted.
+    RanDry,
     /// As ordered.
     Stopped,
 }
@@ -221,7 +223,7 @@ impl Shared {
     }
 
     /// What a move by hand is to do now.
-    pub(crate) fn granted(&self) -> pins::Order {
+    pub fn granted(&self) -> pins::Order {
         self.grant.order((self.time)())
     }
 

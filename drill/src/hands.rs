@@ -35,7 +35,7 @@ impl Hands {
     ) -> Result<(Executor, Option<Timing>), Diagnostic> {
         if machine.output != Output::Virtual {
             let (seat, timing) = outside.real_seat(machine, measured, &shared)?;
-            return Ok((Executor::new(seat, shared), Some(timing)));
+            return Ok((Executor::new(seat, shared), timing));
         }
         let (record, board) = (Arc::clone(&self.record), Arc::clone(&self.board));
         let drilled: DrilledBoard = Box::new(move |hole| {

@@ -421,6 +421,14 @@ impl Owner {
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         let stopping = self.session.state == State::Stopping;
         match (doing, report.ended) {
+            // Whoever stopped it is told so.
+            (doing, Ended::RanDry) if !stopping => {
+                let why = alarm("adapter.ran_dry");
+                if doing == Doing::Queue {
+                    return self.queue_ran_dry(why);
+                }
+                self.pending.push_back(Event::Failed(why, self.session.trust));
+            }
             (Doing::Queue, _) => self.queue_reported(report),
             (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
             (Doing::Lift { cut, last }, Ended::Completed) => {
@@ -430,7 +438,7 @@ impl Owner {
             (_, Ended::Starved) if stopping => self.pending.push_back(Event::Rested),
             // The hand that moved it let go, or is gone: it rests on its way.
             (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
-            (_, Ended::Stopped) => self.pending.push_back(Event::Rested),
+            (_, Ended::Stopped | Ended::RanDry) => self.pending.push_back(Event::Rested),
             (_, Ended::Starved) => {
                 self.pending.push_back(Event::Failed(alarm("control.starved"), self.session.trust));
             }

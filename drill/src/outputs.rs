@@ -88,7 +88,7 @@ fn diagnostic(code: &str) -> Diagnostic {
 
 impl Owner {
     fn output_names(&self) -> Vec<String> {
-        std::iter::once(SPINDLE.to_owned()).chain(self.machine.card.names()).collect()
+        std::iter::once(SPINDLE.to_owned()).chain(self.machine.output_names()).collect()
     }
 
     /// Unlocks for `minutes` from now on; 0 locks.

@@ -41,11 +41,12 @@ pub trait Outside: Send {
         shared: &Arc<Shared>,
     ) -> Result<Box<dyn Seat>, Diagnostic>;
 
-    /// An executor of a machine that is not virtual, and what its clock is worth, or was `measured` before.
+    /// An executor of a machine that is not virtual, and what its clock is worth, or was `measured` before; none where the clock
+    /// of this computer times nothing.
     fn real_seat(
         &self,
         machine: &Machine,
         measured: Option<Lateness>,
         shared: &Arc<Shared>,
-    ) -> Result<(Box<dyn Seat>, Timing), Diagnostic>;
+    ) -> Result<(Box<dyn Seat>, Option<Timing>), Diagnostic>;
 }

@@ -30,12 +30,13 @@ use std::time::Duration;
 
 /// Settings that say how a machine is wired and where its places are: when one changes, it must be homed. What else a virtual
 /// drill is built from, it says itself.
-const BUILT_FROM: [&str; 10] = [
+const BUILT_FROM: [&str; 11] = [
     "x.",
     "y.",
     "z.",
     "drive.",
     "card.",
+    "adapter.",
     "machine.output",
     "stroke.end",
     "stroke.surface",

@@ -57,8 +57,8 @@ impl Owner {
             |whys: Vec<Diagnostic>| whys.into_iter().next().unwrap_or_else(|| diagnostic("queue.empty"));
         let queue = queue::read("", &text).map_err(first)?;
         let standing = self.standing();
-        let checked = check(&queue, &self.machine, &self.machine.card.names(), &standing)?;
-        let run = Run::new(queue.clone(), self.machine.card.names(), standing);
+        let checked = check(&queue, &self.machine, &self.machine.output_names(), &standing)?;
+        let run = Run::new(queue.clone(), self.machine.output_names(), standing);
         self.lab = Some(Lab {
             text,
             total: checked.rows,
@@ -92,7 +92,7 @@ impl Owner {
                 return Err(diagnostic("control.queue_over"));
             }
             // The drill may stand elsewhere than when the queue was sent.
-            let outputs = self.machine.card.names();
+            let outputs = self.machine.output_names();
             lab.total = check(&lab.queue, &self.machine, &outputs, &standing)?.rows;
             lab.run = Run::new(lab.queue.clone(), outputs, standing);
         }
@@ -143,7 +143,7 @@ impl Owner {
             Ended::Unmet(gate) => Outcome::Unmet(gate),
             Ended::Guarded(input) => Outcome::Guarded(input),
             Ended::Late(ticks) => Outcome::Late(ticks),
-            Ended::Stopped | Ended::Starved => Outcome::Stopped,
+            Ended::Stopped | Ended::Starved | Ended::RanDry => Outcome::Stopped,
         };
         let Report { position, inputs, ticks, .. } = *report;
         queue::Report { outcome, position, inputs, ticks }
@@ -210,6 +210,12 @@ impl Owner {
             }
         };
         self.pending.push_back(event);
+    }
+
+    /// The row in work came to rest on its way; what was believed of the position still is.
+    pub(crate) fn queue_ran_dry(&mut self, why: Diagnostic) {
+        let harm = if self.session.trust == Trust::Trusted { Harm::None } else { Harm::Lost };
+        self.queue_rests(Rest::Failed(why, harm));
     }
 
     /// The session ended what it was doing. A queue that was held then is over.

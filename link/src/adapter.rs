@@ -264,7 +264,8 @@ impl<'a> Adapter<'a> {
     fn ask(&mut self, ask: &Ask, payload: &[u8]) -> Result<(), Refusal> {
         let at_rest = matches!(self.state, State::Unset | State::Ready);
         match *ask {
-            Ask::Configure(settings) if at_rest => self.configure(settings, payload)?,
+            // What stopped it by force stays until it is cleared; the settings are those of the session.
+            Ask::Configure(settings) if at_rest || self.is_forced() => self.configure(settings, payload)?,
             Ask::Begin(_) if self.state == State::Ready && !self.store.is_empty() => {
                 if self.inputs.stop || self.inputs.on & self.limits != 0 {
                     return Err(Refusal::Input);
@@ -301,10 +302,17 @@ impl<'a> Adapter<'a> {
         self.settings = settings;
         self.settings_crc = crc32c(payload).max(1);
         self.limits = settings.limits;
-        self.state = State::Ready;
+        if !self.is_forced() {
+            self.state = State::Ready;
+        }
         self.orders |= 1 << Order::Settle as u8;
         self.forget();
         Ok(())
+    }
+
+    /// Whether it was stopped by force and nobody cleared that.
+    fn is_forced(&self) -> bool {
+        matches!(self.state, State::Limit | State::EmergencyStop | State::Fault)
     }
 
     fn clear(&mut self) -> Result<(), Refusal> {

@@ -21,8 +21,11 @@ use crate::{AXES, FULL_RATE};
 /// Ticks of a slice: the rate of time changes from slice to slice.
 pub const SLICE: u32 = 1024;
 
-/// Longest chunk, and longest tail, in ticks: 100 ms.
+/// Longest chunk, in ticks: 100 ms.
 pub const LONGEST: u32 = 1_000_000;
+
+/// Longest tail, in ticks: 1 s, in which slow machines come to rest too.
+pub const LONGEST_TAIL: u32 = 10_000_000;
 
 /// Ticks of path in which time comes to rest when its rate falls by `fall` in every slice.
 pub fn stopping(fall: u16) -> u32 {
@@ -114,7 +117,7 @@ pub fn check(
     before: &[Before; AXES],
     settings: &Configure,
 ) -> Result<[Before; AXES], Refusal> {
-    if head.ticks == 0 || head.ticks > LONGEST || head.tail_ticks > LONGEST {
+    if head.ticks == 0 || head.ticks > LONGEST || head.tail_ticks > LONGEST_TAIL {
         return Err(Refusal::Counts);
     }
     let short = head.tail_fall > 0 && head.tail_ticks < stopping(head.tail_fall);

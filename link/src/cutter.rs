@@ -132,20 +132,25 @@ impl Place<'_> {
 pub struct Cutter<'a> {
     axes: [Place<'a>; AXES],
     at: u32,
-    left: u32,
+    left: u64,
     number: u32,
     index: [i32; AXES],
 }
 
 impl<'a> Cutter<'a> {
     /// The path of `runs`, `ticks` long, from `index` on. Its first chunk is number `number`.
-    pub fn new(runs: [&'a [Run]; AXES], ticks: u32, number: u32, index: [i32; AXES]) -> Self {
+    pub fn new(runs: [&'a [Run]; AXES], ticks: u64, number: u32, index: [i32; AXES]) -> Self {
         let axes = runs.map(|later| {
             let mut place = Place { run: None, cursor: Cursor::NONE, later };
             place.next_run(0);
             place
         });
         Self { axes, at: 0, left: ticks, number, index }
+    }
+
+    /// Whether all is cut.
+    pub fn is_done(&self) -> bool {
+        self.left == 0
     }
 
     /// Number of the next chunk.
@@ -158,9 +163,14 @@ impl<'a> Cutter<'a> {
         self.index
     }
 
+    /// Ticks that are left, as far as a chunk or a tail may ask.
+    fn left(&self) -> u32 {
+        u32::try_from(self.left).unwrap_or(u32::MAX)
+    }
+
     /// Cuts off the next chunk; none where all is cut. A chunk that would be too long for a frame is made shorter.
     pub fn cut(&mut self, rule: &Rule) -> Option<Piece> {
-        let mut ticks = rule.ticks.min(LONGEST).min(self.left).max(1);
+        let mut ticks = rule.ticks.min(LONGEST).min(self.left()).max(1);
         while self.left > 0 && ticks > 0 {
             let mut after = self.clone();
             if let Some(piece) = after.piece(ticks, rule) {
@@ -179,14 +189,14 @@ impl<'a> Cutter<'a> {
             let led = place.take(self.at, ticks, &mut piece.runs[axis])?;
             self.index[axis] = self.index[axis].wrapping_add(led);
         }
-        (self.at, self.left) = (self.at.wrapping_add(ticks), self.left - ticks);
+        (self.at, self.left) = (self.at.wrapping_add(ticks), self.left.saturating_sub(u64::from(ticks)));
         let rests = self.left == 0;
         let tail_ticks = if rests { 0 } else { stopping(rule.fall) };
         let mut ahead = 0;
         for (axis, place) in self.axes.iter().enumerate() {
             ahead |= u8::from(place.run.map_or(place.cursor.forward, |run| run.forward)) << axis;
             let mut place = *place;
-            place.take(self.at, tail_ticks.min(self.left), &mut piece.tail[axis])?;
+            place.take(self.at, tail_ticks.min(self.left()), &mut piece.tail[axis])?;
         }
         piece.head = Chunk {
             number: self.number,

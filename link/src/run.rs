@@ -16,7 +16,10 @@ use crate::bytes::{Reader, Writer};
 pub const HALF: u16 = 1 << 15;
 
 /// Longest run, in steps.
-const LONGEST: u32 = 1 << 20;
+const MOST: u32 = 1 << 20;
+
+/// Longest interval, in ticks: more than any tail.
+const LONGEST: u32 = 1 << 24;
 
 /// Steps of one axis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,9 +64,9 @@ impl Run {
     }
 
     /// The shortest interval in it, in whole ticks, and the ticks from before it to its first and its last step. None where
-    /// it has no steps, or goes back, or takes longer than any chunk.
+    /// it has no steps, or goes back, or takes longer than any tail.
     pub fn extent(&self) -> Option<Extent> {
-        if self.count == 0 || self.count > LONGEST || self.interval > LONGEST {
+        if self.count == 0 || self.count > MOST || self.interval > LONGEST {
             return None;
         }
         let first = i64::from(self.interval) << 16 | i64::from(self.fraction);

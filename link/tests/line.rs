@@ -185,7 +185,7 @@ fn a_bad_line_costs_time_and_never_a_step() {
         let (runs, ticks) = path(&mut chance, 3_000_000);
         let rule = Rule::resting_within(50_000);
         world.begin();
-        let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks, 0, [0; AXES]);
+        let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
         let (mut next, mut asked) = (cutter.cut(&rule), false);
         world.until_played(&mut cutter, &mut next, &rule, &mut asked);
         let status = world.status.unwrap();
@@ -264,7 +264,7 @@ fn a_new_session_ends_the_older_one_for_good() {
     let mut world = World::new(7, 0.0);
     world.begin();
     let (runs, ticks) = path(&mut Chance::new(7), 3_000_000);
-    let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks, 0, [0; AXES]);
+    let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
     for _ in 0..8 {
         let piece = cutter.cut(&Rule::resting_within(20_000)).unwrap();
         assert!(world.offer(&piece).is_some());
@@ -322,6 +322,23 @@ fn what_may_not_be_is_refused_and_changes_nothing() {
     assert_eq!(world.say(Place { index: [-5; AXES] }).index, [-5; AXES]);
     assert_eq!(world.say(Guard { limits: 0 }).trust, Trust::Trusted);
     assert_eq!(world.say(Rate { wanted: 2 * FULL_RATE }).state, State::Ready);
+}
+
+#[test]
+fn what_stopped_it_by_force_can_be_cleared_by_the_next_session_too() {
+    for (input, stop, state) in
+        [(Some(1), false, State::Limit), (None, true, State::EmergencyStop), (None, false, State::Fault)]
+    {
+        let mut world = World::new(15, 0.0);
+        world.begin();
+        world.adapter.forced([3, -2, 0, 0], input, stop);
+        world.sender = Sender::new(4321);
+        world.welcome = None;
+        assert_eq!(world.say(SETTINGS).state, state, "settings clear nothing");
+        assert_eq!(world.say(Begin {}).refusal, Refusal::State);
+        let cleared = world.say(Clear {});
+        assert_eq!((cleared.state, cleared.index), (State::Ready, [3, -2, 0, 0]));
+    }
 }
 
 #[test]

@@ -22,7 +22,7 @@ const SETTINGS: Configure = Configure {
 };
 
 fn pieces(runs: &[Vec<Run>; AXES], ticks: u32, rule: &Rule) -> Vec<Piece> {
-    let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks, 0, [0; AXES]);
+    let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
     let mut pieces = Vec::new();
     while let Some(piece) = cutter.cut(rule) {
         pieces.push(piece);

@@ -47,7 +47,10 @@ pub(crate) fn tests() -> Done<Command> {
     let elf = build()?;
     npm::ensure_in(&folder().join("emulator"))?;
     // The whole workspace is named so that what was built for the other suites serves here too.
-    let mut tests = command("cargo", &["test", "--workspace", "--test", "adapter", "--", "--show-output"]);
+    let mut tests = command(
+        "cargo",
+        &["test", "--workspace", "--test", "adapter", "--test", "usb", "--", "--show-output"],
+    );
     tests.env("ANNULUS_FIRMWARE", elf);
     Ok(tests)
 }

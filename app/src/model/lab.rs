@@ -308,7 +308,7 @@ fn run(model: &mut Model, mode: Mode) -> Vec<Effect> {
     }
     // What is held goes on with the machine it began with; with another one it begins again.
     if run.trial.as_ref().is_none_or(|running| running.0.ended() || *running.0.machine() != *model.machine) {
-        match Trial::begin(&model.machine, queue, model.machine.card.names()) {
+        match Trial::begin(&model.machine, queue, model.machine.output_names()) {
             Ok(trial) => run.trial = Some(Running(trial)),
             Err(why) => {
                 run.said = Some(Text::Found(why));

@@ -110,7 +110,7 @@ pub(super) fn signals(slots: &mut Slots) -> Lab {
     let checked = Memo::new(move |_| {
         let (machine, standing) = (machine.get(), standing.get());
         read.with(|read| {
-            read.as_ref().ok().map(|queue| queue::check(queue, &machine, &machine.card.names(), &standing))
+            read.as_ref().ok().map(|queue| queue::check(queue, &machine, &machine.output_names(), &standing))
         })
     });
     Lab {

@@ -1,4 +1,4 @@
-//! Checks this computer: folders, port, journal, timing, browser.
+//! Checks this computer: folders, port, journal, timing, USB adapter, browser.
 //!
 //! Comes in: the surroundings. Goes out: one row a check, `good`, `note` or `bad`. Changes nothing.
 
@@ -7,7 +7,7 @@ use super::{Answer, Exit, Refusal, serve};
 use crate::executor::{clock, realtime};
 use crate::own;
 use crate::server::runtime;
-use crate::{drill, journal, machine_file};
+use crate::{adapter, drill, journal, machine_file, serial};
 use annulus_core::control::Lateness;
 use annulus_core::control::lateness::{EDGES_US, safe_rate};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -46,6 +46,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
         port(running),
         check_journal(running.is_some()),
         timing(&lateness, no_realtime),
+        usb_adapter(),
     ];
     checks.push(match browser::opener() {
         Some(path) => good("browser", "doctor.browser").with("path", path.display()),
@@ -137,6 +138,16 @@ fn check_journal(running: bool) -> Check {
         Ok(()) => good("journal", "doctor.journal"),
         Err(finding) => Check { name: "journal", finding, numbers: Value::Null },
     }
+}
+
+/// Whether a USB step adapter is plugged in. Nobody is spoken to: a running bridge may have it.
+fn usb_adapter() -> Check {
+    let there: Vec<String> =
+        serial::list().into_iter().filter(adapter::is_adapter).map(|listed| listed.name).collect();
+    if there.is_empty() {
+        return Check::new("adapter", Severity::Note, "doctor.no_adapter");
+    }
+    good("adapter", "doctor.adapter").with("port", there.join(", "))
 }
 
 /// How late this computer is with a pulse, measured as the executor does it, and why it is not in the real-time class.

@@ -101,7 +101,7 @@ fn text_of(args: &FileArgs) -> Result<String, Refusal> {
 fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, Checked), Vec<Diagnostic>> {
     let file = args.file.display().to_string();
     let queue = read(&file, text)?;
-    match check(&queue, machine, &machine.card.names(), &Standing::just_homed(machine)) {
+    match check(&queue, machine, &machine.output_names(), &Standing::just_homed(machine)) {
         Ok(done) => Ok((queue, done)),
         Err(mut why) => {
             if let Some(place) = &mut why.place {

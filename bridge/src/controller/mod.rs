@@ -10,7 +10,15 @@
 
 pub(crate) mod ledger;
 mod owner;
-mod port;
 
+pub(crate) use crate::serial::list;
 pub(crate) use owner::Owner;
-pub(crate) use port::{list, open};
+
+use crate::serial::{self, Port};
+use annulus_core::diagnostic::Diagnostic;
+
+/// Opens the port called `name`.
+pub(crate) fn open(name: &str, baud: u32) -> Result<Port, Diagnostic> {
+    serial::open(name, baud)
+        .map_err(|error| Diagnostic::error("grbl.port_unopened").with("port", name).with("reason", error))
+}

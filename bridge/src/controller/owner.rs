@@ -4,7 +4,7 @@
 //! ends. Knows time, unlike the engine.
 
 use super::ledger::Ledger;
-use super::port::Port;
+use crate::serial::Port;
 use annulus_core::controller::{Ask, Event};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_drill::controller::{Attended, Due, Entry, Told};

@@ -5,11 +5,12 @@
 
 use super::RECORD;
 use super::recorder::Recorder;
+use crate::adapter;
 use crate::executor::{self, Heard, process};
 use crate::machine_file;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Machine;
+use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::Pins;
 use annulus_core::wire::Tell;
 use annulus_drill::executor::{Seat, Shared};
@@ -95,9 +96,12 @@ impl Outside for Here {
         machine: &Machine,
         measured: Option<Lateness>,
         shared: &Arc<Shared>,
-    ) -> Result<(Box<dyn Seat>, Timing), Diagnostic> {
+    ) -> Result<(Box<dyn Seat>, Option<Timing>), Diagnostic> {
+        if machine.output == Output::Adapter {
+            return Ok((adapter::start(machine, shared, self.hear())?, None));
+        }
         let record = self.folder.join(EXECUTED);
         let (process, timing) = process::start(machine, &record, measured, shared, self.hear())?;
-        Ok((Box::new(process), timing))
+        Ok((Box::new(process), Some(timing)))
     }
 }

@@ -25,20 +25,13 @@ mod thread;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::{Clock, Pins};
-use annulus_drill::executor::{Message, Report, Seat, Shared};
+use annulus_drill::executor::{Message, Seat, Shared};
 use std::io;
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::thread::JoinHandle;
 
-/// What an executor tells its owner.
-#[derive(Clone, Debug)]
-pub(crate) enum Heard {
-    /// A task ended, at rest.
-    Report(Report),
-    /// The executor is no more; what it was doing was not reported.
-    Gone(Diagnostic),
-}
+pub(crate) use annulus_drill::executor::Heard;
 
 /// A thread of this process. The ring never fills: one task at a time is given.
 struct Thread(SyncSender<Message>, Option<JoinHandle<()>>);

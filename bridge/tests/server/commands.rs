@@ -188,7 +188,7 @@ fn the_doctor_looks_at_everything() {
     assert_eq!((exit, object["ok"].as_bool()), (0, Some(true)), "{object}");
     let names: Vec<_> =
         object["checks"].as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["data_folder", "runtime_folder", "port", "journal", "timing", "browser"]);
+    assert_eq!(names, ["data_folder", "runtime_folder", "port", "journal", "timing", "adapter", "browser"]);
     let timing = &object["checks"][4]["numbers"];
     let number = |name: &str| timing[name].as_f64().unwrap();
     assert!(number("p50_us") <= number("p99_us") && number("p99_us") <= number("max_us"), "{timing}");

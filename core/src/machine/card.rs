@@ -155,7 +155,7 @@ struct Pinout {
 
 fn pinout(output: Output) -> Pinout {
     match output {
-        Output::Virtual | Output::Card => Pinout { outputs: 32, inputs: 32 },
+        Output::Virtual | Output::Card | Output::Adapter => Pinout { outputs: 32, inputs: 32 },
         Output::Parallel => Pinout { outputs: 12, inputs: 5 },
     }
 }
@@ -164,7 +164,7 @@ fn refuse(code: &str, key: &str) -> Diagnostic {
     Diagnostic::error(code).with("key", key)
 }
 
-/// Every reason why the wiring cannot be. A machine that lives inside the computer may have any wiring of the right shape.
+/// Every reason why the wiring cannot be. A machine that is on no card may have any wiring of the right shape.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let card = &machine.card;
     let mut diagnostics = Vec::new();
@@ -181,7 +181,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
             diagnostics.push(refuse("machine.card_length", key).with("found", found).with("wanted", wanted));
         }
     }
-    if machine.output == Output::Virtual {
+    if matches!(machine.output, Output::Virtual | Output::Adapter) {
         return diagnostics;
     }
     diagnostics.extend(clashes(card, &pinout(machine.output)));

@@ -5,6 +5,7 @@
 //!
 //! Machine coordinates: X to the right, Y away, Z up. Z = 0 is the top sensor, so working heights are negative.
 
+mod adapter;
 mod card;
 mod drive;
 pub mod dynamics;
@@ -15,6 +16,7 @@ mod table;
 mod takts;
 mod validate;
 
+pub use adapter::Adapter;
 pub use card::{Card, UNWIRED};
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
@@ -46,6 +48,8 @@ pub struct Machine {
     pub card_address: u32,
     /// How they are wired.
     pub card: Card,
+    /// How a USB step adapter is wired.
+    pub adapter: Adapter,
     /// Left and right.
     pub x: Axis,
     /// Away and back.
@@ -97,6 +101,8 @@ pub enum Output {
     Card,
     /// A PC parallel port.
     Parallel,
+    /// A USB step adapter.
+    Adapter,
 }
 
 /// How a stroke down ends.
@@ -272,6 +278,14 @@ impl Machine {
             hash.update(b"\n");
         }
         hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+    }
+
+    /// Names of the outputs that a work command may switch, by their place.
+    pub fn output_names(&self) -> Vec<String> {
+        if self.output == Output::Adapter {
+            return self.adapter.output_name.split_whitespace().map(str::to_owned).collect();
+        }
+        self.card.names()
     }
 
     /// The input that tells that `axis` reached its home end.

@@ -69,6 +69,12 @@ pub const IN_FILE_ONLY: &[&str] = &[
     "card.sensors",
     "card.sensors_low",
     "card.start_stop_rate",
+    "adapter.port",
+    "adapter.sensors",
+    "adapter.sensors_low",
+    "adapter.steps_low",
+    "adapter.directions_low",
+    "adapter.output_name",
 ];
 
 /// One row of the table.
@@ -213,8 +219,9 @@ mod tests {
 
     #[test]
     fn no_page_changes_the_wiring() {
-        let (wiring, others): (Vec<_>, Vec<_>) =
-            settings().map(|setting| setting.key).partition(|key| key.starts_with("card."));
+        let (wiring, others): (Vec<_>, Vec<_>) = settings()
+            .map(|setting| setting.key)
+            .partition(|key| key.starts_with("card.") || key.starts_with("adapter."));
         assert!(wiring.len() > 5 && wiring.iter().all(|key| IN_FILE_ONLY.contains(key)), "{wiring:?}");
         let fixed: Vec<_> = others.into_iter().filter(|key| IN_FILE_ONLY.contains(key)).collect();
         assert_eq!(fixed, ["machine.output", "machine.card_address"]);

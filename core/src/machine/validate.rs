@@ -4,7 +4,7 @@
 //! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `takts` and
 //! `phases`.
 
-use super::{DriveKind, HomeEnd, Machine, StrokeEnd, card, dynamics, phases, takts};
+use super::{DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, dynamics, phases, takts};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
@@ -53,6 +53,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(strokes(machine));
     diagnostics.extend(takts::refusals(machine));
     diagnostics.extend(card::validate(machine));
+    diagnostics.extend(adapter::validate(machine));
     diagnostics
 }
 
@@ -76,7 +77,10 @@ fn play_of_z(machine: &Machine) -> Option<Diagnostic> {
 
 /// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.
 fn outputs(machine: &Machine) -> Option<Diagnostic> {
-    let names = machine.card.names();
+    let names = machine.output_names();
+    let is_adapter = machine.output == Output::Adapter;
+    let (key, most) =
+        if is_adapter { ("adapter.output_name", 1) } else { ("card.output_names", MOST_OUTPUTS) };
     let good = |name: &str| {
         name.starts_with(|c: char| c.is_ascii_alphabetic())
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')
@@ -84,9 +88,9 @@ fn outputs(machine: &Machine) -> Option<Diagnostic> {
             && name != "spindle"
     };
     let twice = |at: usize| names[..at].contains(&names[at]);
-    let bad = (0..names.len()).find(|at| !good(&names[*at]) || twice(*at) || *at >= MOST_OUTPUTS)?;
-    let diagnostic = Diagnostic::error("machine.output_name").with("key", "card.output_names");
-    Some(diagnostic.with("name", &names[bad]).with("most", MOST_OUTPUTS))
+    let bad = (0..names.len()).find(|at| !good(&names[*at]) || twice(*at) || *at >= most)?;
+    let diagnostic = Diagnostic::error("machine.output_name").with("key", key);
+    Some(diagnostic.with("name", &names[bad]).with("most", most))
 }
 
 /// Tables and pulses.

@@ -163,7 +163,7 @@ impl Outside for Letters {
         _: &Machine,
         _: Option<Lateness>,
         _: &Arc<Shared>,
-    ) -> Result<(Box<dyn Seat>, Timing), Diagnostic> {
+    ) -> Result<(Box<dyn Seat>, Option<Timing>), Diagnostic> {
         Err(Diagnostic::error("control.in_file_only").with("key", "machine.output"))
     }
 }

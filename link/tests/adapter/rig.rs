@@ -251,7 +251,7 @@ impl Rig {
     ) {
         let status = self.status.unwrap();
         let lists = runs.each_ref().map(Vec::as_slice);
-        let mut cutter = Cutter::new(lists, ticks, status.chunk, status.index);
+        let mut cutter = Cutter::new(lists, ticks.into(), status.chunk, status.index);
         let (mut next, mut begun) = (cutter.cut(rule), false);
         for _ in 0..100_000 {
             while self.status.unwrap().resident < ahead && self.sender.pending() < 3 {

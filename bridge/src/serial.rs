@@ -2,7 +2,6 @@
 //!
 //! Comes in: the name of a port. Goes out: names, and bytes. A port that fails is gone for good. Does not know what is said.
 
-use annulus_core::diagnostic::Diagnostic;
 use serialport::{FlowControl, SerialPort, SerialPortType};
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -20,6 +19,8 @@ pub(crate) struct Listed {
     pub(crate) name: String,
     /// What is on it, if it says so.
     pub(crate) what: String,
+    /// Its USB number: vendor and product.
+    pub(crate) usb: Option<(u16, u16)>,
 }
 
 /// The ports of this computer; those that say what is on them first.
@@ -28,6 +29,11 @@ pub(crate) fn list() -> Vec<Listed> {
         .unwrap_or_default()
         .into_iter()
         .map(|port| {
+            let usb = if let SerialPortType::UsbPort(usb) = &port.port_type {
+                Some((usb.vid, usb.pid))
+            } else {
+                None
+            };
             let what = match port.port_type {
                 SerialPortType::UsbPort(usb) => {
                     let name =
@@ -37,7 +43,7 @@ pub(crate) fn list() -> Vec<Listed> {
                 }
                 _ => String::new(),
             };
-            Listed { name: port.port_name, what }
+            Listed { name: port.port_name, what, usb }
         })
         .collect();
     found.sort_by(|a, b| (a.what.is_empty(), &a.name).cmp(&(b.what.is_empty(), &b.name)));
@@ -47,18 +53,15 @@ pub(crate) fn list() -> Vec<Listed> {
 /// An open port.
 pub(crate) struct Port {
     /// How it was opened.
-    pub(super) name: String,
+    pub(crate) name: String,
     serial: Box<dyn SerialPort>,
     waiting: VecDeque<u8>,
 }
 
 /// Opens the port called `name`. Most boards begin anew with that.
-pub(crate) fn open(name: &str, baud: u32) -> Result<Port, Diagnostic> {
+pub(crate) fn open(name: &str, baud: u32) -> serialport::Result<Port> {
     let builder = serialport::new(name, baud).timeout(PATIENCE).flow_control(FlowControl::None);
-    match builder.open() {
-        Ok(serial) => Ok(Port { name: name.to_owned(), serial, waiting: VecDeque::new() }),
-        Err(error) => Err(Diagnostic::error("grbl.port_unopened").with("port", name).with("reason", error)),
-    }
+    Ok(Port { name: name.to_owned(), serial: builder.open()?, waiting: VecDeque::new() })
 }
 
 impl Port {
@@ -77,6 +80,11 @@ impl Port {
             }
             Err(error) => Err(error),
         }
+    }
+
+    /// Whether some of what was written waits for room.
+    pub(crate) fn is_full(&self) -> bool {
+        !self.waiting.is_empty()
     }
 
     /// Writes what has room; the rest waits for the next turn.

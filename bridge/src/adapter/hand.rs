@@ -1,0 +1,156 @@
+//! Tasks and orders, one after the other, on an adapter.
+//!
+//! Comes in: messages. Goes out: one report a task, at rest; the latest place. Does not know who gives the tasks.
+
+use super::path::guard;
+use super::play::{Adapter, NO_TASK};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::Mark;
+use annulus_core::motion::cycles;
+use annulus_core::steps::{Effect, Segment, Stage, segment};
+use annulus_drill::executor::{Ended, Message, Report, Task};
+use std::sync::mpsc::{Receiver, TryRecvError};
+use std::time::{Duration, Instant};
+
+/// How long a tip in the board waits for the task that was to follow at once.
+const PATIENCE: Duration = Duration::from_secs(2);
+
+/// What remembers from task to task.
+#[derive(Default)]
+struct Memory {
+    /// Where the tip may be lifted to, as the last task said, as long as nothing unforeseen happened.
+    lift_to: Option<i64>,
+    /// Since when the tip is in the board and another task was to follow at once.
+    follows: Option<Instant>,
+    /// It did not come: the tip was lifted.
+    starved: bool,
+}
+
+/// Does what is ordered until the end. An error means that nothing more can be done.
+pub(super) fn run(
+    adapter: &mut Adapter,
+    orders: &Receiver<Message>,
+    report: &impl Fn(Report),
+) -> Result<(), Diagnostic> {
+    let mut memory = Memory::default();
+    adapter.leave(None);
+    loop {
+        adapter.task = NO_TASK;
+        let message = match orders.try_recv() {
+            Ok(message) => message,
+            Err(TryRecvError::Disconnected) => break,
+            Err(TryRecvError::Empty) => {
+                adapter.turn()?;
+                if memory.follows.is_some_and(|since| since.elapsed() >= PATIENCE) {
+                    memory.follows = None;
+                    lift(adapter, memory.lift_to)?;
+                    memory.starved = true;
+                }
+                adapter.leave(None);
+                continue;
+            }
+        };
+        match message {
+            Message::Task(given) if std::mem::take(&mut memory.starved) => {
+                report(report_of(adapter, &given, 0, Ended::Starved));
+            }
+            Message::Task(given) => {
+                let done = task(adapter, &given, &mut memory)?;
+                adapter.leave(None);
+                report(done);
+            }
+            Message::Correct { axis, steps } => {
+                if let Some(place) = adapter.position.get_mut(axis) {
+                    *place += steps;
+                }
+            }
+            Message::Spindle(rpm) => adapter.spindle(rpm)?,
+            Message::Output(_, on) => adapter.output(on)?,
+            Message::Bit(_) => {}
+            Message::Abandon => {
+                lift(adapter, memory.lift_to)?;
+                break;
+            }
+            Message::Finish => break,
+        }
+    }
+    // Whether it hears this or nothing: its outputs go off.
+    let _ = adapter.safe();
+    Ok(())
+}
+
+fn report_of(adapter: &Adapter, task: &Task, completed: usize, ended: Ended) -> Report {
+    let (position, down, inputs, ticks) = (adapter.position, adapter.down, adapter.inputs(), adapter.ticks);
+    Report { id: task.id, completed, ended, position, down, inputs, ticks }
+}
+
+fn task(adapter: &mut Adapter, task: &Task, memory: &mut Memory) -> Result<Report, Diagnostic> {
+    (adapter.task, adapter.ticks, memory.follows) = (task.id, 0, None);
+    let (mut completed, mut ended) = (0, Ended::Completed);
+    while let Some(segment) = task.segments.get(completed) {
+        if let Effect::Spindle(rpm) = segment.effect {
+            adapter.spindle(rpm)?;
+        }
+        if !may_begin(adapter, task, segment)? {
+            ended = Ended::Stopped;
+            break;
+        }
+        let later = task.segments.get(completed..).unwrap_or_default();
+        let together = together(adapter, task, later);
+        ended = adapter.play(later.get(..together).unwrap_or_default(), task.granted)?;
+        if ended != Ended::Completed {
+            break;
+        }
+        completed += together;
+    }
+    let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::RanDry);
+    memory.lift_to = task.lift_to.filter(|_| foreseen);
+    let surface = adapter.machine.z.scale.steps(adapter.machine.process.surface);
+    let is_low = adapter.position.iter().skip(2).any(|z| *z < surface);
+    memory.follows = (task.follows && foreseen && is_low).then(Instant::now);
+    Ok(report_of(adapter, task, completed, ended))
+}
+
+/// Whether the tip is about to go down to a hole.
+fn is_stroke(segment: &Segment) -> bool {
+    matches!(segment.stage, Stage::Approach | Stage::Drill | Stage::NextHole)
+        && matches!(segment.mark, Mark::Hole(_))
+}
+
+/// Waits until every earlier leg is durable where the tip is about to go down; whether it was not stopped.
+fn may_begin(adapter: &mut Adapter, task: &Task, segment: &Segment) -> Result<bool, Diagnostic> {
+    loop {
+        if adapter.shared.stopped() >= task.id {
+            return Ok(false);
+        }
+        if !is_stroke(segment) || adapter.shared.durable() >= task.needs_durable {
+            return Ok(true);
+        }
+        adapter.turn()?;
+    }
+}
+
+/// How many of the segments are played without a rest for the adapter: up to one that switches something or has a gate, whose
+/// tip has to wait, or whose sensors are on while the first begins.
+fn together(adapter: &Adapter, task: &Task, segments: &[Segment]) -> usize {
+    let (inputs, is_durable) = (adapter.inputs(), adapter.shared.durable() >= task.needs_durable);
+    let joins = |segment: &&Segment| {
+        let waits = is_stroke(segment) && !is_durable;
+        segment.gate.is_none() && segment.effect == Effect::None && guard(segment) & inputs == 0 && !waits
+    };
+    match segments.split_first() {
+        Some((first, later)) if first.gate.is_none() => 1 + later.iter().take_while(joins).count(),
+        Some(_) => 1,
+        None => 0,
+    }
+}
+
+/// Lifts the tip where the position is trusted, whatever was ordered to stop.
+fn lift(adapter: &mut Adapter, to: Option<i64>) -> Result<(), Diagnostic> {
+    let Some(top) = to.filter(|top| adapter.position[2] < *top) else { return Ok(()) };
+    let Ok(way) = cycles::retract(&adapter.machine, adapter.position, top) else { return Ok(()) };
+    let machine = adapter.machine.clone();
+    let segments: Vec<Segment> = way.moves.iter().map(|planned| segment(planned, &machine)).collect();
+    adapter.task = NO_TASK;
+    adapter.play(&segments, false).map(drop)
+}

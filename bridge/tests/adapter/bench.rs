@@ -1,0 +1,343 @@
+//! The adapter at its port, and the machine behind its pins: motors that follow every pulse, switches that follow them, holes.
+//!
+//! Comes in: what is to happen to the cable and to the switches. Goes out: a port, and what the pins did. Steps and cycles of the
+//! adapter. Does not know the bridge.
+
+use serde_json::{Value, json};
+use serialport::{SerialPort, TTYPort};
+use std::io::{BufRead, BufReader, Read, Write};
+use std::os::unix::fs::symlink;
+use std::path::{Path, PathBuf};
+use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// Cycles of a turn: half a millisecond.
+const TURN: u64 = 60_000;
+
+const STEP_PIN: u64 = 2;
+const DIRECTION_PIN: u64 = 6;
+const STOP_PIN: u64 = 10;
+const INPUT_PIN: u64 = 11;
+const SPINDLE_PIN: u64 = 20;
+
+/// Where the carriage stands when the adapter gets its power, in steps from its switches: X and Y beside them, Z below.
+const START: [i64; 3] = [90, 70, -120];
+
+/// What the pins did so far.
+#[derive(Clone, Debug)]
+pub(crate) struct Record {
+    /// Where the carriage stands, in steps from the switches.
+    pub(crate) place: [i64; 3],
+    /// Every step of every axis: whether it counted up.
+    pub(crate) steps: [Vec<bool>; 3],
+    /// Where the tip went into the board, each time.
+    pub(crate) holes: Vec<[i64; 2]>,
+    pub(crate) spindle: bool,
+    /// Cycle of the latest pulse, and cycle now.
+    pub(crate) latest: u64,
+    pub(crate) cycle: u64,
+    /// Bytes that came over the cable.
+    pub(crate) bytes: u64,
+}
+
+impl Record {
+    fn new() -> Self {
+        let steps = Default::default();
+        let (place, holes) = (START, Vec::new());
+        Self { place, steps, holes, spindle: false, latest: 0, cycle: 0, bytes: 0 }
+    }
+}
+
+/// What can be done to it.
+enum Do {
+    Plug(bool),
+    /// Turns a bit of every so many bytes.
+    Garble(Option<u64>),
+    /// The emergency stop, let go or pressed.
+    Stop(bool),
+    /// Below so many steps from the switch the tip is in a hole.
+    Bottom(i64),
+    /// The adapter loses its power and gets it again.
+    Power,
+}
+
+/// An adapter and its machine.
+pub(crate) struct Bench {
+    link: PathBuf,
+    orders: Option<Sender<Do>>,
+    record: Arc<Mutex<Record>>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Bench {
+    /// Plugged in at `link`.
+    pub(crate) fn new(link: &Path) -> Self {
+        let (orders, ordered) = channel();
+        let record = Arc::new(Mutex::new(Record::new()));
+        let (own, path) = (Arc::clone(&record), link.to_owned());
+        let mut emulator = Emulator::new();
+        let thread = thread::spawn(move || {
+            let mut cable = Cable { link: path, ends: None, garble: None, count: 0 };
+            cable.plug(true);
+            let mut pins = Pins { directions: [false; 3], bottom: i64::MIN, is_in: false };
+            while turn(&ordered, &mut emulator, &mut cable, &mut pins, &own) {}
+        });
+        let bench = Self { link: link.to_owned(), orders: Some(orders), record, thread: Some(thread) };
+        eventually("the port", || bench.link.exists());
+        bench
+    }
+
+    fn tell(&self, order: Do) {
+        self.orders.as_ref().unwrap().send(order).unwrap();
+    }
+
+    /// Pulls the cable, or plugs it in again; afterwards it is so.
+    pub(crate) fn plug(&self, wanted: bool) {
+        self.tell(Do::Plug(wanted));
+        eventually("the cable", || self.link.exists() == wanted);
+    }
+
+    pub(crate) fn garble(&self, every: Option<u64>) {
+        self.tell(Do::Garble(every));
+    }
+
+    pub(crate) fn press(&self, pressed: bool) {
+        self.tell(Do::Stop(!pressed));
+    }
+
+    /// A new board: no hole is in it.
+    pub(crate) fn new_board(&self) {
+        self.seen().holes.clear();
+    }
+
+    pub(crate) fn bottom(&self, steps: i64) {
+        self.tell(Do::Bottom(steps));
+    }
+
+    pub(crate) fn power(&self) {
+        self.tell(Do::Power);
+    }
+
+    fn seen(&self) -> MutexGuard<'_, Record> {
+        self.record.lock().unwrap()
+    }
+
+    /// What the pins did so far.
+    pub(crate) fn record(&self) -> Record {
+        self.seen().clone()
+    }
+
+    /// Waits until no pulse came for 30 ms of the adapter: what the pins did.
+    pub(crate) fn rests(&self) -> Record {
+        eventually("rest", || {
+            let record = self.seen();
+            record.cycle > record.latest + 30 * 120_000
+        });
+        self.record()
+    }
+}
+
+impl Drop for Bench {
+    fn drop(&mut self) {
+        self.orders = None;
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// Waits until something is so; fails where it never is.
+pub(crate) fn eventually(what: &str, mut so: impl FnMut() -> bool) {
+    let since = Instant::now();
+    while !so() {
+        assert!(since.elapsed() < Duration::from_secs(60), "{what}: not within a minute");
+        thread::sleep(Duration::from_millis(2));
+    }
+}
+
+/// The chip, by orders and answers of a line each.
+struct Emulator {
+    node: Child,
+    orders: ChildStdin,
+    answers: BufReader<ChildStdout>,
+}
+
+impl Emulator {
+    fn new() -> Self {
+        let firmware = Path::new(env!("CARGO_MANIFEST_DIR")).join("firmware");
+        let program = std::env::var_os("ANNULUS_FIRMWARE").map_or_else(
+            || firmware.join("../../target/firmware/thumbv6m-none-eabi/release/annulus-firmware"),
+            PathBuf::from,
+        );
+        assert!(program.exists(), "no firmware at {}: `cargo xtask firmware` builds it", program.display());
+        let mut node = Command::new("node")
+            .arg(firmware.join("emulator/serve.mjs"))
+            .arg(program)
+            .stdin(Stdio::piped())
+            .stdout(Stdio::piped())
+            .spawn()
+            .expect("node is there");
+        let orders = node.stdin.take().unwrap();
+        let answers = BufReader::new(node.stdout.take().unwrap());
+        let mut emulator = Self { node, orders, answers };
+        emulator.order(&json!({"do": "run", "cycles": 4_800_000, "until": "connected"}));
+        emulator.order(&json!({"do": "pin", "pin": STOP_PIN, "level": true}));
+        emulator
+    }
+
+    /// Sets the switches that are not as they were.
+    fn switch(&mut self, place: &[i64; 3], before: [bool; 3]) {
+        for (input, on) in switches(place).into_iter().enumerate().filter(|(input, on)| before[*input] != *on)
+        {
+            let pin = INPUT_PIN + 2 * input as u64;
+            self.order(&json!({"do": "pin", "pin": pin, "level": on}));
+        }
+    }
+
+    fn order(&mut self, order: &Value) -> Value {
+        writeln!(self.orders, "{order}").unwrap();
+        let mut line = String::new();
+        self.answers.read_line(&mut line).unwrap();
+        serde_json::from_str(&line).expect("an answer")
+    }
+}
+
+impl Drop for Emulator {
+    fn drop(&mut self) {
+        let _ = self.node.kill();
+        let _ = self.node.wait();
+    }
+}
+
+/// The cable: a pseudo-terminal that is there or not.
+struct Cable {
+    link: PathBuf,
+    /// Ours, and the bridge's, kept so that the port lives while nobody has it.
+    ends: Option<(TTYPort, TTYPort)>,
+    garble: Option<u64>,
+    count: u64,
+}
+
+impl Cable {
+    fn plug(&mut self, wanted: bool) {
+        let _ = std::fs::remove_file(&self.link);
+        self.ends = None;
+        if wanted {
+            let (mut own, theirs) = TTYPort::pair().unwrap();
+            own.set_timeout(Duration::from_millis(20)).unwrap();
+            symlink(theirs.name().unwrap(), &self.link).unwrap();
+            self.ends = Some((own, theirs));
+        }
+    }
+
+    fn spoil(&mut self, bytes: &mut [u8]) {
+        let Some(every) = self.garble else { return };
+        for byte in bytes {
+            self.count += 1;
+            if self.count.is_multiple_of(every) {
+                *byte ^= 1 << (self.count / every % 8);
+            }
+        }
+    }
+
+    /// What the bridge said.
+    fn read(&mut self) -> Vec<u8> {
+        let Some((own, _)) = &mut self.ends else { return Vec::new() };
+        let there = own.bytes_to_read().unwrap_or(0) as usize;
+        let mut bytes = vec![0; there.min(2048)];
+        let read = if there > 0 { own.read(&mut bytes).unwrap_or(0) } else { 0 };
+        bytes.truncate(read);
+        self.spoil(&mut bytes);
+        bytes
+    }
+
+    /// What the adapter says; where nobody reads it is lost.
+    fn write(&mut self, mut bytes: Vec<u8>) {
+        self.spoil(&mut bytes);
+        if let Some((own, _)) = &mut self.ends {
+            let _ = own.write_all(&bytes);
+        }
+    }
+}
+
+/// What the machine remembers of the pins.
+struct Pins {
+    directions: [bool; 3],
+    bottom: i64,
+    is_in: bool,
+}
+
+impl Pins {
+    fn edge(&mut self, record: &mut Record, cycle: u64, pin: u64, level: bool) {
+        match pin {
+            DIRECTION_PIN..=8 => self.directions[(pin - DIRECTION_PIN) as usize] = level,
+            STEP_PIN..=4 if level => {
+                let axis = (pin - STEP_PIN) as usize;
+                let forward = self.directions[axis];
+                record.place[axis] += if forward { 1 } else { -1 };
+                record.steps[axis].push(forward);
+                record.latest = cycle;
+            }
+            SPINDLE_PIN => record.spindle = level,
+            _ => {}
+        }
+        let is_in = record.place[2] <= self.bottom;
+        if is_in && !self.is_in {
+            record.holes.push([record.place[0], record.place[1]]);
+        }
+        self.is_in = is_in;
+    }
+}
+
+/// Half a millisecond of the adapter; false when it is over.
+fn turn(
+    ordered: &Receiver<Do>,
+    emulator: &mut Emulator,
+    cable: &mut Cable,
+    pins: &mut Pins,
+    record: &Mutex<Record>,
+) -> bool {
+    loop {
+        match ordered.try_recv() {
+            Ok(Do::Plug(wanted)) => cable.plug(wanted),
+            Ok(Do::Garble(every)) => cable.garble = every,
+            Ok(Do::Bottom(steps)) => pins.bottom = steps,
+            Ok(Do::Stop(level)) => {
+                emulator.order(&json!({"do": "pin", "pin": STOP_PIN, "level": level}));
+            }
+            Ok(Do::Power) => {
+                *emulator = Emulator::new();
+                let mut record = record.lock().unwrap();
+                (record.latest, record.cycle, record.spindle, pins.directions) = (0, 0, false, [false; 3]);
+                emulator.switch(&record.place, [false; 3]);
+            }
+            Err(std::sync::mpsc::TryRecvError::Empty) => break,
+            Err(std::sync::mpsc::TryRecvError::Disconnected) => return false,
+        }
+    }
+    let bytes = cable.read();
+    let count = bytes.len() as u64;
+    if count > 0 {
+        emulator.order(&json!({"do": "send", "bytes": bytes}));
+    }
+    let answer = emulator.order(&json!({"do": "run", "cycles": TURN}));
+    let numbers = |key: &str| -> Vec<u64> {
+        answer[key].as_array().unwrap().iter().filter_map(Value::as_u64).collect()
+    };
+    cable.write(numbers("bytes").into_iter().map(|byte| byte as u8).collect());
+    let mut record = record.lock().unwrap();
+    let before = switches(&record.place);
+    for pair in numbers("edges").chunks(2) {
+        pins.edge(&mut record, pair[0], pair[1] >> 1, pair[1] & 1 == 1);
+    }
+    record.cycle = answer["cycle"].as_u64().unwrap();
+    record.bytes += count;
+    emulator.switch(&record.place, before);
+    true
+}
+
+/// Which switches are on: X low, Y low, Z top; inputs 0, 2 and 4.
+fn switches(place: &[i64; 3]) -> [bool; 3] {
+    [place[0] <= 0, place[1] <= 0, place[2] >= 0]
+}

@@ -1,0 +1,269 @@
+//! A small fast drill on an adapter, its bridge, and the page at it.
+//!
+//! Comes in: what is asked. Goes out: statuses, and the bench. Does not know what is judged.
+
+use super::bench::{Bench, Record, eventually};
+use super::client::{Page, Running, annulus};
+use annulus_core::control::{Ending, State};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
+use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
+use annulus_core::units::Length;
+use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use std::fs;
+use std::path::Path;
+use tempfile::TempDir;
+
+/// Distance of the holes, mm.
+const APART: f64 = 3.0;
+
+/// 100 steps/mm, 12 × 12 × 6 mm, 300 mm/s and 10 m/s².
+pub(crate) fn machine(port: &Path) -> Machine {
+    let number = Value::Number;
+    let mut changes = vec![
+        ("machine.output", Value::Text("adapter".into())),
+        ("adapter.port", Value::Text(port.display().to_string())),
+        ("stroke.surface", number(-3.0)),
+        ("stroke.board_thickness", number(0.5)),
+        ("stroke.breakthrough", number(0.2)),
+        ("stroke.safe_height", number(0.8)),
+        ("stroke.feed_height", number(0.1)),
+        ("stroke.feed", number(20.0)),
+        ("stroke.settle", number(0.0)),
+        ("spindle.spin_up", number(5.0)),
+        ("motion.down_speed", number(50.0)),
+        ("motion.down_acceleration", number(10_000.0)),
+        ("motion.down_jerk", number(1e7)),
+    ];
+    let axes = [("x", 0.0, 12.0), ("y", 0.0, 12.0), ("z", -6.0, 0.0)];
+    let own: Vec<(String, Value)> = axes
+        .iter()
+        .flat_map(|(axis, min, max)| {
+            let rows = [
+                ("scale", 100.0),
+                ("min", *min),
+                ("max", *max),
+                ("max_speed", 300.0),
+                ("max_acceleration", 10_000.0),
+                ("max_jerk", 1e7),
+                ("home_speed", 300.0),
+                ("home_search", 15.0),
+                ("home_offset", 0.2),
+            ];
+            rows.map(|(name, value)| (format!("{axis}.{name}"), number(value)))
+        })
+        .collect();
+    let mut all: Vec<_> = changes.drain(..).map(|(key, value)| (key.to_owned(), value)).collect();
+    all.extend(own);
+    apply(&virtual_drill(), &all).unwrap()
+}
+
+/// Writes the machine's file beside its port, as `annulus` reads it.
+pub(crate) fn write_file(machine: &Machine, path: &Path) {
+    let mut text = "schema = 1\n".to_owned();
+    for (section, rows) in SECTIONS {
+        text += &format!("[{section}]\n");
+        for row in *rows {
+            let value = match row.value(machine) {
+                Value::Number(number) => number.to_string(),
+                Value::Text(words) => format!("{words:?}"),
+                Value::Numbers(numbers) => format!("{numbers:?}"),
+            };
+            text += &format!("{} = {value}\n", row.key.split_once('.').unwrap().1);
+        }
+    }
+    fs::write(path, text).unwrap();
+}
+
+/// Holes in a row, from the work zero on.
+fn holes(machine: &Machine, count: u32) -> Program {
+    let process = &machine.process;
+    let to = -(process.board_thickness + process.breakthrough);
+    let feed_um_per_s = (process.feed_mm_per_s * 1e3) as u32;
+    let mut legs = vec![Leg {
+        mark: Mark::Prepare,
+        commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us: 5_000 }],
+    }];
+    legs.extend((0..count).map(|hole| Leg {
+        mark: Mark::Hole(hole),
+        commands: vec![
+            Command::Rapid { to: Point::from_mm(f64::from(hole) * APART, f64::from(hole % 2)) },
+            Command::Plunge { to, feed_um_per_s, gate: None },
+            Command::Retract { to: process.safe_height },
+        ],
+    }));
+    let end = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
+    legs.push(Leg { mark: Mark::Finish, commands: end });
+    Program {
+        name: "a row of holes".into(),
+        machine: machine.fingerprint(),
+        origin: Point::default(),
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
+        spindles: 1,
+        safe_height: process.safe_height,
+        legs,
+        accepted: vec![],
+    }
+}
+
+/// Everything there is.
+pub(crate) struct Shop {
+    pub(crate) bench: Bench,
+    pub(crate) machine: Machine,
+    pub(crate) page: Page,
+    pub(crate) program: Program,
+    pub(crate) job: String,
+    /// From machine steps to steps from the switches, and where it rested before the job.
+    pub(crate) offset: [i64; 3],
+    pub(crate) rested: [i64; 3],
+    bridge: Running,
+}
+
+impl Shop {
+    /// Homed, with the work zero where it rests, and `count` holes to drill.
+    pub(crate) fn homed(count: u32) -> Self {
+        let home = TempDir::new().unwrap();
+        let port = home.path().join("port");
+        let bench = Bench::new(&port);
+        let machine = machine(&port);
+        let file = home.path().join("drill.toml");
+        write_file(&machine, &file);
+        let named = file.display().to_string();
+        let command = annulus(&home, &["serve", "--port", "0", "--no-open", "--machine", &named]);
+        let bridge = Running::of(command, home);
+        let mut page = bridge.page();
+        assert!(page.take_control(false));
+        let program = holes(&machine, count);
+        let job = String::new();
+        let mut shop = Self { bench, machine, page, program, job, offset: [0; 3], rested: [0; 3], bridge };
+        shop.home();
+        shop.take_control();
+        shop.page.ask(&Ask::SetZero);
+        shop
+    }
+
+    /// Homes; from then on it is known where the carriage stands.
+    pub(crate) fn home(&mut self) {
+        self.take_control();
+        self.page.ask(&Ask::Home);
+        let status = self.until(|status| status.state == State::Ready);
+        let place = self.bench.rests().place;
+        self.offset = std::array::from_fn(|axis| place[axis] - status.steps[axis]);
+        // Homing always ends at the same step.
+        self.rested = std::array::from_fn(|axis| status.steps[axis]);
+        let bottom = self.machine.z.scale.steps(self.machine.process.surface) - 60;
+        self.bench.bottom(bottom + self.offset[2]);
+    }
+
+    /// The first status that is wanted.
+    pub(crate) fn until(&mut self, wanted: impl Fn(&Status) -> bool) -> Status {
+        let tell = self.page.until(|tell| match tell {
+            Tell::Status(status) => {
+                let is_wanted = wanted(status);
+                is_wanted
+            }
+            _ => false,
+        });
+        let Tell::Status(status) = tell else { panic!("{tell:?}") };
+        *status
+    }
+
+    /// A new board is in, and the job starts at `leg`: the digest of its stream.
+    pub(crate) fn begin(&mut self, leg: u32) -> String {
+        self.bench.new_board();
+        self.start(leg)
+    }
+
+    /// Who looked at the pins for long said nothing meanwhile, and is not in control any more.
+    fn take_control(&mut self) {
+        assert!(self.page.take_control(true));
+    }
+
+    /// Reads the alarm.
+    pub(crate) fn acknowledge(&mut self) {
+        self.take_control();
+        self.page.ask(&Ask::AcknowledgeAlarm);
+    }
+
+    /// The alarm is read: what it is then.
+    pub(crate) fn acknowledged(&mut self) -> State {
+        // What an alarm does for safety comes first.
+        self.until(|status| status.state == State::Alarm && status.stage.is_none());
+        self.bench.rests();
+        self.acknowledge();
+        self.until(|status| status.state != State::Alarm || status.alarm.is_none()).state
+    }
+
+    /// Arms the job and starts it at `leg`: the digest of its stream.
+    pub(crate) fn start(&mut self, leg: u32) -> String {
+        let bytes = program::encode(&self.program);
+        self.job = program::key(&bytes);
+        let keys = (self.page.session.as_str(), self.page.key.as_str());
+        assert_eq!(self.bridge.job(keys, "PUT", &self.job, &bytes).status, 200);
+        self.take_control();
+        self.page.ask(&Ask::Arm { job: self.job.clone(), from_leg: leg });
+        let armed = self.page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
+        let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+        assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+        let (job, digest) = (self.job.clone(), stream_digest.clone());
+        self.page.ask(&Ask::Start { job, stream_digest, from_leg: leg });
+        digest
+    }
+
+    /// How the job ended.
+    pub(crate) fn ended(&mut self) -> (Ending, u32) {
+        match self.page.until(|tell| matches!(tell, Tell::Ended { .. })) {
+            Tell::Ended { ending, holes_done, .. } => (ending, holes_done),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// The leg at which the job that was broken off is offered to a newcomer.
+    pub(crate) fn offered(&self) -> u32 {
+        let mut page = self.bridge.page();
+        match page.until(|tell| matches!(tell, Tell::Interrupted { .. })) {
+            Tell::Interrupted { next_leg, .. } => next_leg,
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// At rest: the pins stand where the bridge says.
+    pub(crate) fn agrees(&mut self) -> Record {
+        let record = self.bench.rests();
+        let status = self.until(|status| status.stage.is_none());
+        let place: [i64; 3] = std::array::from_fn(|axis| status.steps[axis] + self.offset[axis]);
+        assert_eq!(record.place, place, "{:?}", status.steps);
+        record
+    }
+
+    /// Every hole in its place; at most so many twice.
+    pub(crate) fn judge(&self, count: u32, most_twice: usize) {
+        let record = self.bench.record();
+        let at = |hole: u32| {
+            let far = [f64::from(hole) * APART, f64::from(hole % 2)];
+            [0, 1].map(|axis| self.rested[axis] + self.offset[axis] + (far[axis] * 100.0) as i64)
+        };
+        // A switch is found within a step or two each time.
+        let is_at =
+            |hole: &[i64; 2], place: &[i64; 2]| (0..2).all(|axis| hole[axis].abs_diff(place[axis]) <= 2);
+        let wanted: Vec<[i64; 2]> = (0..count).map(at).collect();
+        let is_wanted = |hole: &[i64; 2]| wanted.iter().any(|place| is_at(hole, place));
+        assert!(record.holes.iter().all(is_wanted), "{:?} {wanted:?}", record.holes);
+        let is_made = |place: &[i64; 2]| record.holes.iter().any(|hole| is_at(hole, place));
+        assert!(wanted.iter().all(is_made), "{:?} {wanted:?}", record.holes);
+        let twice = record.holes.len() - wanted.len();
+        println!("{count} holes, {twice} of them twice");
+        assert!(twice <= most_twice, "{:?}", record.holes);
+    }
+
+    /// Kills the bridge.
+    pub(crate) fn kill(&mut self) {
+        self.bridge.child.kill().unwrap();
+        self.bridge.child.wait().unwrap();
+    }
+
+    /// Waits until the spindle is so.
+    pub(crate) fn spindle(&self, on: bool) {
+        eventually("the spindle", || self.bench.record().spindle == on);
+    }
+}

@@ -1,0 +1,253 @@
+//! The wiring of a USB step adapter (N18): which input is which sensor, which pins are turned over.
+//!
+//! ```text
+//! axis of the adapter   0  1  2  3          X, Y, Z, and the second spindle's Z where there is one
+//! inputs                0 … 7               a sensor each, or none
+//! output 0, output 1                        the spindle; what a work command may switch, where it has a name
+//! ```
+//!
+//! Comes in: numbers of inputs. Goes out: the wiring as data, its rows of the settings table, and every reason why it cannot be.
+//! Does not know pins: which pin is which input the adapter says itself.
+
+use super::settings::{Kind, Setting, Value};
+use super::{Machine, Output, StrokeEnd, UNWIRED};
+use crate::diagnostic::Diagnostic;
+use crate::job::Input;
+
+/// Axes that an adapter drives.
+const AXES: usize = 4;
+
+/// Spindles for which it has an axis of Z.
+const MOST_SPINDLES: u32 = 2;
+
+/// Its pulses, shortest and longest, in µs.
+const PULSE_US: (f64, f64) = (0.2, 3.3);
+
+/// Its fastest steps on all axes at once, steps a second.
+const FASTEST_HZ: u32 = 500_000;
+
+/// The longest time from a change of direction to the next step that it keeps, in µs.
+const LONGEST_SETUP_US: u32 = 6_500;
+
+/// How signals are wired to an adapter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Adapter {
+    /// The serial port that it is; empty where it is found by its USB number.
+    pub port: String,
+    /// The input of each of [`Input::ALL`], in its order; [`UNWIRED`] where there is none.
+    pub sensors: Vec<i8>,
+    /// 1 for each of them that is on while its pin is low.
+    pub sensors_low: Vec<i8>,
+    /// 1 for each axis whose pulse is low.
+    pub steps_low: Vec<i8>,
+    /// 1 for each axis whose direction pin is high while it counts down.
+    pub directions_low: Vec<i8>,
+    /// What output 1 is called in work commands; empty where nothing is wired to it.
+    pub output_name: String,
+}
+
+impl Default for Adapter {
+    fn default() -> Self {
+        Self {
+            port: String::new(),
+            sensors: vec![0, 1, 2, 3, 4, 5, UNWIRED],
+            sensors_low: vec![0; Input::ALL.len()],
+            steps_low: vec![0; AXES],
+            directions_low: vec![0; AXES],
+            output_name: String::new(),
+        }
+    }
+}
+
+impl Adapter {
+    /// The number of the input that `input` is wired to.
+    pub fn sensor(&self, input: Input) -> Option<u8> {
+        self.sensors.get(input as usize).and_then(|number| u8::try_from(*number).ok())
+    }
+
+    /// The inputs, one bit each ([`Input::bit`]), where those of the adapter are `on`, one bit each.
+    pub fn inputs(&self, on: u16) -> u32 {
+        let is_on = |input: &Input| self.sensor(*input).is_some_and(|number| on >> number & 1 == 1);
+        Input::ALL.into_iter().filter(is_on).fold(0, |inputs, input| inputs | input.bit())
+    }
+
+    /// The adapter's inputs, one bit each, of those in `inputs`, one bit each ([`Input::bit`]).
+    pub fn wired(&self, inputs: u32) -> u8 {
+        let wired = Input::ALL.into_iter().filter(|input| inputs & input.bit() != 0);
+        wired.filter_map(|input| self.sensor(input)).fold(0, |wired, number| wired | 1 << number)
+    }
+
+    /// The adapter's inputs, one bit each, that are on while their pin is low.
+    pub fn low_inputs(&self) -> u8 {
+        let low = Input::ALL.into_iter().filter(|input| self.sensors_low.get(*input as usize) == Some(&1));
+        low.filter_map(|input| self.sensor(input)).fold(0, |low, number| low | 1 << number)
+    }
+}
+
+macro_rules! row {
+    ($key:literal, $kind:expr, $get:expr, $set:expr) => {
+        Setting { key: $key, unit: "", kind: $kind, shapes_stream: false, get: $get, set: $set }
+    };
+}
+macro_rules! text {
+    ($key:literal, $longest:literal, $field:ident) => {
+        row!($key, Kind::Text($longest), |m| Value::Text(m.adapter.$field.clone()), |m, v| {
+            if let Value::Text(text) = v {
+                m.adapter.$field.clone_from(text);
+            }
+        })
+    };
+}
+macro_rules! list {
+    ($key:literal, $low:literal, $high:literal, $field:ident) => {
+        row!(
+            $key,
+            Kind::Wholes($low, $high),
+            |m| Value::Numbers(m.adapter.$field.iter().map(|number| f64::from(*number)).collect()),
+            |m, v| if let Value::Numbers(numbers) = v {
+                m.adapter.$field = numbers.iter().map(|number| *number as i8).collect();
+            }
+        )
+    };
+}
+
+/// The section "adapter" of the settings table.
+pub(super) const ROWS: &[Setting] = &[
+    text!("adapter.port", 200, port),
+    list!("adapter.sensors", -1.0, 7.0, sensors),
+    list!("adapter.sensors_low", 0.0, 1.0, sensors_low),
+    list!("adapter.steps_low", 0.0, 1.0, steps_low),
+    list!("adapter.directions_low", 0.0, 1.0, directions_low),
+    text!("adapter.output_name", 32, output_name),
+];
+
+fn refuse(code: &str, key: &str) -> Diagnostic {
+    Diagnostic::error(code).with("key", key)
+}
+
+/// Every reason why the wiring cannot be. A machine that is on another output may have any wiring of the right shape.
+pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
+    let adapter = &machine.adapter;
+    let mut diagnostics = Vec::new();
+    let lengths = [
+        ("adapter.sensors", adapter.sensors.len(), Input::ALL.len()),
+        ("adapter.sensors_low", adapter.sensors_low.len(), Input::ALL.len()),
+        ("adapter.steps_low", adapter.steps_low.len(), AXES),
+        ("adapter.directions_low", adapter.directions_low.len(), AXES),
+    ];
+    for (key, found, wanted) in lengths {
+        if found != wanted {
+            diagnostics.push(refuse("machine.card_length", key).with("found", found).with("wanted", wanted));
+        }
+    }
+    if machine.output == Output::Adapter {
+        diagnostics.extend(sensors(machine));
+        diagnostics.extend(beyond(machine));
+    }
+    diagnostics
+}
+
+/// Two sensors on one input, sensors that the machine cannot do without, and the contact where it would come too late.
+fn sensors(machine: &Machine) -> Vec<Diagnostic> {
+    const KEY: &str = "adapter.sensors";
+    let mut diagnostics = Vec::new();
+    let wired: Vec<u8> = Input::ALL.into_iter().filter_map(|input| machine.adapter.sensor(input)).collect();
+    let twice = wired.iter().enumerate().find(|(at, number)| wired[..*at].contains(number));
+    if let Some((_, number)) = twice {
+        diagnostics.push(refuse("machine.card_bit_twice", KEY).with("bit", number).with("other", KEY));
+    }
+    let mut needed: Vec<Input> = (0..3).map(|axis| machine.home_input(axis)).collect();
+    if machine.stroke_end == StrokeEnd::Sensor {
+        needed.push(Input::ZBottom);
+    }
+    for input in needed.into_iter().filter(|input| machine.adapter.sensor(*input).is_none()) {
+        let why = refuse("machine.card_sensor_unwired", KEY);
+        diagnostics.push(why.with("sensor", format!("{input:?}")));
+    }
+    if machine.overlap.on && machine.adapter.sensor(Input::Contact).is_some() {
+        diagnostics.push(refuse("machine.adapter_contact", KEY));
+    }
+    diagnostics
+}
+
+/// What is more than an adapter can do.
+fn beyond(machine: &Machine) -> Vec<Diagnostic> {
+    let (shortest, longest) = PULSE_US;
+    let rows = [
+        ("machine.spindles", f64::from(machine.spindles), 1.0, f64::from(MOST_SPINDLES)),
+        ("drive.max_step_rate", f64::from(machine.max_step_hz), 1.0, f64::from(FASTEST_HZ)),
+        ("drive.pulse_width", machine.pulse_width_us, shortest, longest),
+        ("drive.direction_setup", f64::from(machine.direction_setup_us), 0.0, f64::from(LONGEST_SETUP_US)),
+    ];
+    let outside = rows.into_iter().filter(|(_, value, low, high)| !(*low..=*high).contains(value));
+    outside
+        .map(|(key, value, low, high)| {
+            let why = refuse("machine.adapter_beyond", key).with("value", value);
+            why.with("low", low).with("high", high)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{apply, virtual_drill};
+    use super::*;
+
+    fn text(text: &str) -> Value {
+        Value::Text(text.to_owned())
+    }
+
+    fn list(numbers: &[i32]) -> Value {
+        Value::Numbers(numbers.iter().map(|number| f64::from(*number)).collect())
+    }
+
+    fn refused(changes: &[(&str, Value)]) -> Vec<(String, String)> {
+        let changes: Vec<_> = changes.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+        let refusals = apply(&virtual_drill(), &changes).err().unwrap_or_default();
+        let key = |why: &Diagnostic| {
+            why.args.iter().find(|(name, _)| name == "key").map(|(_, key)| key.clone()).unwrap_or_default()
+        };
+        refusals.iter().map(|why| (why.code.clone(), key(why))).collect()
+    }
+
+    #[test]
+    fn the_wiring_as_shipped_is_right_for_the_virtual_drill() {
+        assert_eq!(refused(&[("machine.output", text("adapter"))]), []);
+    }
+
+    #[test]
+    fn what_an_adapter_cannot_do_names_its_field() {
+        let number = Value::Number;
+        let rows: [(&str, Value, &str); 11] = [
+            ("adapter.sensors", list(&[0, 1]), "machine.card_length"),
+            ("adapter.steps_low", list(&[0, 0, 0]), "machine.card_length"),
+            ("adapter.sensors", list(&[0, 1, 2, 3, 4, 8, -1]), "machine.setting_range"),
+            ("adapter.sensors", list(&[0, 0, 2, 3, 4, 5, -1]), "machine.card_bit_twice"),
+            ("adapter.sensors", list(&[-1, 1, 2, 3, 4, 5, -1]), "machine.card_sensor_unwired"),
+            ("adapter.sensors", list(&[0, 1, 2, 3, 4, 5, 6]), "machine.adapter_contact"),
+            ("machine.spindles", number(3.0), "machine.adapter_beyond"),
+            ("drive.max_step_rate", number(500_001.0), "machine.adapter_beyond"),
+            ("drive.pulse_width", number(3.4), "machine.adapter_beyond"),
+            ("drive.pulse_width", number(0.1), "machine.adapter_beyond"),
+            ("drive.direction_setup", number(6_501.0), "machine.adapter_beyond"),
+        ];
+        for (key, value, code) in rows {
+            let found = refused(&[("machine.output", text("adapter")), (key, value.clone())]);
+            assert!(found.contains(&(code.to_owned(), key.to_owned())), "{key} {value}: {found:?}");
+        }
+        // On the virtual drill the same is no matter.
+        assert_eq!(refused(&[("drive.pulse_width", number(3.4))]), []);
+    }
+
+    #[test]
+    fn inputs_go_by_the_map_in_both_directions() {
+        let adapter = Adapter {
+            sensors: vec![7, -1, 2, -1, 0, 1, -1],
+            sensors_low: vec![1, 1, 0, 0, 0, 1, 0],
+            ..Adapter::default()
+        };
+        assert_eq!(adapter.inputs(0b1000_0001), Input::XMin.bit() | Input::ZTop.bit());
+        assert_eq!(adapter.wired(Input::XMin.bit() | Input::XMax.bit() | Input::YMin.bit()), 0b1000_0100);
+        assert_eq!(adapter.low_inputs(), 0b1000_0010, "what is not wired is not low");
+    }
+}
