@@ -139,8 +139,8 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
         let said = side.as_deref().map(|side| if side == "bottom" { Face::Bottom } else { Face::Top });
         let face = said.or(face).unwrap_or(work.setup.face);
         let known = sides.iter().position(|side| side.face == face);
-        let work =
-            Work { setup: annulus_core::cam::work::Setup { face, ..work.setup.clone() }, ..Work::default() };
+        let mut work = work.clone();
+        work.setup.face = face;
         let scene = Scene::of(board, &work);
         match of_files {
             Some(true) => program.origin = Point::default(),

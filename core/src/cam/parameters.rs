@@ -152,9 +152,17 @@ fn drill_points(value: &Value) -> Vec<(Length, f64)> {
     numbers.as_chunks::<2>().0.iter().map(|[drill, degrees]| (Length::from_mm(*drill), *degrees)).collect()
 }
 
-/// Names, one behind the other with commas between.
+/// Names, one behind the other with semicolons between; where there is none, with commas.
 fn names(value: &Value) -> Vec<String> {
-    text(value).split(',').map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect()
+    let between = if text(value).contains(';') { ';' } else { ',' };
+    text(value).split(between).map(str::trim).filter(|name| !name.is_empty()).map(str::to_owned).collect()
+}
+
+/// What [`names`] reads again: the name of a V-bit has a comma in it.
+fn named(names: &[String]) -> Value {
+    let comma = names.iter().any(|name| name.contains(','));
+    let text = names.join(if comma { "; " } else { ", " });
+    Value::Text(if comma && names.len() == 1 { text + ";" } else { text })
 }
 
 macro_rules! row {
@@ -229,14 +237,7 @@ macro_rules! words {
 }
 macro_rules! list {
     ($key:literal, $variant:ident :: $field:ident) => {
-        part!(
-            $key,
-            "",
-            Kind::Text(400),
-            $variant::$field,
-            |bits: &Vec<String>| Value::Text(bits.join(", ")),
-            names
-        )
+        part!($key, "", Kind::Text(400), $variant::$field, |bits: &Vec<String>| named(bits), names)
     };
 }
 

@@ -102,7 +102,6 @@ fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
         ("mach3", "H2\r\nG0 Z20.0", "H2"),
         ("sinumerik", "D1\nN160 G0 Z20.0", "D1\nN160 G90"),
         ("heidenhain", "S30000\n13 L Z+20 R0 FMAX", "S30000\n13 ; nothing"),
-        ("fanuc", "G0 G43 Z20.0000 H2", "G43 H2"),
         ("kuka", "BAS(#INITMOV,0)\n", ""),
     ];
     for (name, from, to) in rows {

@@ -31,6 +31,7 @@ fn section_name(section: &str) -> &'static str {
     match section {
         "machine" => key!("page.settings.machine"),
         "card" => key!("page.settings.card"),
+        "adapter" => key!("page.settings.adapter"),
         "x" => key!("page.settings.x"),
         "y" => key!("page.settings.y"),
         "z" => key!("page.settings.z"),
