@@ -35,7 +35,10 @@ const ZERO: [f64; 3] = [-150.0, -120.0, -40.0];
 
 /// Files that outlive a station; they can be full.
 #[derive(Clone, Default)]
-struct Memory(Rc<RefCell<(BTreeMap<File, Vec<u8>>, bool)>>);
+struct Memory(Rc<RefCell<Kept>>);
+
+/// What is written, and whether nothing more can be.
+type Kept = (BTreeMap<File, Vec<u8>>, bool);
 
 impl Files for Memory {
     fn read(&mut self, file: File) -> Result<Vec<u8>, String> {
@@ -313,7 +316,7 @@ fn a_board_of_two_tools_is_made_as_the_program_says() {
     assert_eq!(bench.refused(&Ask::ToolChanged).as_deref(), Some("grbl.height_first"));
     assert_eq!(bench.finish(), (Ending::Done, 10));
     let status = bench.state(State::Ready);
-    assert_eq!((status.trust, status.spindle_rpm, status.alarm.clone()), (Trust::Trusted, 0, None));
+    assert_eq!((status.trust, status.spindle_rpm, status.alarm), (Trust::Trusted, 0, None));
     assert_eq!(bench.made(&program), (vec![1; 10], 0));
     // Nothing is offered, now and after the next connection.
     assert_eq!(bench.offer(), None);

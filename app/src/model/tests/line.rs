@@ -188,7 +188,7 @@ impl Line {
             "mill" => {
                 ["serial", "begin-kept", "chosen", "challenge", "welcome", "yours", "who", "status:Ready"]
                     .into_iter()
-                    .for_each(|word| self.tell(word))
+                    .for_each(|word| self.tell(word));
             }
             "planned" => {
                 let program = empty();
