@@ -75,7 +75,7 @@ fn connected(line: Link) -> impl IntoView {
             let (number, value, row) = (*number, *value, settings::of(*number)?);
             let text = move || {
                 let name = crate::i18n::text(&row.key(), &[]);
-                let value = crate::i18n::number(&crate::format::plain(value));
+                let value = crate::i18n::number(crate::format::plain(value));
                 say!("page.controller.setting", number = number, name = name, value = value, unit = row.unit)
             };
             Some(li().class("tabular").child(text))
