@@ -6,7 +6,7 @@
 //!                                                                          └─ figures ─▶ what its drilling saves
 //! ```
 //!
-//! There is one planner. A job that only drills is a [`Work`](work::Work) like any other: [`Work::drilling`](work::Work::drilling).
+//! There is one planner. A job that only drills is a [`work::Work`] like any other: [`work::Work::drilling`].
 //!
 //! Comes in: a board, a work, a machine, what a person wants, and the time of a rapid as a function. Goes out:
 //! [`Planned`](toolpaths::Planned) and its [`Program`](crate::job::Program). Does not know motion: how long a rapid takes it is told.
