@@ -4,6 +4,7 @@
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::sync::{Mutex, PoisonError};
 
 /// What the rest of this program answers: a thing, or a sentence for the person at the terminal.
 pub(crate) type Done<T = ()> = Result<T, String>;
@@ -58,6 +59,9 @@ pub(crate) fn which(program: &str) -> Option<PathBuf> {
     std::env::split_paths(&path).map(|folder| folder.join(program)).find(|file| file.is_file())
 }
 
+/// One installs at a time: suites of both lanes may want packages of the system.
+static INSTALLING: Mutex<()> = Mutex::new(());
+
 /// Installs Debian packages, or says what to type where that is not allowed.
 pub(crate) fn install_packages(why: &str, packages: &[&str]) -> Done {
     let line = format!("apt-get install --no-install-recommends {}", packages.join(" "));
@@ -71,6 +75,7 @@ pub(crate) fn install_packages(why: &str, packages: &[&str]) -> Done {
             "{why} is missing, and only root may install it. Type:\n\n  sudo {line}\n\nthen start again."
         ));
     }
+    let _turn = INSTALLING.lock().unwrap_or_else(PoisonError::into_inner);
     say(&format!("{why} is missing; installing the system packages {}", packages.join(" ")));
     run(&mut command("apt-get", &["update", "-q"]))?;
     let mut install = command("apt-get", &["install", "-y", "-q", "--no-install-recommends"]);

@@ -2,11 +2,9 @@
 //! goes on beside what compiles for this machine.
 //!
 //! ```text
-//! here   fmt ─ build ─ native ─ grbl ─ adapter ─ clippy ─ docs ─ wasm (after tools) ─ clippy-page ─ deny
-//! page   page ─ tools ─ browser (after build)
+//! here   fmt ─ build ─ native ─ grbl ─ adapter ─ clippy ─ docs ─ deny (after tools)
+//! page   page ─ tools ─ wasm ─ clippy-page ─ browser (after build)
 //! ```
-//!
-//! The lanes are about equally long: the tests of the finished page mostly wait, and go on beside the last compiling.
 //!
 //! Goes out: the suites in order, each able to say its command when its turn comes. Does not know how they are run.
 
@@ -42,13 +40,13 @@ pub(crate) const LANES: [&[Suite]; 2] = [
         Suite { name: "adapter", after: &[], counts: true, command: firmware::tests },
         Suite { name: "clippy", after: &[], counts: false, command: clippy },
         Suite { name: "docs", after: &[], counts: false, command: docs },
-        Suite { name: "wasm", after: &["tools"], counts: true, command: in_browser },
-        Suite { name: "clippy-page", after: &[], counts: false, command: clippy_page },
         Suite { name: "deny", after: &["tools"], counts: false, command: deny },
     ],
     &[
         Suite { name: "page", after: &[], counts: false, command: || this("site") },
         Suite { name: "tools", after: &[], counts: false, command: || this("tools") },
+        Suite { name: "wasm", after: &["tools"], counts: true, command: in_browser },
+        Suite { name: "clippy-page", after: &[], counts: false, command: clippy_page },
         Suite { name: "browser", after: &["build", "page"], counts: true, command: pages },
     ],
 ];
