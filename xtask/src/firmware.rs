@@ -9,6 +9,7 @@
 
 use crate::npm;
 use crate::sh::{Done, command, output, root, run, say, target, which};
+use crate::suites::ALL;
 use std::fs;
 use std::path::PathBuf;
 use std::process::Command;
@@ -46,11 +47,9 @@ pub(crate) fn build() -> Done<PathBuf> {
 pub(crate) fn tests() -> Done<Command> {
     let elf = build()?;
     npm::ensure_in(&folder().join("emulator"))?;
-    // The whole workspace is named so that what was built for the other suites serves here too.
-    let mut tests = command(
-        "cargo",
-        &["test", "--workspace", "--test", "adapter", "--test", "usb", "--", "--show-output"],
-    );
+    // All packages are named so that what was built for the other suites serves here too.
+    let mut tests = command("cargo", &["test"]);
+    tests.args(ALL).args(["--test", "adapter", "--test", "usb", "--", "--show-output"]);
     tests.env("ANNULUS_FIRMWARE", elf);
     Ok(tests)
 }

@@ -1,16 +1,20 @@
-//! What `cargo xtask test` runs: two lanes of suites, each lane one after the other, so that what compiles for the page
-//! goes on beside what compiles for this machine.
+//! What `cargo xtask test` runs: one list of suites, two of them at a time, each begun in its turn as soon as those before it
+//! that it needs have ended. What only looks at the sources stands last and gives way, so that tests with clocks of their
+//! own are not slowed by it.
 //!
 //! ```text
-//! here   fmt ─ build ─ native ─ grbl ─ adapter ─ clippy ─ docs ─ deny (after tools)
-//! page   page ─ tools ─ wasm ─ clippy-page ─ browser (after build)
+//! worker 1   fmt ─ build ──────────── native ─── grbl ─ adapter ─ clippy ─ …
+//! worker 2   page ─────────── tools ─ own ─ … ─ browser ──────── wasm ─ …      time ─▶
 //! ```
 //!
 //! Goes out: the suites in order, each able to say its command when its turn comes. Does not know how they are run.
 
-use crate::sh::{Done, command, target};
+use crate::sh::{Done, command, target, which};
 use crate::{browser, firmware, grbl, npm, tools, wasm};
 use std::process::Command;
+
+/// Every package but the one that runs the tests: with it, what both depend on would be built a second time.
+pub(crate) const ALL: [&str; 3] = ["--workspace", "--exclude", "xtask"];
 
 /// One thing to run.
 #[derive(Clone, Copy)]
@@ -25,34 +29,57 @@ pub(crate) struct Suite {
     pub(crate) command: fn() -> Done<Command>,
 }
 
-/// The two lanes, each in order.
-pub(crate) const LANES: [&[Suite]; 2] = [
-    &[
-        Suite { name: "fmt", after: &[], counts: false, command: || cargo(&["fmt", "--all", "--check"]) },
-        Suite {
-            name: "build",
-            after: &[],
-            counts: false,
-            command: || cargo(&["test", "--workspace", "--no-run"]),
-        },
-        Suite { name: "native", after: &["build"], counts: true, command: native },
-        Suite { name: "grbl", after: &["build"], counts: true, command: controllers },
-        Suite { name: "adapter", after: &[], counts: true, command: firmware::tests },
-        Suite { name: "clippy", after: &[], counts: false, command: clippy },
-        Suite { name: "docs", after: &[], counts: false, command: docs },
-        Suite { name: "deny", after: &["tools"], counts: false, command: deny },
-    ],
-    &[
-        Suite { name: "page", after: &[], counts: false, command: || this("site") },
-        Suite { name: "tools", after: &[], counts: false, command: || this("tools") },
-        Suite { name: "wasm", after: &["tools"], counts: true, command: in_browser },
-        Suite { name: "clippy-page", after: &[], counts: false, command: clippy_page },
-        Suite { name: "browser", after: &["build", "page"], counts: true, command: pages },
-    ],
+/// A suite that counts tests.
+const fn tests(name: &'static str, after: &'static [&'static str], command: fn() -> Done<Command>) -> Suite {
+    Suite { name, after, counts: true, command }
+}
+
+/// A suite that passes or fails as one.
+const fn check(name: &'static str, after: &'static [&'static str], command: fn() -> Done<Command>) -> Suite {
+    Suite { name, after, counts: false, command }
+}
+
+/// All of them, in the order in which they begin.
+pub(crate) const SUITES: &[Suite] = &[
+    check("fmt", &[], || Ok(command("cargo", &["fmt", "--all", "--check"]))),
+    check("page", &[], || this("site")),
+    check("build", &[], || Ok(cargo("test", &["--no-run"]))),
+    check("tools", &[], || this("tools")),
+    tests("native", &["build"], || Ok(cargo("test", &["--no-fail-fast", "--", "--show-output"]))),
+    tests("browser", &["build", "page"], pages),
+    tests("grbl", &["build"], controllers),
+    tests("adapter", &["build"], firmware::tests),
+    tests("wasm-app", &["tools", "page"], || in_browser(&["-p", "annulus-app", "--lib"])),
+    tests("wasm-core", &["tools", "page"], || in_browser(&["-p", "annulus-core", "--test", "core"])),
+    tests("own", &[], || Ok(command("cargo", &["test", "-p", "xtask", "--", "--show-output"]))),
+    check("clippy", &["build"], || Ok(patient(cargo("clippy", &["--all-targets", "--", "-Dwarnings"])))),
+    check("clippy-page", &["page"], clippy_page),
+    check("docs", &["build"], docs),
+    check("clippy-own", &[], || {
+        Ok(patient(command("cargo", &["clippy", "-p", "xtask", "--all-targets", "--", "-Dwarnings"])))
+    }),
+    check("deny", &["tools"], deny),
 ];
 
-fn cargo(arguments: &[&str]) -> Done<Command> {
-    Ok(command("cargo", arguments))
+/// A command of cargo for every package that ships or tests.
+fn cargo(word: &str, arguments: &[&str]) -> Command {
+    command("cargo", &[&[word][..], &ALL, arguments].concat())
+}
+
+/// The same command, which leaves the processor to others.
+fn patient(eager: Command) -> Command {
+    if which("nice").is_none() {
+        return eager;
+    }
+    let mut patient = command("nice", &["-n", "10"]);
+    patient.arg(eager.get_program()).args(eager.get_args());
+    for (name, value) in eager.get_envs() {
+        match value {
+            Some(value) => patient.env(name, value),
+            None => patient.env_remove(name),
+        };
+    }
+    patient
 }
 
 /// This program again, with another word.
@@ -60,18 +87,10 @@ fn this(word: &str) -> Done<Command> {
     Ok(command(std::env::current_exe().map_err(|error| error.to_string())?, &[word]))
 }
 
-fn native() -> Done<Command> {
-    cargo(&["test", "--workspace", "--no-fail-fast", "--", "--show-output"])
-}
-
 /// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds.
 fn controllers() -> Done<Command> {
     grbl::ensure()?;
-    cargo(&["test", "--workspace", "--test", "grbl", "--", "--test-threads=3", "--show-output"])
-}
-
-fn clippy() -> Done<Command> {
-    cargo(&["clippy", "--workspace", "--all-targets", "--", "-Dwarnings"])
+    Ok(cargo("test", &["--test", "grbl", "--", "--test-threads=3", "--show-output"]))
 }
 
 fn clippy_page() -> Done<Command> {
@@ -80,13 +99,13 @@ fn clippy_page() -> Done<Command> {
         &["clippy", "-p", "annulus-app", "--profile", "page", "--target", wasm::TRIPLE, "--", "-Dwarnings"],
     );
     wasm::ensure()?.apply(&mut clippy);
-    Ok(clippy)
+    Ok(patient(clippy))
 }
 
 fn docs() -> Done<Command> {
-    let mut docs = command("cargo", &["doc", "--workspace", "--no-deps", "--document-private-items"]);
+    let mut docs = cargo("doc", &["--no-deps", "--document-private-items"]);
     docs.env("RUSTDOCFLAGS", "-Dwarnings");
-    Ok(docs)
+    Ok(patient(docs))
 }
 
 fn deny() -> Done<Command> {
@@ -94,12 +113,13 @@ fn deny() -> Done<Command> {
     Ok(command(tools::ensure()?.join("cargo-deny"), &arguments))
 }
 
-/// The tests of `core` and `app` in a headless browser, sharing what the page was built of.
-fn in_browser() -> Done<Command> {
+/// The tests of `which` in a headless browser, sharing what the page was built of. Only what has such tests is named: all the
+/// rest would be compiled to find none.
+fn in_browser(which: &[&str]) -> Done<Command> {
     let (toolchain, browser, tools) = (wasm::ensure()?, browser::ensure()?, tools::ensure()?);
     let arguments = ["test", "--headless", "--chrome", "--mode", "no-install", "app", "--profile", "page"];
     let mut pack = command(tools.join("wasm-pack"), &arguments);
-    pack.args(["-p", "annulus-app", "-p", "annulus-core"]);
+    pack.args(which);
     let old = std::env::var_os("PATH").unwrap_or_default();
     let path = std::env::join_paths(std::iter::once(tools).chain(std::env::split_paths(&old)));
     pack.env("PATH", path.map_err(|error| error.to_string())?).env("CHROMEDRIVER", &browser.driver);

@@ -1,5 +1,4 @@
-//! `cargo xtask test [--long] [NAME]`: runs the suites whose name contains NAME, or all, in two lanes side by side, and
-//! counts. `--long` runs every test of chance to its full size.
+//! `cargo xtask test [--long] [NAME]`: runs the suites whose name contains NAME, or all, two at a time, and counts. `--long` runs every test of chance to its full size.
 //!
 //! Goes out: what every suite says as it runs, each line under its name; at the end how long each took, what failed once
 //! more, and one last line, `N passed, N failed` with `, N skipped` if any; an error when anything failed. Does not know
@@ -7,7 +6,7 @@
 
 use crate::recap::Recap;
 use crate::sh::{Done, root, say, shown};
-use crate::suites::{LANES, Suite};
+use crate::suites::{SUITES, Suite};
 use std::collections::{BTreeSet, VecDeque};
 use std::io::{BufRead, BufReader, Read, Write};
 use std::process::{Command, Stdio};
@@ -34,9 +33,13 @@ impl Count {
     }
 }
 
-/// What the lanes have come to together.
+/// How many suites run at a time: what compiles takes every core, what waits for a machine's own seconds takes none.
+const WORKERS: usize = 2;
+
+/// What the workers have come to together.
 #[derive(Default)]
 struct Total {
+    begun: BTreeSet<&'static str>,
     count: Count,
     told: Vec<String>,
     times: Vec<String>,
@@ -54,11 +57,11 @@ pub(crate) fn run(arguments: &[String]) -> Done {
     let (total, turn) = (Mutex::new(Total::default()), Condvar::new());
     let began = Instant::now();
     thread::scope(|scope| {
-        for lane in LANES {
-            let (chosen, total, turn) = (&chosen, &total, &turn);
-            scope.spawn(move || {
-                for suite in lane.iter().filter(|suite| chosen.contains(suite.name)) {
-                    one(suite, long, total, turn);
+        for _ in 0..WORKERS {
+            scope.spawn(|| {
+                while let Some(suite) = next(&chosen, &total, &turn) {
+                    one(suite, long, &total);
+                    turn.notify_all();
                 }
             });
         }
@@ -77,21 +80,33 @@ pub(crate) fn run(arguments: &[String]) -> Done {
 
 /// The names of the suites that have `name` in theirs, and of those that these come after.
 fn chosen(name: &str) -> BTreeSet<&'static str> {
-    let all = || LANES.iter().flat_map(|lane| lane.iter());
     let mut chosen: BTreeSet<_> =
-        all().map(|suite| suite.name).filter(|suite| suite.contains(name)).collect();
+        SUITES.iter().map(|suite| suite.name).filter(|suite| suite.contains(name)).collect();
     let needed: Vec<_> =
-        all().filter(|suite| chosen.contains(suite.name)).flat_map(|suite| suite.after).collect();
+        SUITES.iter().filter(|suite| chosen.contains(suite.name)).flat_map(|suite| suite.after).collect();
     chosen.extend(needed);
     chosen
 }
 
-/// Waits for the turn of `suite`, runs it, and adds what it came to.
-fn one(suite: &Suite, long: bool, total: &Mutex<Total>, turn: &Condvar) {
-    let locked = || total.lock().unwrap_or_else(PoisonError::into_inner);
-    let waiting =
-        turn.wait_while(locked(), |total| !suite.after.iter().all(|name| total.ended.contains(name)));
-    drop(waiting);
+/// Waits for the first suite whose turn it is, and takes it; none when all have begun.
+fn next(chosen: &BTreeSet<&str>, total: &Mutex<Total>, turn: &Condvar) -> Option<&'static Suite> {
+    let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
+    loop {
+        let mut left = SUITES
+            .iter()
+            .filter(|suite| chosen.contains(suite.name) && !total.begun.contains(suite.name))
+            .peekable();
+        left.peek()?;
+        if let Some(suite) = left.find(|suite| suite.after.iter().all(|name| total.ended.contains(name))) {
+            total.begun.insert(suite.name);
+            return Some(suite);
+        }
+        total = turn.wait(total).unwrap_or_else(PoisonError::into_inner);
+    }
+}
+
+/// Runs `suite` and adds what it came to.
+fn one(suite: &Suite, long: bool, total: &Mutex<Total>) {
     let began = Instant::now();
     let ended = (suite.command)().and_then(|mut command| {
         if long {
@@ -105,13 +120,11 @@ fn one(suite: &Suite, long: bool, total: &Mutex<Total>, turn: &Condvar) {
         recap.without_a_test(vec![sentence]);
         (Count { failed: 1, ..Count::default() }, recap)
     });
-    let mut total = locked();
+    let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
     total.told.extend(recap.told(suite.name));
     total.times.push(format!("{} {} s", suite.name, began.elapsed().as_secs()));
     total.count.add(count);
     total.ended.insert(suite.name);
-    drop(total);
-    turn.notify_all();
 }
 
 /// Runs one suite with its output shown, counting as it goes. A suite that fails without a failed test counts as one.
@@ -186,6 +199,25 @@ fn counted(line: &str) -> Count {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn every_suite_begins_after_those_that_it_needs() {
+        let place = |name: &str| SUITES.iter().position(|suite| suite.name == name);
+        for (at, suite) in SUITES.iter().enumerate() {
+            assert_eq!(place(suite.name), Some(at), "{} stands in the list twice", suite.name);
+            for needed in suite.after {
+                assert!(place(needed).is_some_and(|before| before < at), "{} after {needed}", suite.name);
+            }
+        }
+        let (total, turn) = (Mutex::new(Total::default()), Condvar::new());
+        let chosen = chosen("");
+        let mut begun = Vec::new();
+        while let Some(suite) = next(&chosen, &total, &turn) {
+            total.lock().unwrap().ended.insert(suite.name);
+            begun.push(suite.name);
+        }
+        assert_eq!(begun, SUITES.iter().map(|suite| suite.name).collect::<Vec<_>>());
+    }
 
     #[test]
     fn closing_lines_of_every_runner_are_understood() {

@@ -2,7 +2,7 @@
 //! step pins alone: what was drilled, and where, is read from every edge by a judge that knows nothing of the product.
 //!
 //! Where the instrument is not, each test says so and is skipped; with `ANNULUS_NOTHING_SKIPPED` it fails. Not part of a plain
-//! `cargo test`: `cargo xtask test grbl`, or `cargo test --workspace --test grbl`.
+//! `cargo test`: `cargo xtask test grbl`, or `cargo test --workspace --exclude xtask --test grbl`.
 
 mod bench;
 mod cable;
