@@ -66,6 +66,15 @@ async function looked(page, what, sizes) {
   return found;
 }
 
+/** The same in the page's colours and in those of the system. */
+async function lookedInAllColours(page, what, sizes) {
+  const found = await looked(page, what, sizes);
+  await page.emulateMedia({ forcedColors: "active" });
+  found.push(...(await looked(page, `${what}, forced colours`, sizes)));
+  await page.emulateMedia({ forcedColors: "none" });
+  return found;
+}
+
 test("STOP is in the window and on top, on every screen at every size", async () => {
   const { page, context } = await held.fresh();
   try {
@@ -82,7 +91,12 @@ test("STOP is in the window and on top, on every screen at every size", async ()
     }
     await show(page, "CAM");
     await page.getByRole("button", { name: "Template…" }).click();
-    found.push(...(await looked(page, "template editor", sizes)));
+    found.push(...(await lookedInAllColours(page, "template editor", sizes)));
+    await page.keyboard.press("Escape");
+    await show(page, "Machine");
+    await page.setViewportSize({ width: 1280, height: 800 });
+    await page.getByRole("button", { name: "Large view" }).click();
+    found.push(...(await lookedInAllColours(page, "large view", sizes)));
     assert.deepEqual(found, []);
   } finally {
     await context.close();
@@ -96,12 +110,12 @@ test("STOP is in the window and on top in a dialog, and stops from there", async
     await page.getByRole("button", { name: /Sample board/ }).click();
     await drillOnly(page);
     const { start } = await startJob(page);
-    const found = await looked(page, "pre-flight", SIZES);
+    const found = await lookedInAllColours(page, "pre-flight", SIZES);
     await page.setViewportSize({ width: 768, height: 1024 });
     await page.screenshot({ path: picture("preflight-768") });
     await start.click();
     await page.getByRole("alertdialog").waitFor();
-    found.push(...(await looked(page, "tool change", SIZES)));
+    found.push(...(await lookedInAllColours(page, "tool change", SIZES)));
     for (const width of [320, 768]) {
       await page.setViewportSize({ width, height: 700 });
       await page.screenshot({ path: picture(`change-${width}`) });
