@@ -137,7 +137,8 @@ fn the_paths_of_a_real_board_are_no_slower_than_corners_arcs_and_jerk_make_them(
     }
     println!("{pieces} pieces, {length_mm:.0} mm, {seconds:.0} s; {:.0} s at 20 mm/s", length_mm / 20.0);
     assert!(pieces > 55_000 && length_mm > 17_000.0, "{pieces} pieces, {length_mm} mm");
-    assert!(seconds < 1_400.0, "{seconds} s");
+    // What no profile within the jerk can beat is 1,156 s (docs/motion-profiles.md, D); the best that was found, about 1,270 s.
+    assert!((1_156.0..1_380.0).contains(&seconds), "{seconds} s");
     // As it would be sent, with everything between the paths: less than a byte a step.
     let stream = steps::stream(&timeline, &machine).expect("a stream");
     let made: u64 = steps::replay_stream(&stream).map(|pulse| u64::from(pulse.axes.count_ones())).sum();
