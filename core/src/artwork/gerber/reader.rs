@@ -81,7 +81,7 @@ impl Reader {
     fn run(&mut self, text: &[u8]) {
         for block in blocks(text) {
             let joined = block.joined();
-            let block = Block { text: &joined, ..block };
+            let block = block.with(&joined);
             if self.ended {
                 self.tell(Severity::Note, "gerber.after_end", block.at, block.text);
                 break;

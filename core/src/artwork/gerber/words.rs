@@ -53,6 +53,14 @@ impl<'a> Block<'a> {
         Cow::Owned(self.text.iter().copied().filter(|byte| !is_line_end(byte)).collect())
     }
 
+    /// The block with its bytes as `joined` gives them.
+    pub(super) const fn with<'b>(&self, joined: &'b [u8]) -> Block<'b>
+    where
+        'a: 'b,
+    {
+        Block { text: joined, written: self.written, at: self.at, start: self.start, ended: self.ended }
+    }
+
     /// Whether it is one that may stand at the end of a file without a star: the end itself, or a comment.
     pub(super) fn is_whole(&self) -> bool {
         matches!(self.text.trim_ascii(), b"M02" | b"M00" | b"M2" | b"M0" | [b'G' | b'g', b'0', b'4', ..])
