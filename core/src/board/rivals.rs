@@ -17,6 +17,8 @@ use crate::units::Length;
 
 /// So many places that two drill files have in common make them two states of one.
 const MANY: usize = 3;
+/// So many holes of a file say where its board is; fewer may be those of a fixture or of the corners.
+const FEWEST: usize = 8;
 /// Holes may lie this far beyond copper or outline.
 const OVERHANG: Length = Length::from_um(2_000);
 /// More drill files than this are not compared with each other.
@@ -124,7 +126,7 @@ pub(super) fn apart(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
     let shifted =
         |file: &&FileRead| file.evidence.as_ref().is_some_and(|evidence| evidence.shift_mm.is_some());
     let told = drills.filter(|file| !shifted(file)).filter_map(|file| {
-        let holes = places(file).filter(|holes| holes.len() >= MANY)?;
+        let holes = places(file).filter(|holes| holes.len() >= FEWEST)?;
         let outside =
             holes.iter().filter(|at| !within.iter().any(|(_, bounds)| bounds.contains(**at))).count();
         let error = Diagnostic::error("board.holes_apart").at(&file.name, 0, 0);
