@@ -283,3 +283,28 @@ fn refusals_carry_all_that_was_said() {
         assert!(keys.iter().any(|have| *have == key), "{key}: {one}");
     }
 }
+
+#[test]
+fn a_zip_that_is_cut_off_is_refused_and_says_why_once() {
+    let folder = folder();
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).unwrap();
+    write("cut.zip", b"PK\x03\x04\x14\0\0\0\x08\0cut off");
+    write("none.drl", b"");
+    for (name, code) in [("cut.zip", "archive.damaged"), ("none.drl", "refused.empty")] {
+        let output = annulus(folder.path(), &format!("inspect {name} --alone --json")).output().unwrap();
+        let object = json(&output);
+        assert_eq!(
+            (output.status.code(), &object["ok"], &object["error"]["code"]),
+            (Some(1), &false.into(), &code.into())
+        );
+        assert_eq!(object["files"][0]["kind"], "refused", "{object}");
+        let output = annulus(folder.path(), &format!("inspect {name} --alone")).output().unwrap();
+        let text = String::from_utf8_lossy(&[output.stdout, output.stderr].concat()).into_owned();
+        let message = object["error"]["message"].as_str().unwrap();
+        assert_eq!((output.status.code(), text.matches(message).count()), (Some(1), 1), "{text}");
+        assert!(text.contains(object["error"]["advice"].as_str().unwrap()), "{text}");
+    }
+    // A folder with such a file in it is listed.
+    let output = annulus(folder.path(), "inspect . --json").output().unwrap();
+    assert_eq!(output.status.code(), Some(0));
+}

@@ -46,7 +46,13 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     for (name, files) in boards.iter().filter(|_| boards.len() > 1) {
         let _ = writeln!(text, "board {name}: {}", counted(files.len() as u64, "file"));
     }
-    Ok(Answer { object, text, exit: Exit::Done })
+    // What was asked for by name and could not be opened at all is refused, with the rest of the answer.
+    let asked = |file: &&&FileRead| args.paths.iter().any(|path| path.display().to_string() == file.name);
+    let refused = listed.iter().filter(|file| file.kind == Kind::Refused).find(asked);
+    let Some(refused) = refused else { return Ok(Answer { object, text, exit: Exit::Done }) };
+    let mut object = object;
+    object["error"] = Refusal::content(refused.reason.clone()).object()["error"].take();
+    Ok(Answer { object, text, exit: Exit::Content })
 }
 
 fn file_object(file: &FileRead) -> Value {
@@ -172,13 +178,16 @@ const fn severity(diagnostic: &Diagnostic) -> &'static str {
 }
 
 fn file_text(file: &FileRead) -> String {
-    let mut text = format!("{}\n  {} — {}\n", file.name, file.kind.name(), file.reason.message("en"));
+    let mut text = format!("{}\n  {} — {}", file.name, file.kind.name(), file.reason.message("en"));
+    // Why a file is refused is its first diagnostic too, and is said once.
+    let said = usize::from(file.kind == Kind::Refused && file.diagnostics.first() == Some(&file.reason));
+    let _ = if said > 0 { writeln!(text, " {}", file.reason.advice("en")) } else { writeln!(text) };
     if let Some(drill) = &file.drill {
         drill_text(&mut text, file, drill);
     }
     if file.kind == Kind::Gerber {
         let side = file.side.map_or("", |side| side.name());
-        let _ = writeln!(text, "  {} {side}", file.role.name());
+        let _ = writeln!(text, "{}", format!("  {} {side}", file.role.name()).trim_end());
     }
     if let Some(gerber) = &file.gerber {
         let counts = gerber.counts;
@@ -191,7 +200,7 @@ fn file_text(file: &FileRead) -> String {
             counted(counts.regions, "contour")
         );
     }
-    for diagnostic in file.diagnostics.iter().take(SHOWN_REMARKS) {
+    for diagnostic in file.diagnostics.iter().skip(said).take(SHOWN_REMARKS) {
         let line = diagnostic.place.as_ref().map_or(0, |place| place.line);
         let place = if line > 0 { format!("line {line}: ") } else { String::new() };
         let _ = writeln!(
@@ -202,7 +211,7 @@ fn file_text(file: &FileRead) -> String {
             diagnostic.advice("en")
         );
     }
-    if let Some(more) = file.diagnostics.len().checked_sub(SHOWN_REMARKS + 1) {
+    if let Some(more) = file.diagnostics.len().checked_sub(said + SHOWN_REMARKS + 1) {
         let _ = writeln!(text, "  … {} more", more + 1);
     }
     text.push('\n');

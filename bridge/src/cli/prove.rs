@@ -107,7 +107,11 @@ pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     let given: Vec<Given> =
         args.programs.iter().map(|path| prove_files::given(path, &tools)).collect::<Result<_, _>>()?;
     let work = work(args, &board, read.job.as_deref())?;
-    if given.iter().any(|one| matches!(one, Given::File(_))) {
+    let side =
+        |one: &Given| if let Given::Own(program) = one { prove_files::own_side(program) } else { None };
+    let named = |face: Face| given.iter().any(|one| side(one) == Some(face));
+    let both = args.side.is_none() && named(Face::Top) && named(Face::Bottom);
+    if both || given.iter().any(|one| matches!(one, Given::File(_))) {
         return files(args, &board, work, given, diagnostics);
     }
     let own = |one: Given| if let Given::Own(program) = one { Some(program) } else { None };
@@ -130,10 +134,12 @@ fn own_programs(
     programs: Vec<Program>,
     mut diagnostics: Vec<Diagnostic>,
 ) -> Result<Answer, Refusal> {
-    let face = match (args.side, &work) {
-        (Some(Side::Bottom), _) => Face::Bottom,
-        (None, Some(work)) => work.setup.face,
-        (Some(Side::Top) | None, _) => Face::Top,
+    let named = programs.iter().find_map(prove_files::own_side);
+    let face = match (args.side, named, &work) {
+        (Some(Side::Bottom), ..) => Face::Bottom,
+        (Some(Side::Top), ..) => Face::Top,
+        (None, Some(named), _) => named,
+        (None, None, work) => work.as_ref().map_or(Face::Top, |work| work.setup.face),
     };
     let side = laid(board, work.as_ref(), (face, args.turn), programs);
     copper_or_none(args, &side)?;

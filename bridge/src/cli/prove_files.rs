@@ -109,6 +109,11 @@ impl Tools {
     }
 }
 
+/// The side that one of Annulus' own programs is for, as `cam` names it; none where its name does not say.
+pub(super) fn own_side(program: &Program) -> Option<Face> {
+    [Face::Top, Face::Bottom].into_iter().find(|side| program.name.ends_with(&format!("-{}", side.name())))
+}
+
 /// The programs for one side, and the board as it lies for them.
 pub(super) struct Laid {
     pub(super) face: Face,
@@ -130,7 +135,10 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
     let mut sides: Vec<Laid> = Vec::new();
     for one in given {
         let (mut program, side, of_files, diagnostics) = match one {
-            Given::Own(program) => (program, None, None, Vec::new()),
+            Given::Own(program) => {
+                let side = if face.is_none() { own_side(&program) } else { None };
+                (program, side.map(|side| side.name().to_owned()), None, Vec::new())
+            }
             Given::File(written) => {
                 let Written { program, side, of_files, diagnostics, .. } = *written;
                 (program, side, Some(of_files), diagnostics)

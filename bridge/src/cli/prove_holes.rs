@@ -3,7 +3,7 @@
 //! Comes in: the sides as they lie, what the job asks. Goes out: sentences and rows of an object. Does not look at copper.
 
 use super::prove_files::Laid;
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::Asked;
 use annulus_core::proof::{self, Drilled, Side};
@@ -40,7 +40,8 @@ impl Done {
 
     /// How many of its sentences were not accepted by their code.
     pub(super) fn unread(&self, accept: &[String]) -> usize {
-        self.diagnostics.iter().filter(|diagnostic| !accept.contains(&diagnostic.code)).count()
+        let open = |told: &&Diagnostic| told.severity > Severity::Note && !accept.contains(&told.code);
+        self.diagnostics.iter().filter(open).count()
     }
 
     /// Its rows of the answer.
@@ -54,8 +55,17 @@ impl Done {
             "shallow": shallow.len(),
             "slots_missing": slots_missing.len(),
         });
-        let Drilled { edges_missing, edges_cut, bitten, repeated, .. } = &self.drilled;
-        let edge = json!({ "missing": edges_missing.len(), "cut": edges_cut, "into_board": bitten.len() });
+        let Drilled {
+            edges_missing, edges_cut, bitten, repeated, inner_missing, tabs_missing, loose, ..
+        } = &self.drilled;
+        let edge = json!({
+            "missing": edges_missing.len(),
+            "cut": edges_cut,
+            "into_board": bitten.len(),
+            "inner_missing": inner_missing.len(),
+            "tabs_missing": tabs_missing.len(),
+            "loose": loose.len(),
+        });
         [
             ("drilled".to_owned(), holes),
             ("cut_out".to_owned(), edge),
@@ -66,7 +76,7 @@ impl Done {
 
 /// A sentence for every kind of fault.
 fn told(drilled: &Drilled) -> Vec<Diagnostic> {
-    let rows: [(&str, &[Point]); 8] = [
+    let rows: [(&str, &[Point]); 10] = [
         ("prove.missing", &drilled.missing),
         ("prove.doubled", &drilled.doubled),
         ("prove.shifted", &drilled.shifted),
@@ -75,6 +85,8 @@ fn told(drilled: &Drilled) -> Vec<Diagnostic> {
         ("prove.slots_missing", &drilled.slots_missing),
         ("prove.edge_missing", &drilled.edges_missing),
         ("prove.into_board", &drilled.bitten),
+        ("prove.inner_missing", &drilled.inner_missing),
+        ("prove.tabs_missing", &drilled.tabs_missing),
     ];
     let found = rows.into_iter().filter(|(_, places)| !places.is_empty()).map(|(code, places)| {
         let named = places.iter().take(NAMED).map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
@@ -83,5 +95,8 @@ fn told(drilled: &Drilled) -> Vec<Diagnostic> {
     });
     let repeated =
         (drilled.repeated > 0).then(|| Diagnostic::error("prove.repeated").with("count", drilled.repeated));
-    found.chain(repeated).collect()
+    // Who plans no tabs holds the board otherwise: it is said, and nobody has to accept it.
+    let loose = (!drilled.loose.is_empty())
+        .then(|| Diagnostic::note("prove.loose").with("count", drilled.loose.len()));
+    found.chain(repeated).chain(loose).collect()
 }

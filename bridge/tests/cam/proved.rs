@@ -12,7 +12,8 @@ fn counts(told: &Value) -> Vec<(&str, u64)> {
         keys.iter().map(|key| (*key, told[part][key].as_u64().unwrap_or(u64::MAX))).collect()
     };
     let holes = of("drilled", &["missing", "doubled", "shifted", "wrong_size", "shallow", "slots_missing"]);
-    let all = [holes, of("cut_out", &["missing", "into_board"])].concat();
+    let edge = of("cut_out", &["missing", "into_board", "inner_missing", "tabs_missing", "loose"]);
+    let all = [holes, edge].concat();
     all.into_iter().filter(|(_, count)| *count > 0).collect()
 }
 
@@ -89,6 +90,11 @@ fn one_word_changed_in_a_file_is_found() {
     let files = sample(home);
     let texts: Vec<String> = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
     type Change = fn(&str) -> String;
+    // The first tab of the last pass cut through, and every tab.
+    let tab = |text: &str, most: usize| {
+        let (before, last) = text.split_at(text.find("Z-2.1000").unwrap());
+        before.to_owned() + &last.replacen("Z-1.0000", "Z-2.1000", most)
+    };
     let rows: [(&str, Change, &str); 7] = [
         ("drill-0.8", |text| text.replace("drill 0.8", "drill 1.0"), "wrong_size"),
         ("drill-3.2", |text| text.replace("drill 3.2", "drill 0.4"), "wrong_size"),
@@ -110,6 +116,18 @@ fn one_word_changed_in_a_file_is_found() {
         }
         fs::write(&files[index], &texts[index]).unwrap();
     }
+    let index = files.iter().position(|file| file.to_string_lossy().contains("cut-out")).unwrap();
+    for (most, wanted) in
+        [(1, vec![("tabs_missing", 1)]), (usize::MAX, vec![("tabs_missing", 1), ("loose", 1)])]
+    {
+        let changed = tab(&texts[index], most);
+        assert_ne!(changed, texts[index]);
+        fs::write(&files[index], changed).unwrap();
+        let (exit, told) = prove(home, "board", &files, &["--job", "job.toml"]);
+        assert_eq!((exit, counts(&told)), (1, wanted), "{told}");
+        assert!(codes(&told["diagnostics"]).contains(&"prove.tabs_missing"), "{told}");
+    }
+    fs::write(&files[index], &texts[index]).unwrap();
     // Tools as a person says them: of one file that says nothing itself, beside others of the same number.
     let nameless = |text: &str| text.replace("tool 3", "tool 1").replace("(tool 1: drill 0.8)", "");
     fs::write(&files[2], nameless(&texts[2])).unwrap();
@@ -131,6 +149,31 @@ fn one_word_changed_in_a_file_is_found() {
     assert!(said(&without("isolate"), &[]).contains(&"prove.not_isolated".to_owned()));
     let twice = [files.as_slice(), &files[..1]].concat();
     assert!(said(&twice, &[]).contains(&"prove.repeated".to_owned()));
+}
+
+#[test]
+fn programs_of_both_sides_are_proved_each_on_its_own() {
+    let folder = folder();
+    let home = folder.path();
+    fs::create_dir(home.join("board")).unwrap();
+    for name in BOARD {
+        fs::rename(home.join(name), home.join("board").join(name)).unwrap();
+    }
+    let top = fs::read_to_string(home.join("board").join(BOARD[1])).unwrap();
+    assert!(top.contains("Copper,L1,Top"));
+    fs::write(home.join("board/sensor-bottom.gbr"), top.replace("Copper,L1,Top", "Copper,L2,Bot")).unwrap();
+    let cam = "cam board --machine hobby --cure --to program -o own --save-job job.toml";
+    let (exit, told) = answer(home, cam);
+    assert_eq!(exit, 0, "{told}");
+    let (top, bottom) = ("own/board-top.program", "own/board-bottom.program");
+    let (exit, told) = answer(home, &format!("prove board {top} {bottom} --job job.toml"));
+    assert_eq!((exit, counts(&told)), (0, vec![]), "{told}");
+    assert_eq!(told["sides"].as_array().map(Vec::len), Some(2), "{told}");
+    // One of them, on the side that its name says; the other way round it is another board.
+    let missing = |told: &Value| told["findings"].as_array().map(Vec::len);
+    let (_, alone) = answer(home, &format!("prove board {bottom} --job job.toml"));
+    let (_, said) = answer(home, &format!("prove board {bottom} --side bottom --job job.toml"));
+    assert_eq!(missing(&alone), missing(&said), "{alone}");
 }
 
 /// Boards of the corpus: with holes milled in rings, two holes at one place, slots. The first two on every push.

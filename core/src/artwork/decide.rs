@@ -8,6 +8,7 @@
 //! every reading ─▶ its holes (a sample) ─▶ share on copper ─▶ best allowed, best other
 //! ```
 
+use super::companion::{Companion, base};
 use super::drill::DrillFile;
 use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
 use super::measure::{impossible, odd, oddity};
@@ -18,6 +19,7 @@ use super::registration::{FITS, same_place, same_size};
 use super::second_look::{Look, look};
 use super::{Evidence, Overrides, Source, Zeros, tool_units};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::units::Length;
 
 /// Readings closer than this cannot be told apart by copper.
 const CLOSE: f64 = 0.10;
@@ -25,6 +27,8 @@ const CLOSE: f64 = 0.10;
 const MUCH_BETTER: f64 = 0.30;
 /// Copper under so many of the holes outweighs a report.
 const NEARLY_ALL: f64 = 0.95;
+/// So many words of a report that are otherwise in the file are no slip.
+const FEWEST_DIFFER: usize = 2;
 /// So many holes that lie beside all copper are no chance.
 const MANY: usize = 8;
 
@@ -36,7 +40,8 @@ pub(super) fn program(
     person: &Overrides,
 ) -> Result<FileRead, Diagnostic> {
     let survey = excellon::survey(text);
-    let (stated, table, beside) = companions(name, &survey, neighbours);
+    let Beside { stated, table, companions: beside, foreign } =
+        companions(name, text, &survey, neighbours, person);
     let sensed = excellon::sense(&survey, &stated, person);
     let mut grounds = Grounds {
         name,
@@ -71,6 +76,7 @@ pub(super) fn program(
     diagnostics.extend(impossible(name, &drill));
     diagnostics.extend(choice.seen.into_iter().map(|warning| warning.at(name, 0, 0)));
     diagnostics.extend(beside.iter().flat_map(|companion| disagreements(name, &drill, companion)));
+    diagnostics.extend(foreign);
     file.evidence = Some(choice.evidence);
     for tool in drill.tools.iter_mut().filter(|tool| tool.plated.is_none()) {
         tool.plated = survey.file_plated;
@@ -113,28 +119,86 @@ fn measured(
     Ok((task.reading, drill, diagnostics))
 }
 
-/// What companions that speak of this file say about numbers and tools.
+/// What companions of this file say about numbers and tools.
+#[derive(Default)]
+struct Beside<'a> {
+    stated: excellon::Stated,
+    table: ToolTable,
+    companions: Vec<&'a Companion>,
+    /// Said of reports that are of another board: nothing is taken from them.
+    foreign: Vec<Diagnostic>,
+}
+
+/// Asks the companions that speak of this file, but for those that contradict it.
 fn companions<'a>(
     name: &str,
+    text: &[u8],
     survey: &Survey,
     neighbours: &Neighbours<'a>,
-) -> (excellon::Stated, ToolTable, Vec<&'a super::companion::Companion>) {
-    let mut stated = excellon::Stated::default();
-    let mut table = ToolTable::new();
-    let mut beside = Vec::new();
-    for (own, text, companion) in &neighbours.companions {
-        if companion.speaks_of(own, text, name, survey.routes, neighbours.one_board) {
-            stated.units = stated.units.or(companion.stated.units);
-            stated.digits = stated.digits.or(companion.stated.digits);
-            stated.zeros = stated.zeros.or(companion.stated.zeros);
-            for (&code, row) in &companion.tools {
-                let entry = table.entry(code).or_insert((row.diameter, row.plated));
-                entry.0 = entry.0.or(row.diameter);
-            }
-            beside.push(*companion);
+    person: &Overrides,
+) -> Beside<'a> {
+    let mut beside = Beside::default();
+    for (own, report, companion) in &neighbours.companions {
+        if !companion.speaks_of(own, report, name, survey.routes, neighbours.one_board) {
+            continue;
         }
+        if let Some((differs, agrees)) = contradicts(name, text, survey, companion, person) {
+            let warning = Diagnostic::warning("drill.report_of_another_board").at(name, 0, 0);
+            let warning = warning.with("report", base(own)).with("count", differs);
+            beside.foreign.push(warning.with("of", differs + agrees));
+            continue;
+        }
+        let Beside { stated, table, companions, .. } = &mut beside;
+        stated.units = stated.units.or(companion.stated.units);
+        stated.digits = stated.digits.or(companion.stated.digits);
+        stated.zeros = stated.zeros.or(companion.stated.zeros);
+        for (&code, row) in &companion.tools {
+            let entry = table.entry(code).or_insert((row.diameter, row.plated));
+            entry.0 = entry.0.or(row.diameter);
+        }
+        companions.push(companion);
     }
-    (stated, table, beside)
+    beside
+}
+
+/// How much of what a report says of tools is otherwise in the file, and how much is as there, where the report is of another board:
+/// most of it is otherwise. Sizes count that the file itself gives, numbers of holes, and tools that the report does not know.
+fn contradicts(
+    name: &str,
+    text: &[u8],
+    survey: &Survey,
+    companion: &Companion,
+    person: &Overrides,
+) -> Option<(usize, usize)> {
+    if companion.tools.is_empty() {
+        return None;
+    }
+    let reading = excellon::sense(survey, &companion.stated, person).reading;
+    let table = ToolTable::new();
+    let (drill, _) = excellon::read(&Task { name, text, reading, survey, table: &table }).ok()?;
+    let (mut differs, mut agrees) = (0, 0);
+    for (tool, counts) in drill.tools.iter().zip(drill.counts()) {
+        let holes = counts.hits + counts.slots + counts.routed_paths;
+        if holes == 0 {
+            continue;
+        }
+        let same = match companion.tools.get(&tool.code) {
+            None => vec![false],
+            Some(row) => {
+                let size = tool.diameter.zip(row.diameter).map(|(own, other)| is_one_size(own, other));
+                let count = row.holes.map(|promised| promised == holes);
+                size.into_iter().chain(count).collect()
+            }
+        };
+        agrees += same.iter().filter(|same| **same).count();
+        differs += same.iter().filter(|same| !**same).count();
+    }
+    (differs >= FEWEST_DIFFER && differs > agrees).then_some((differs, agrees))
+}
+
+/// Whether two sizes of a tool are one but for digits.
+fn is_one_size(own: Length, other: Length) -> bool {
+    (own - other).abs().nm() <= 10_000
 }
 
 /// Whether the file says, by an attribute, by its sections or by its name, that none of its holes is plated.
@@ -331,7 +395,7 @@ fn warnings(
 }
 
 /// Where a report counts or measures otherwise than the file.
-fn disagreements(name: &str, drill: &DrillFile, companion: &super::companion::Companion) -> Vec<Diagnostic> {
+fn disagreements(name: &str, drill: &DrillFile, companion: &Companion) -> Vec<Diagnostic> {
     let mut out = Vec::new();
     for (tool, counts) in drill.tools.iter().zip(drill.counts()) {
         let Some(row) = companion.tools.get(&tool.code) else { continue };
@@ -345,9 +409,9 @@ fn disagreements(name: &str, drill: &DrillFile, companion: &super::companion::Co
             out.push(said("drill.report_counts_differ", holes.to_string(), promised.to_string()));
         }
         if let (Some(own), Some(other)) = (tool.diameter, row.diameter)
-            && (own - other).abs().nm() > 10_000
+            && !is_one_size(own, other)
         {
-            let mm = |length: crate::units::Length| format!("{:.3}", length.mm());
+            let mm = |length: Length| format!("{:.3}", length.mm());
             out.push(said("drill.report_sizes_differ", mm(own), mm(other)));
         }
     }

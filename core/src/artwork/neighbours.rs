@@ -151,4 +151,55 @@ mod tests {
         assert_eq!(by(2), by(1));
         assert!(codes(&both.files[2], Severity::Note).contains(&"drill.shifted_with_others"));
     }
+
+    #[test]
+    fn a_report_of_another_board_is_no_evidence() {
+        // Whole inches of 2.4: 1.0000 × 0.5000. The report of the other board says millimetres of 3.3, and tools of its own.
+        let drill = |sizes: bool| {
+            let head = if sizes { "M48\nINCH\nT01C0.0320\nT02C0.0400\n%\n" } else { "" };
+            let hits = |n: u32, y: u32| {
+                (0..n).map(|i| format!("X{:06}Y{y:06}\n", 10_000 + 700 * i)).collect::<String>()
+            };
+            format!("{head}T01\n{}T02\n{}M30\n", hits(9, 5_000), hits(5, 7_000)).into_bytes()
+        };
+        let report = |units: &str, rows: &[(u32, &str, u32)]| {
+            let rows: String = rows.iter().map(|(t, size, n)| format!("T{t:02} {size} {n}\n")).collect();
+            format!("Drill Station Info File\n\nData Mode : Absolute\nUnits : {units}\n\nDrills used:\n\nCode Size used\n\n{rows}")
+                .into_bytes()
+        };
+        let own = report("1/10000 Inch", &[(1, "0.0320inch", 9), (2, "0.0400inch", 5)]);
+        let foreign = report("1/1000 mm", &[(1, "0.600mm", 31), (2, "3.200mm", 4), (3, "1.000mm", 12)]);
+        let read = |sizes: bool, report: Option<&Vec<u8>>| {
+            let mut files = vec![("board.drd", drill(sizes))];
+            files.extend(report.map(|report| ("board.dri", report.clone())));
+            set(&files).files.swap_remove(0)
+        };
+        let another = "drill.report_of_another_board";
+        for sizes in [true, false] {
+            let alone = read(sizes, None);
+            let beside = read(sizes, Some(&foreign));
+            assert!(codes(&beside, Severity::Warning).contains(&another), "{:?}", beside.diagnostics);
+            let numbers = |file: &FileRead| {
+                (file.units, file.number_format, file.zeros, file.evidence.clone().map(|e| e.source))
+            };
+            assert_eq!(numbers(&beside), numbers(&alone), "{sizes}");
+            assert_eq!(beside.drill, alone.drill, "{sizes}");
+            let told = |file: &FileRead| {
+                file.diagnostics
+                    .iter()
+                    .map(|d| d.code.clone())
+                    .filter(|code| code != another)
+                    .collect::<Vec<_>>()
+            };
+            assert_eq!(told(&beside), told(&alone), "{sizes}");
+            let good = read(sizes, Some(&own));
+            assert!(!codes(&good, Severity::Warning).contains(&another));
+            assert_eq!(good.units, Some(super::super::Units::Inch));
+        }
+        let good = read(false, Some(&own)).drill.unwrap().tools[0].diameter.map(|size| size.nm());
+        assert_eq!(good, Some(812_800));
+        // One hole more in a later state is no other board.
+        let later = report("1/10000 Inch", &[(1, "0.0320inch", 10), (2, "0.0400inch", 5)]);
+        assert_eq!(codes(&read(true, Some(&later)), Severity::Warning), ["drill.report_counts_differ"]);
+    }
 }

@@ -61,7 +61,10 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (
         }
     }
     diagnostics.extend(rivals::drills(artwork, used));
-    diagnostics.extend(rivals::boards(artwork, used));
+    match rivals::boards(artwork, used) {
+        Some(several) => diagnostics.push(several),
+        None => diagnostics.extend(rivals::apart(artwork, used)),
+    }
     board.slots.sort_by_key(|slot| (slot.source, slot.line));
     board.name = board.sources.first().map(|name| short(name)).unwrap_or_default();
     outline(&mut board, artwork, used, wanted, &mut diagnostics);

@@ -13,9 +13,14 @@
 use crate::artwork::{Aperture, Artwork, FileRead, Gerber, Object, Role};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Point};
+use crate::units::Length;
 
 /// So many places that two drill files have in common make them two states of one.
 const MANY: usize = 3;
+/// So many holes of a file say where its board is; fewer may be those of a fixture or of the corners.
+const FEWEST: usize = 8;
+/// Holes may lie this far beyond copper or outline.
+const OVERHANG: Length = Length::from_um(2_000);
 /// More drill files than this are not compared with each other.
 const MOST_COMPARED: usize = 40;
 
@@ -96,6 +101,39 @@ pub(super) fn boards(artwork: &Artwork, used: &[usize]) -> Option<Diagnostic> {
     let names: Vec<String> = artwork.boards(&all).into_iter().map(|(name, _)| name).collect();
     let told = Diagnostic::error("board.several").with("count", names.len());
     (names.len() > 1).then(|| told.with("names", names.join(", ")))
+}
+
+/// Tells of files that cannot be of one board by their places: two layers of copper that lie apart, and drill files with more than
+/// half of their holes beyond all copper, or where there is none beyond the outline. Drill files that a shift puts on the copper are
+/// told elsewhere; unplated holes need no copper.
+pub(super) fn apart(artwork: &Artwork, used: &[usize]) -> Vec<Diagnostic> {
+    let boxes = |role: Role| {
+        let layers = artwork.files.iter().filter(move |file| file.role == role);
+        layers.filter_map(|file| Some((file, file.gerber.as_ref()?.centre_bounds()?.grown(OVERHANG))))
+    };
+    let copper: Vec<(&FileRead, Bounds)> = boxes(Role::Copper).collect();
+    let first = copper.first();
+    let away = first.and_then(|(_, own)| copper.iter().find(|(_, other)| !own.meets(*other)));
+    if let Some(((file, _), (other, _))) = first.zip(away) {
+        let error = Diagnostic::error("board.copper_apart").at(&other.name, 0, 0);
+        return vec![error.with("file", &other.name).with("other", &file.name)];
+    }
+    let outlines: Vec<(&FileRead, Bounds)> = boxes(Role::Outline).collect();
+    let within = if copper.is_empty() { outlines } else { copper };
+    let Some((layer, _)) = within.first() else { return Vec::new() };
+    let drills = used.iter().filter_map(|&index| artwork.files.get(index));
+    let drills = drills.filter(|file| file.role == Role::Drill && file.plated != Some(false));
+    let shifted =
+        |file: &&FileRead| file.evidence.as_ref().is_some_and(|evidence| evidence.shift_mm.is_some());
+    let told = drills.filter(|file| !shifted(file)).filter_map(|file| {
+        let holes = places(file).filter(|holes| holes.len() >= FEWEST)?;
+        let outside =
+            holes.iter().filter(|at| !within.iter().any(|(_, bounds)| bounds.contains(**at))).count();
+        let error = Diagnostic::error("board.holes_apart").at(&file.name, 0, 0);
+        let error = error.with("file", &file.name).with("other", &layer.name);
+        (2 * outside > holes.len()).then(|| error.with("count", outside).with("holes", holes.len()))
+    });
+    told.collect()
 }
 
 /// Where a file drills, in order, each place once.

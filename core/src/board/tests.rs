@@ -253,3 +253,55 @@ fn holes_beside_their_pads_are_told_whatever_the_board_is_wanted_for() {
         );
     }
 }
+
+/// A drill file with no name of its own, in mm.
+fn drill(places: &[(f64, f64)]) -> (String, Vec<u8>) {
+    let hits: String = places.iter().map(|(x, y)| format!("X{x:.3}Y{y:.3}\n")).collect();
+    ("drill.drl".to_owned(), format!("M48\nMETRIC\nT1C0.800\n%\nT1\n{hits}M30\n").into_bytes())
+}
+
+#[test]
+fn files_without_names_that_cannot_be_one_board_are_an_error() {
+    let here: Vec<(f64, f64)> =
+        (0..20).map(|i| (f64::from(i * 7 % 19) * 2.0, f64::from(i * 5 % 17))).collect();
+    let moved = |x: f64, y: f64| here.iter().map(|at| (at.0 * 1.3 + x, at.1 * 0.8 + y)).collect::<Vec<_>>();
+    let away = moved(100.0, 50.0);
+    let half = moved(30.0, 3.0);
+    let copper = |name: &str, places: &[(f64, f64)]| (name.to_owned(), layer("Copper,L1,Top", &pads(places)));
+    let nameless = |name: &str, places: &[(f64, f64)]| {
+        let text = String::from_utf8(copper(name, places).1)
+            .unwrap()
+            .replace("%TF.FileFunction,Copper,L1,Top*%\n", "");
+        (name.to_owned(), text.into_bytes())
+    };
+    let said = |files: &[(String, Vec<u8>)]| -> Vec<(Severity, String)> {
+        let artwork = read_set(files, &Overrides::default());
+        let (_, diagnostics) = from_artwork(&artwork, &artwork.default_use());
+        let apart = diagnostics
+            .into_iter()
+            .filter(|told| told.code.ends_with("_apart") || told.code == "board.several");
+        apart.map(|told| (told.severity, told.code)).collect()
+    };
+    let error = |code: &str| vec![(Severity::Error, code.to_owned())];
+    let outline = ("outline.gbr".to_owned(), layer("Profile,NP", &square(0.0, 0.0)));
+    for (files, wanted) in [
+        (vec![nameless("top.gbr", &here), drill(&here)], vec![]),
+        (vec![nameless("top.gbr", &here), nameless("bottom.gbr", &here), drill(&here[..15])], vec![]),
+        (vec![nameless("top.gbr", &here), drill(&away)], error("board.holes_apart")),
+        (vec![nameless("top.gbr", &here), drill(&half)], error("board.holes_apart")),
+        (
+            vec![nameless("top.gbr", &here), nameless("copper.gbr", &away), drill(&away)],
+            error("board.copper_apart"),
+        ),
+        (
+            vec![nameless("top.gbr", &here), nameless("bottom.gbr", &away), drill(&here)],
+            error("board.copper_apart"),
+        ),
+        (vec![outline, drill(&away)], error("board.holes_apart")),
+        // Three holes may be those of a fixture.
+        (vec![nameless("top.gbr", &here), drill(&away[..3])], vec![]),
+    ] {
+        let names: Vec<&str> = files.iter().map(|file| file.0.as_str()).collect();
+        assert_eq!(said(&files), wanted, "{names:?}");
+    }
+}

@@ -60,14 +60,22 @@ impl Work {
 
     fn edge(&self, operation: &Operation, cut_out: &CutOut, depth: Length) -> AskedEdge {
         let widest =
-            operation.bit_names().into_iter().filter_map(|name| self.bit(name)).map(|bit| bit.diameter);
-        let tab = (cut_out.tab_width + widest.max().unwrap_or_default()).nm();
+            operation.bit_names().into_iter().filter_map(|name| self.bit(name)).map(|bit| bit.diameter).max();
+        let tab = (cut_out.tab_width + widest.unwrap_or_default()).nm();
         let tabs = i64::from(cut_out.tabs).max(cut_out.tab_at.len() as i64);
+        let by_hand = cut_out.tab_at.len() as u32;
+        let left = if by_hand > 0 { by_hand } else { cut_out.tabs };
+        let holds = cut_out.bites || cut_out.tab_height > Length::ZERO;
+        let main = self.bit(&operation.bit).map(|bit| bit.diameter);
         AskedEdge {
             depth,
             on_line: cut_out.side == CutSide::On,
             spared: Length::from_nm(tab.saturating_mul(tabs)),
             zones: !self.setup.exclusions.is_empty(),
+            bit: main.or(widest).unwrap_or_default(),
+            tabs: if holds { left } else { 0 },
+            tabs_together: by_hand > 0,
+            tab_width: cut_out.tab_width,
         }
     }
 

@@ -37,6 +37,14 @@ pub struct AskedEdge {
     pub spared: Length,
     /// Zones keep the bit out, wherever they are.
     pub zones: bool,
+    /// Diameter of the bit that goes round the board.
+    pub bit: Length,
+    /// So many tabs are left: on every contour, or on all of them together.
+    pub tabs: u32,
+    /// Whether `tabs` are those of all contours together.
+    pub tabs_together: bool,
+    /// How wide a tab is.
+    pub tab_width: Length,
 }
 
 impl Asked {

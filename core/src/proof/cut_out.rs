@@ -7,8 +7,8 @@
 //!    └──────────────────┘
 //! ```
 //!
-//! Comes in: boards as they lie with what goes deep in them. Goes out: places. Does not look at copper; contours within a board are
-//! not asked for.
+//! Comes in: boards as they lie with what goes deep in them. Goes out: places. Does not look at copper; contours within a board and
+//! tabs are looked at in `held`.
 
 use super::deep::{Deep, Swept};
 use super::drilled::{Drilled, Layer};
@@ -55,7 +55,7 @@ pub(super) fn cut_out(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) {
 fn edges(board: &Board, swept: &Swept, asked: &Asked) -> (Vec<Point>, u32) {
     let (mut missing, mut cut) = (Vec::new(), 0);
     for island in &board.outline.islands {
-        let places = along(&spots(&island.outer));
+        let places = along(&spots(&island.outer), STEP_MM);
         let Some(first) = places.first() else { continue };
         let count = |slack: f64, depth: Length| {
             places.iter().filter(|spot| swept.cover(**spot, slack, depth)).count() as f64
@@ -76,14 +76,14 @@ fn edges(board: &Board, swept: &Swept, asked: &Asked) -> (Vec<Point>, u32) {
     (missing, cut)
 }
 
-/// Places along a way, evenly.
-fn along(spots: &[Spot]) -> Vec<Spot> {
+/// Places along a way, so far apart.
+pub(super) fn along(spots: &[Spot], step_mm: f64) -> Vec<Spot> {
     let (mut places, mut left) = (Vec::new(), 0.0);
     for (from, to) in spots.iter().zip(spots.iter().skip(1)) {
         let length = from.distance(*to);
         while left < length {
             places.push(from.towards(*to, left / length));
-            left += STEP_MM;
+            left += step_mm;
         }
         left -= length;
     }
@@ -149,7 +149,7 @@ impl Body {
             bite.is_some_and(|(_, off)| !meant(off))
         };
         let deep = leg.stretches.iter().filter(|(.., depth)| *depth * 2 >= asked.thickness);
-        let mut places = deep.flat_map(|(from, to, _)| [along(&[*from, *to]), vec![*to]].concat());
+        let mut places = deep.flat_map(|(from, to, _)| [along(&[*from, *to], STEP_MM), vec![*to]].concat());
         places.find(|spot| bites(spot))
     }
 }

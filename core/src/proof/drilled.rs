@@ -10,6 +10,7 @@
 
 use super::cut_out::{self, Body};
 use super::deep::{Deep, legs};
+use super::held;
 use super::repeated;
 use super::slots;
 use crate::board::Board;
@@ -53,6 +54,12 @@ pub struct Drilled {
     pub slots_missing: Vec<Point>,
     /// Contours of the outline along which the board is not cut off.
     pub edges_missing: Vec<Point>,
+    /// Contours within a board that are not cut, or not along most of what the bit comes to.
+    pub inner_missing: Vec<Point>,
+    /// Contours that are left with fewer tabs, or narrower ones, than the job says.
+    pub tabs_missing: Vec<Point>,
+    /// Contours along which nothing is left: the board comes loose there.
+    pub loose: Vec<Point>,
     /// Contours along which it is.
     pub edges_cut: u32,
     /// Swept that cut deep into the board where it has no hole, no slot and no edge.
@@ -102,6 +109,7 @@ pub fn drilled(sides: &[Side<'_>], asked: &Asked) -> Drilled {
     let any = holes(&layers, asked, &mut out);
     slots::slots(&layers, (asked, any), &mut out);
     cut_out::cut_out(&layers, asked, &mut out);
+    held::held(&layers, asked, &mut out);
     out
 }
 
@@ -129,7 +137,7 @@ fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) -> bool {
     let mut any = layers.iter().flat_map(|layer| &layer.legs).any(drills);
     let mut taken: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); layers.len()];
     let own = Places::of(first.board.holes.iter().map(|hole| Some(hole.at)));
-    let mut open = Vec::new();
+    let (mut open, mut pins_begun) = (Vec::new(), false);
     for (number, hole) in first.board.holes.iter().enumerate() {
         let Some(wide) = hole.diameter else { continue };
         let mates =
@@ -150,13 +158,16 @@ fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) -> bool {
             }
         }
         any |= !done.fits.is_empty();
+        pins_begun |= !done.fits.is_empty() && first.pins.contains(&(number as u32));
         if !done.judge(hole.at, asked, out) {
             open.push((number, hole.at));
         }
     }
+    // Nobody asks for pins of files without a job; where one of them is made, the others are.
+    let pins = asked.pins || asked.holes.is_none() && pins_begun;
     for (number, at) in open {
         let pin = first.pins.contains(&(number as u32));
-        if !(if pin { asked.pins } else { asked.holes.unwrap_or(any) }) {
+        if !(if pin { pins } else { asked.holes.unwrap_or(any) }) {
             continue;
         }
         let mut beside = layers.iter().zip(&mut taken);

@@ -19,6 +19,7 @@ mod drilled;
 mod edges;
 mod finding;
 mod groups;
+mod held;
 mod isolated;
 mod lost;
 mod remnants;

@@ -2,6 +2,7 @@
 //! good programs have none; any single fault put into a good one is found.
 
 mod holes;
+mod inside;
 mod seeded;
 mod together;
 

@@ -87,7 +87,7 @@ impl Reader {
             self.tell_once(Severity::Error, "gerber.bad_macro", block.at, block.text);
             return;
         };
-        let comment = matches!(block.text, [b'0'] | [b'0', b' ' | b',' | b'\n' | b'\r' | b'\t', ..]);
+        let comment = matches!(block.written, [b'0'] | [b'0', b' ' | b',' | b'\n' | b'\r' | b'\t', ..]);
         if !comment {
             lines.push(block.text.to_vec());
         }

@@ -80,6 +80,8 @@ impl Reader {
 
     fn run(&mut self, text: &[u8]) {
         for block in blocks(text) {
+            let joined = block.joined();
+            let block = block.with(&joined);
             if self.ended {
                 self.tell(Severity::Note, "gerber.after_end", block.at, block.text);
                 break;
@@ -233,7 +235,10 @@ mod tests {
             ("X0Y0D03*X12", Some("gerber.cut_off")),
             ("X0Y0D03*%ADD11C,0.", Some("gerber.cut_off")),
             ("X0Y0D03*M02", None),
-            ("X0Y12\n34D03*M02*", Some("gerber.broken_word")),
+            ("X0Y12\n34D03*M02*", None),
+            ("X0Y12\r\n34D0\n3*M02*", None),
+            ("X0Y12 34D03*M02*", Some("gerber.broken_word")),
+            ("X0Y0D03\nX5Y5D03*M02*", Some("gerber.broken_word")),
             ("XY0D03*M02*", Some("gerber.broken_word")),
             ("X1.5Y2D03*M02*", Some("gerber.point")),
             ("X0Y0D03*M2.5*X5Y5D03*M02*", Some("gerber.broken_word")),
@@ -284,6 +289,31 @@ mod tests {
         ] {
             let (_, codes) = read_text(&format!("{head}{body}"));
             assert_eq!(codes.iter().map(String::as_str).next(), code, "{body}: {codes:?}");
+        }
+    }
+
+    #[test]
+    fn line_ends_within_a_command_have_no_meaning() {
+        let plain = "%FSLAX36Y36*%%MOMM*%%TF.FileFunction,Copper,L1,Top*%%AMBox*0 a box*$2=$1x2*\
+            21,1,$1,1.25,0,0,30*%%ADD10C,0.1*%%ADD11Box,0.5*%%ADD12R,1.5X0.25*%G04 Plain*\
+            D10*X0Y0D02*X1000000Y2500000D01*D11*X5000000Y5000000D03*D12*X7Y8D03*G36*X0Y0D02*X1000D01*Y1000D01*X0Y0D01*G37*M02*";
+        let (wanted, none) = read_text(plain);
+        assert_eq!((wanted.apertures.len(), none), (3, Vec::new()));
+        for end in ["\n", "\r\n", "\r"] {
+            // A line end behind every byte of every command; the comment keeps its words.
+            let (front, rest) = plain.split_once("G04 Plain*").unwrap();
+            let broken = |text: &str| text.split("").collect::<Vec<_>>().join(end);
+            let (found, codes) = read_text(&format!("{}G04 Plain*{}", broken(front), broken(rest)));
+            assert_eq!(codes, Vec::<String>::new(), "{end:?}");
+            let drawn = |gerber: &Gerber| {
+                let shape = |object: &super::super::object::Object| {
+                    (object.shape.clone(), object.aperture, object.tag)
+                };
+                gerber.objects.iter().map(shape).collect::<Vec<_>>()
+            };
+            assert_eq!(drawn(&found), drawn(&wanted), "{end:?}");
+            assert_eq!(found.apertures, wanted.apertures, "{end:?}");
+            assert_eq!(found.file_function, wanted.file_function, "{end:?}");
         }
     }
 

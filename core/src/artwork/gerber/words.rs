@@ -1,8 +1,8 @@
 //! A Gerber text cut into blocks at `*` and `%`.
 //!
 //! Comes in: bytes. Goes out: [`Block`]s with the line each starts in. Does not tell commands apart: what a block is shows
-//! in its first two bytes, so that a lost `%` loses nothing else. A layer in small letters is put into capitals first. Numbers
-//! behind letters are read here for all commands.
+//! in its first two bytes, so that a lost `%` loses nothing else. Line ends within a block have no meaning and are taken out. A
+//! layer in small letters is put into capitals first. Numbers behind letters are read here for all commands.
 //!
 //! ```text
 //!  %FSLAX24Y24*%   G04 100% of it*   X100Y200D01*   %AMT*1,1,$1,0,0*%
@@ -26,8 +26,10 @@ pub(super) struct At {
 /// One block, without the star behind it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Block<'a> {
-    /// Its bytes; white space may stand inside.
+    /// Its bytes; spaces may stand inside.
     pub(super) text: &'a [u8],
+    /// The same as it stands in the file, line ends included.
+    pub(super) written: &'a [u8],
     /// Where it starts.
     pub(super) at: At,
     /// Its first byte in the text.
@@ -39,7 +41,24 @@ pub(super) struct Block<'a> {
 impl<'a> Block<'a> {
     /// A block that stands in no text.
     pub(super) const fn made(text: &'a [u8]) -> Self {
-        Self { text, at: At { line: 0, column: 0 }, start: 0, ended: true }
+        Self { text, written: text, at: At { line: 0, column: 0 }, start: 0, ended: true }
+    }
+
+    /// Its bytes without line ends, which may stand anywhere in a word; those of a comment as they are.
+    pub(super) fn joined(&self) -> Cow<'a, [u8]> {
+        let is_plain = || matches!(self.text, [b'G' | b'g', b'0', b'4', ..] | [b'G' | b'g', b'4', b' ', ..]);
+        if !self.text.iter().any(is_line_end) || is_plain() {
+            return Cow::Borrowed(self.text);
+        }
+        Cow::Owned(self.text.iter().copied().filter(|byte| !is_line_end(byte)).collect())
+    }
+
+    /// The block with its bytes as `joined` gives them.
+    pub(super) const fn with<'b>(&self, joined: &'b [u8]) -> Block<'b>
+    where
+        'a: 'b,
+    {
+        Block { text: joined, written: self.written, at: self.at, start: self.start, ended: self.ended }
     }
 
     /// Whether it is one that may stand at the end of a file without a star: the end itself, or a comment.
@@ -49,7 +68,10 @@ impl<'a> Block<'a> {
 
     /// The place of one of its bytes.
     pub(super) fn place(&self, offset: usize) -> At {
-        let before = front(self.text, offset);
+        // As many bytes further as line ends were taken out before it.
+        let out = self.written.len() != self.text.len();
+        let mut kept = (0..).zip(self.written).filter(|(_, byte)| !(out && is_line_end(byte)));
+        let before = front(self.written, kept.nth(offset).map_or(self.written.len(), |(at, _)| at));
         let (lines, tail) = lines(before);
         match lines {
             0 => At { line: self.at.line, column: self.at.column + tail },
@@ -60,6 +82,10 @@ impl<'a> Block<'a> {
 
 /// What some programs put behind the end of a text (^Z).
 const END_OF_TEXT: u8 = 0x1A;
+
+const fn is_line_end(byte: &u8) -> bool {
+    matches!(*byte, b'\r' | b'\n')
+}
 
 /// How many lines end in a text, and how many bytes stand behind the last end.
 fn lines(text: &[u8]) -> (u32, u32) {
@@ -118,7 +144,7 @@ pub(super) fn blocks(text: &[u8]) -> impl Iterator<Item = Block<'_>> {
         };
         let inner = rest.get(..length.unwrap_or(rest.len()))?;
         let place = At { line, column: (at - first) as u32 + 1 };
-        let block = Block { text: inner, at: place, start: at, ended: length.is_some() };
+        let block = Block { text: inner, written: inner, at: place, start: at, ended: length.is_some() };
         at += inner.len();
         let (more, tail) = lines(inner);
         if more > 0 {

@@ -31,7 +31,7 @@ fn holed() -> Board {
     }
 }
 
-fn drill(diameter: f64, depth: f64, places: &[(f64, f64)]) -> Program {
+pub(super) fn drill(diameter: f64, depth: f64, places: &[(f64, f64)]) -> Program {
     let stroke = |at: &(f64, f64)| Toolpath { mark: Mark::Hole(0), ..way(&[*at], depth) };
     let strokes: Vec<Toolpath> = places.iter().map(stroke).collect();
     program(bit(diameter, Cutter::Drill), &strokes)
@@ -54,7 +54,7 @@ fn slot(tool: f64, depth: f64) -> Program {
 }
 
 /// Round the board, its middle so far from the edge.
-fn around(tool: f64, away: f64, depth: f64) -> Program {
+pub(super) fn around(tool: f64, away: f64, depth: f64) -> Program {
     program(mill(tool), &[contour((0.0, 0.0, 20.0, 10.0), away, depth)])
 }
 
@@ -69,10 +69,18 @@ fn whole() -> Vec<Program> {
     ]
 }
 
-fn planned() -> Asked {
+pub(super) fn planned() -> Asked {
     let nothing = Asked::nothing(Length::from_mm(1.6));
-    let edge =
-        AskedEdge { depth: nothing.thickness, on_line: false, spared: Length::from_mm(4.0), zones: false };
+    let edge = AskedEdge {
+        depth: nothing.thickness,
+        on_line: false,
+        spared: Length::from_mm(4.0),
+        zones: false,
+        bit: Length::from_mm(1.5),
+        tabs: 0,
+        tabs_together: false,
+        tab_width: Length::from_mm(2.0),
+    };
     Asked { holes: Some(true), slots: Some(true), cut_out: Some(edge), ..nothing }
 }
 

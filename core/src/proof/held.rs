@@ -1,0 +1,160 @@
+//! What is cut within a board, and what holds it once it is cut out (N8 N10).
+//!
+//! ```text
+//!   ┄┄┄┄┄╳━━━━╳┄┄┄┄┄    way of the middle of the bit; where nothing goes through, a tab is left: its width is measured there
+//!   ┌──────────────┐
+//!   │   ╭┄┄┄┄╮     │    a contour within: whatever the bit comes to of its edge must be cut
+//! ```
+//!
+//! Comes in: boards as they lie with what goes deep in them, what the job asks. Goes out: places of contours. Does not look at
+//! copper, nor at how strong a tab is.
+
+use super::cut_out::along;
+use super::deep::{Deep, Swept};
+use super::drilled::{Drilled, Layer};
+use super::edges::{Spot, spots};
+use crate::board::Board;
+use crate::geometry::{Path, Region, grow};
+use crate::job::{Asked, AskedEdge, Bit, Cutter};
+use crate::units::Length;
+
+/// Places along a way are this far apart, in mm.
+const STEP_MM: f64 = 0.1;
+/// What digits of files and chords of arcs may leave, in mm.
+const SLACK_MM: f64 = 0.03;
+/// So much of what the bit comes to of a contour within must be cut.
+const REACHED: f64 = 0.95;
+/// So much of a contour within that the bit does not come into: another tool makes it.
+const OTHERWISE: f64 = 0.3;
+/// A contour is meant to be cut out where so much of it is.
+const MEANT: f64 = 0.5;
+/// A tab may be narrower by this share, and by this many mm: chords and steps.
+const NARROWER: (f64, f64) = (0.1, 0.15);
+
+/// Tells contours within the boards that are not cut, and those around them that too little holds.
+pub(super) fn held(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) {
+    let nobody_says = asked.holes.is_none();
+    if asked.cut_out.is_some() || nobody_says && out.edges_cut > 0 {
+        inner(layers, asked, out);
+    }
+    let through = asked.cut_out.is_none_or(|edge| edge.depth >= asked.thickness);
+    if (asked.cut_out.is_some() || nobody_says) && through {
+        for layer in layers {
+            tabs(layer, asked, out);
+        }
+    }
+}
+
+/// The way of the middle of a bit this wide round a board, outside of it and inside of its inner contours.
+fn middle(board: &Board, asked: &Asked, bit: Length) -> Region {
+    let on_line = asked.cut_out.is_some_and(|edge| edge.on_line);
+    if on_line { board.outline.clone() } else { grow(&board.outline, Length::from_nm(bit.nm() / 2)) }
+}
+
+/// The bit that goes round the board: that of the job, else the widest mill that goes through.
+fn bit(layer: &Layer<'_>, asked: &Asked) -> Length {
+    let mills =
+        layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill && leg.lowest >= asked.thickness);
+    let widest = || mills.map(|leg| leg.bit.diameter).max();
+    asked.cut_out.map(|edge| edge.bit).filter(|bit| *bit > Length::ZERO).or_else(widest).unwrap_or_default()
+}
+
+fn inner(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) {
+    let contours = |layer: &Layer<'_>| -> Vec<Path> {
+        layer.board.outline.islands.iter().flat_map(|island| island.holes.iter().cloned()).collect()
+    };
+    let Some(first) = layers.first().map(contours).filter(|first| !first.is_empty()) else { return };
+    let zones = asked.cut_out.is_some_and(|edge| edge.zones);
+    let depth = asked.cut_out.map_or(asked.thickness, |edge| edge.depth);
+    let mut is_cut = vec![false; first.len()];
+    for layer in layers {
+        let swept = Swept::of(layer.legs.iter());
+        let width = bit(layer, asked);
+        let made = Bit { diameter: width, name: String::new(), cutter: Cutter::Mill };
+        let way = middle(layer.board, asked, width);
+        let paths = way.islands.iter().flat_map(|island| &island.holes);
+        let stretches = paths.flat_map(|path| {
+            let places = spots(path);
+            let pairs = places.iter().zip(places.iter().skip(1));
+            pairs.map(|(from, to)| (*from, *to, asked.thickness)).collect::<Vec<_>>()
+        });
+        let leg = Deep { bit: &made, lowest: asked.thickness, stretches: stretches.collect(), round: None };
+        let reach = Swept::of([&leg].into_iter());
+        for (is_cut, path) in is_cut.iter_mut().zip(contours(layer)) {
+            let places = along(&spots(&path), STEP_MM);
+            let within: Vec<&Spot> =
+                places.iter().filter(|spot| reach.cover(**spot, SLACK_MM, Length::ZERO)).collect();
+            let cut = |spot: &&&Spot| swept.cover(***spot, 2.0 * SLACK_MM, depth);
+            let all: Vec<&Spot> = places.iter().collect();
+            let (asked_for, least) = match (zones, within.is_empty()) {
+                (true, _) => (&all, 0.0),
+                (false, true) => (&all, OTHERWISE),
+                (false, false) => (&within, REACHED),
+            };
+            let done = asked_for.iter().filter(cut).count() as f64;
+            *is_cut |= done > 0.0 && done >= least * asked_for.len() as f64;
+        }
+    }
+    let missing = first.iter().zip(is_cut).filter(|(_, is_cut)| !is_cut);
+    out.inner_missing.extend(missing.map(|(path, _)| path.start));
+}
+
+/// What is left uncut along the outer contours of a side that cuts them.
+fn tabs(layer: &Layer<'_>, asked: &Asked, out: &mut Drilled) {
+    let mills = layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill);
+    let swept = Swept::of(mills);
+    let (mut together, mut first) = (0, None);
+    for island in &middle(layer.board, asked, bit(layer, asked)).islands {
+        let places = along(&spots(&island.outer), STEP_MM);
+        let left: Vec<bool> =
+            places.iter().map(|spot| !swept.cover(*spot, SLACK_MM, asked.thickness)).collect();
+        let cut = left.iter().filter(|left| !**left).count() as f64;
+        let Some(place) = places.first().filter(|_| cut > 0.0 && cut >= MEANT * left.len() as f64) else {
+            continue;
+        };
+        let runs = runs(&left);
+        if runs.is_empty() {
+            out.loose.push(place.point());
+        }
+        let count = asked.cut_out.map_or(0, |edge| count(&runs, &edge));
+        let Some(edge) = asked.cut_out.filter(|edge| !edge.zones) else { continue };
+        together += count;
+        first = first.or(Some(place.point()));
+        if !edge.tabs_together && count < edge.tabs {
+            out.tabs_missing.push(place.point());
+        }
+    }
+    if let (Some(edge), Some(place)) = (asked.cut_out.filter(|edge| edge.tabs_together), first)
+        && together < edge.tabs
+    {
+        out.tabs_missing.push(place);
+    }
+}
+
+/// How many tabs as wide as asked for these runs are; tabs put beside each other by hand are one run.
+fn count(runs: &[f64], edge: &AskedEdge) -> u32 {
+    let wide = edge.tab_width.mm();
+    let least = wide * (1.0 - NARROWER.0) - NARROWER.1;
+    let tabs = |run: &f64| match (*run >= least.max(STEP_MM), edge.tabs_together && wide > 0.0) {
+        (false, _) => 0,
+        (true, true) => ((run + NARROWER.1) / wide).max(1.0) as u32,
+        (true, false) => 1,
+    };
+    runs.iter().map(tabs).sum()
+}
+
+/// The lengths of what is left, round a closed way, in mm.
+fn runs(left: &[bool]) -> Vec<f64> {
+    let Some(start) = left.iter().position(|left| !left) else { return Vec::new() };
+    let (mut runs, mut now) = (Vec::new(), 0_u32);
+    let round = left.iter().cycle().skip(start).take(left.len() + 1);
+    for left in round {
+        if *left {
+            now += 1;
+        } else if now > 0 {
+            runs.push(f64::from(now) * STEP_MM);
+            now = 0;
+        }
+    }
+    runs
+}
