@@ -90,7 +90,10 @@ pub enum Action {
     /// Millimetres or inches.
     Units,
     /// Next region of the page; backwards with Shift.
-    Region(bool),
+    Region {
+        /// To the next, else to the one before.
+        onwards: bool,
+    },
     /// Whole board.
     Fit,
     /// The other side of the board.
@@ -114,7 +117,10 @@ pub enum Action {
     /// To its end.
     End,
     /// Slower or faster.
-    Faster(bool),
+    Faster {
+        /// Faster, else slower.
+        more: bool,
+    },
     /// Pause the job.
     Pause,
     /// Let keys move the machine by hand, or no longer.
@@ -122,7 +128,10 @@ pub enum Action {
     /// Read the position out.
     Speak,
     /// Back by an edit of the Lab, or on again.
-    Undo(bool),
+    Undo {
+        /// Back, else on again.
+        back: bool,
+    },
     /// Something of the Lab's queue.
     Queue(QueueKey),
     /// Something of the job.
@@ -189,7 +198,7 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     shortcut(None, "Ctrl+u", key!("page.key.units"), Action::Units),
     shortcut(None, "Ctrl+k", key!("page.key.palette"), Action::Palette),
     shortcut(None, "F1", key!("page.key.help"), Action::Help),
-    shortcut(None, "F6", key!("page.key.region"), Action::Region(true)),
+    shortcut(None, "F6", key!("page.key.region"), Action::Region { onwards: true }),
     shortcut(None, "Shift+w", key!("page.key.speak"), Action::Speak),
     shortcut(None, "Shift+1", key!("page.key.fit"), Action::Fit),
     shortcut(None, "Shift++", key!("page.key.closer"), Action::ZoomIn),
@@ -202,18 +211,26 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     drawn("n", key!("page.key.draw_node"), DrawKey::Tool(Tool::Node)),
     drawn("d", key!("page.key.draw_measure"), DrawKey::Tool(Tool::Measure)),
     drawn("m", key!("page.key.draw_move"), DrawKey::Move),
-    drawn("ArrowRight", key!("page.key.draw_step"), DrawKey::Step(1, 0, StepSize::Grid)),
-    drawn("Shift+ArrowRight", key!("page.key.draw_step_far"), DrawKey::Step(1, 0, StepSize::Far)),
-    drawn("Ctrl+ArrowRight", key!("page.key.draw_step_fine"), DrawKey::Step(1, 0, StepSize::Fine)),
+    drawn("ArrowRight", key!("page.key.draw_step"), DrawKey::Step { x: 1, y: 0, size: StepSize::Grid }),
+    drawn(
+        "Shift+ArrowRight",
+        key!("page.key.draw_step_far"),
+        DrawKey::Step { x: 1, y: 0, size: StepSize::Far },
+    ),
+    drawn(
+        "Ctrl+ArrowRight",
+        key!("page.key.draw_step_fine"),
+        DrawKey::Step { x: 1, y: 0, size: StepSize::Fine },
+    ),
     drawn("Enter", key!("page.key.draw_place"), DrawKey::Place),
     drawn("End", key!("page.key.draw_end_track"), DrawKey::End),
     drawn("Backspace", key!("page.key.draw_back_piece"), DrawKey::Back),
-    drawn("c", key!("page.key.draw_type"), DrawKey::Type(false)),
-    drawn("@", key!("page.key.draw_type_by"), DrawKey::Type(true)),
+    drawn("c", key!("page.key.draw_type"), DrawKey::Type { from_last: false }),
+    drawn("@", key!("page.key.draw_type_by"), DrawKey::Type { from_last: true }),
     drawn("e", key!("page.key.draw_numbers"), DrawKey::Numbers),
     drawn("F2", key!("page.key.draw_rename"), DrawKey::Rename),
     drawn("h", key!("page.key.draw_dim"), DrawKey::Act(Act::Dim)),
-    drawn("r", key!("page.key.draw_turn"), DrawKey::Act(Act::Turn(QUARTER_MDEG))),
+    drawn("r", key!("page.key.draw_turn"), DrawKey::Act(Act::Turn { mdeg: QUARTER_MDEG })),
     drawn("b", key!("page.key.draw_mirror"), DrawKey::Act(Act::Mirror { x: true })),
     drawn("Shift+b", key!("page.key.draw_mirror_y"), DrawKey::Act(Act::Mirror { x: false })),
     drawn("Ctrl+a", key!("page.key.draw_all"), DrawKey::Act(Act::All)),
@@ -224,40 +241,40 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     drawn("Delete", key!("page.key.draw_delete"), DrawKey::Act(Act::Delete)),
     drawn("Ctrl+g", key!("page.key.draw_group"), DrawKey::Group),
     drawn("Ctrl+Shift+g", key!("page.key.draw_ungroup"), DrawKey::Act(Act::Ungroup)),
-    drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Act(Act::Undo(true))),
-    drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo(false))),
+    drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Act(Act::Undo { back: true })),
+    drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo { back: false })),
     drawn("g", key!("page.key.draw_snap"), DrawKey::Act(Act::Snap)),
     drawn("Shift+g", key!("page.key.draw_next_grid"), DrawKey::Act(Act::NextGrid)),
-    drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side(true)),
-    drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side(false)),
+    drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side { upper: true }),
+    drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side { upper: false }),
     shortcut(Some(Tab::Cam), "a", key!("page.key.add"), Action::Cam(CamKey::Add)),
-    shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), Action::Cam(CamKey::Move(true))),
-    shortcut(Some(Tab::Cam), "Alt+ArrowDown", key!("page.key.down"), Action::Cam(CamKey::Move(false))),
+    shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), Action::Cam(CamKey::Move { up: true })),
+    shortcut(Some(Tab::Cam), "Alt+ArrowDown", key!("page.key.down"), Action::Cam(CamKey::Move { up: false })),
     shortcut(Some(Tab::Cam), "Delete", key!("page.key.remove"), Action::Cam(CamKey::Remove)),
-    shortcut(Some(Tab::Cam), "Ctrl+z", key!("page.key.undo"), Action::Cam(CamKey::Undo(true))),
-    shortcut(Some(Tab::Cam), "Ctrl+y", key!("page.key.redo"), Action::Cam(CamKey::Undo(false))),
-    shortcut(Some(Tab::Cam), "F8", key!("page.key.problem"), Action::Cam(CamKey::Problem(true))),
+    shortcut(Some(Tab::Cam), "Ctrl+z", key!("page.key.undo"), Action::Cam(CamKey::Undo { back: true })),
+    shortcut(Some(Tab::Cam), "Ctrl+y", key!("page.key.redo"), Action::Cam(CamKey::Undo { back: false })),
+    shortcut(Some(Tab::Cam), "F8", key!("page.key.problem"), Action::Cam(CamKey::Problem { next: true })),
     shortcut(Some(Tab::Cam), "s", key!("page.key.simulate"), Action::Show(Tab::Simulate)),
     shortcut(Some(Tab::Simulate), "Space", key!("page.key.play"), Action::Play),
     shortcut(
         Some(Tab::Simulate),
         "ArrowRight",
         key!("page.key.segment"),
-        Action::Step(Stride::Segment(true)),
+        Action::Step(Stride::Segment { onwards: true }),
     ),
     shortcut(
         Some(Tab::Simulate),
         "Shift+ArrowRight",
         key!("page.key.hole"),
-        Action::Step(Stride::Hole(true)),
+        Action::Step(Stride::Hole { onwards: true }),
     ),
     shortcut(
         Some(Tab::Simulate),
         "Ctrl+ArrowRight",
         key!("page.key.hundredth"),
-        Action::Step(Stride::Percent(true)),
+        Action::Step(Stride::Percent { onwards: true }),
     ),
-    shortcut(Some(Tab::Simulate), ".", key!("page.key.faster"), Action::Faster(true)),
+    shortcut(Some(Tab::Simulate), ".", key!("page.key.faster"), Action::Faster { more: true }),
     shortcut(Some(Tab::Simulate), "Home", key!("page.key.beginning"), Action::Beginning),
     shortcut(Some(Tab::Simulate), "End", key!("page.key.end"), Action::End),
     shortcut(Some(Tab::Machine), "Space", key!("page.key.pause"), Action::Pause),
@@ -273,13 +290,22 @@ pub enum CamKey {
     /// Add an operation.
     Add,
     /// The chosen operation up or down.
-    Move(bool),
+    Move {
+        /// Up, else down.
+        up: bool,
+    },
     /// Back by an edit, or on again.
-    Undo(bool),
+    Undo {
+        /// Back, else on again.
+        back: bool,
+    },
     /// Take the chosen operation out.
     Remove,
     /// Show the next finding, or the one before.
-    Problem(bool),
+    Problem {
+        /// The next, else the one before.
+        next: bool,
+    },
 }
 
 /// What a key asks of the queue. It runs in this page's own drill, unless the person chose the machine and it is still.
@@ -297,11 +323,20 @@ pub enum QueueKey {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stride {
     /// To the next segment.
-    Segment(bool),
+    Segment {
+        /// Onwards, else back.
+        onwards: bool,
+    },
     /// To the next hole.
-    Hole(bool),
+    Hole {
+        /// Onwards, else back.
+        onwards: bool,
+    },
     /// A hundredth of the whole.
-    Percent(bool),
+    Percent {
+        /// Onwards, else back.
+        onwards: bool,
+    },
 }
 
 /// Whether a key is the one that is held for more.
@@ -327,7 +362,7 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
         return (!press.repeat).then_some(Action::Escape);
     }
     if key == "F6" {
-        return Some(Action::Region(!press.shift));
+        return Some(Action::Region { onwards: !press.shift });
     }
     if press.repeat && matches!(key, "F1" | "?") {
         return None;
@@ -370,7 +405,7 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
             (_, "u" | "U") => Some(Action::Units),
             (_, ",") => Some(Action::Show(Tab::Settings)),
             (Tab::Simulate, "ArrowLeft" | "ArrowRight") => {
-                Some(Action::Step(Stride::Percent(key == "ArrowRight")))
+                Some(Action::Step(Stride::Percent { onwards: key == "ArrowRight" }))
             }
             _ => None,
         };
@@ -386,8 +421,8 @@ fn in_lab(press: &Press, key: &str) -> Option<Action> {
         "f9" => Some(Action::Queue(QueueKey::Break)),
         "f10" => Some(Action::Queue(QueueKey::Step)),
         _ if press.in_lines => None,
-        "z" if press.ctrl => Some(Action::Undo(!press.shift)),
-        "y" if press.ctrl && !press.shift => Some(Action::Undo(false)),
+        "z" if press.ctrl => Some(Action::Undo { back: !press.shift }),
+        "y" if press.ctrl && !press.shift => Some(Action::Undo { back: false }),
         _ => None,
     }
 }
@@ -396,13 +431,13 @@ fn in_lab(press: &Press, key: &str) -> Option<Action> {
 fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
     if press.alt {
         let up = key == "ArrowUp";
-        return (!press.ctrl && (up || key == "ArrowDown")).then_some(CamKey::Move(up));
+        return (!press.ctrl && (up || key == "ArrowDown")).then_some(CamKey::Move { up });
     }
     match key.to_ascii_lowercase().as_str() {
-        "f8" if !press.ctrl => Some(CamKey::Problem(!press.shift)),
+        "f8" if !press.ctrl => Some(CamKey::Problem { next: !press.shift }),
         _ if press.in_text => None,
-        "z" if press.ctrl => Some(CamKey::Undo(!press.shift)),
-        "y" if press.ctrl && !press.shift => Some(CamKey::Undo(false)),
+        "z" if press.ctrl => Some(CamKey::Undo { back: !press.shift }),
+        "y" if press.ctrl && !press.shift => Some(CamKey::Undo { back: false }),
         "a" if !press.ctrl && !press.shift => Some(CamKey::Add),
         "delete" if !press.ctrl => Some(CamKey::Remove),
         _ => None,
@@ -428,13 +463,17 @@ fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
         (Tab::Simulate, " ") => (!press.repeat).then_some(Action::Play),
         (Tab::Simulate, "ArrowLeft" | "ArrowRight") => {
             let on = key == "ArrowRight";
-            Some(Action::Step(if press.shift { Stride::Hole(on) } else { Stride::Segment(on) }))
+            Some(Action::Step(if press.shift {
+                Stride::Hole { onwards: on }
+            } else {
+                Stride::Segment { onwards: on }
+            }))
         }
         (Tab::Simulate, "Home") => Some(Action::Beginning),
         (Tab::Simulate, "End") => Some(Action::End),
         (Tab::Simulate, "t" | "T") if !press.shift => Some(Action::FromAbove),
         (Tab::Simulate, "h" | "H") if !press.shift => Some(Action::HomeView),
-        (Tab::Simulate, "," | ".") => Some(Action::Faster(key == ".")),
+        (Tab::Simulate, "," | ".") => Some(Action::Faster { more: key == "." }),
         (Tab::Draw | Tab::Board | Tab::Cam | Tab::Machine, "Home") => Some(Action::Fit),
         _ => None,
     }
@@ -496,8 +535,8 @@ mod tests {
             ("Space", Tab::Board, None),
             ("control+Space", Tab::Machine, None),
             ("text+Space", Tab::Machine, None),
-            ("Shift+ArrowRight", Tab::Simulate, Some(Action::Step(Stride::Hole(true)))),
-            ("Ctrl+ArrowLeft", Tab::Simulate, Some(Action::Step(Stride::Percent(false)))),
+            ("Shift+ArrowRight", Tab::Simulate, Some(Action::Step(Stride::Hole { onwards: true }))),
+            ("Ctrl+ArrowLeft", Tab::Simulate, Some(Action::Step(Stride::Percent { onwards: false }))),
             ("2", Tab::Board, Some(Action::Show(Tab::Cam))),
             ("4", Tab::Board, Some(Action::Show(Tab::Machine))),
             ("5", Tab::Board, Some(Action::Show(Tab::Lab))),
@@ -506,17 +545,17 @@ mod tests {
             ("h", Tab::Simulate, Some(Action::HomeView)),
             ("t", Tab::Board, None),
             ("text+f", Tab::Board, None),
-            ("Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
-            ("text+Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
+            ("Ctrl+z", Tab::Lab, Some(Action::Undo { back: true })),
+            ("text+Ctrl+z", Tab::Lab, Some(Action::Undo { back: true })),
             ("lines+Ctrl+z", Tab::Lab, None),
-            ("Ctrl+Shift+Z", Tab::Lab, Some(Action::Undo(false))),
-            ("Ctrl+y", Tab::Lab, Some(Action::Undo(false))),
+            ("Ctrl+Shift+Z", Tab::Lab, Some(Action::Undo { back: false })),
+            ("Ctrl+y", Tab::Lab, Some(Action::Undo { back: false })),
             ("Ctrl+z", Tab::Board, None),
-            ("Ctrl+z", Tab::Cam, Some(Action::Cam(CamKey::Undo(true)))),
+            ("Ctrl+z", Tab::Cam, Some(Action::Cam(CamKey::Undo { back: true }))),
             ("text+Ctrl+z", Tab::Cam, None),
-            ("Alt+ArrowUp", Tab::Cam, Some(Action::Cam(CamKey::Move(true)))),
+            ("Alt+ArrowUp", Tab::Cam, Some(Action::Cam(CamKey::Move { up: true }))),
             ("Alt+ArrowDown", Tab::Board, None),
-            ("Shift+F8", Tab::Cam, Some(Action::Cam(CamKey::Problem(false)))),
+            ("Shift+F8", Tab::Cam, Some(Action::Cam(CamKey::Problem { next: false }))),
             ("a", Tab::Cam, Some(Action::Cam(CamKey::Add))),
             ("text+a", Tab::Cam, None),
             ("Delete", Tab::Cam, Some(Action::Cam(CamKey::Remove))),
@@ -540,12 +579,16 @@ mod tests {
             ("text+x", Tab::Draw, None),
             ("x", Tab::Board, None),
             ("Ctrl+Alt+z", Tab::Draw, None),
-            ("Ctrl+Shift+z", Tab::Draw, Some(Action::Draw(DrawKey::Act(Act::Undo(false))))),
+            ("Ctrl+Shift+z", Tab::Draw, Some(Action::Draw(DrawKey::Act(Act::Undo { back: false })))),
             ("control+Enter", Tab::Draw, None),
             ("control+ArrowUp", Tab::Draw, None),
             ("control+Delete", Tab::Draw, Some(Action::Draw(DrawKey::Act(Act::Delete)))),
             ("f", Tab::Draw, Some(Action::Flip)),
-            ("Shift+ArrowDown", Tab::Draw, Some(Action::Draw(DrawKey::Step(0, -1, StepSize::Far)))),
+            (
+                "Shift+ArrowDown",
+                Tab::Draw,
+                Some(Action::Draw(DrawKey::Step { x: 0, y: -1, size: StepSize::Far })),
+            ),
         ];
         for (text, tab, expected) in rows {
             assert_eq!(action(&press(text), tab), expected, "{text} on {tab:?}");

@@ -94,7 +94,7 @@ impl Owner {
                 .with("broken", told.broken)
                 .with("slipped", told.slipped_steps);
             let left = if told.slipped_steps > 0 { Trust::Suspect } else { Trust::Trusted };
-            self.pending.push_back(Event::BoardDiffers(why, left));
+            self.pending.push_back(Event::BoardDiffers { alarm: why, left });
         }
     }
 }

@@ -72,7 +72,10 @@ pub enum Ended {
     /// A sensor that must not be reached turned on.
     Guarded(Input),
     /// A step came so many ticks too late for its motor.
-    Late(u64),
+    Late {
+        /// How late.
+        ticks: u64,
+    },
     /// Not begun: the tip was down in the board, this task did not come in time, and the tip was lifted.
     Starved,
     /// The path did not come in time, or the way to the pins was cut: it came to rest on the path, every step counted.
@@ -128,11 +131,20 @@ pub enum Said {
     /// To be done after what was ordered before.
     Order(Message),
     /// Every task up to this one comes to rest, at once.
-    Stop(u64),
+    Stop {
+        /// Number of the last task that is meant.
+        upto: u64,
+    },
     /// So many legs are durable.
-    Durable(u32),
+    Durable {
+        /// How many.
+        legs: u32,
+    },
     /// Everything at so many percent of the planned feed.
-    FeedOverride(u8),
+    FeedOverride {
+        /// Of the planned feed.
+        percent: u8,
+    },
     /// A move by hand may go for a moment.
     Grant,
     /// It may not any more.
@@ -152,9 +164,17 @@ pub enum Message {
         steps: i64,
     },
     /// The spindle's speed at rest.
-    Spindle(u32),
+    Spindle {
+        /// Its speed; 0 is off.
+        rpm: u32,
+    },
     /// An output by its place among the machine's names.
-    Output(u8, bool),
+    Output {
+        /// Its place among the machine's outputs.
+        place: u8,
+        /// On, else off.
+        on: bool,
+    },
     /// A new bit is in the spindles.
     Bit(Bit),
     /// It ends, and there is nobody who could still make the machine safe.
@@ -180,7 +200,7 @@ impl Shared {
     /// Every task up to `id` comes to rest.
     pub fn stop(&self, id: u64) {
         self.stop_upto.fetch_max(id, Ordering::SeqCst);
-        self.say(Said::Stop(id));
+        self.say(Said::Stop { upto: id });
     }
 
     /// Up to which task everything is to rest.
@@ -191,7 +211,7 @@ impl Shared {
     /// So many legs are on the disk.
     pub fn set_durable(&self, legs: u32) {
         self.durable.store(legs, Ordering::SeqCst);
-        self.say(Said::Durable(legs));
+        self.say(Said::Durable { legs });
     }
 
     /// How many legs are on the disk.
@@ -202,7 +222,7 @@ impl Shared {
     /// Everything goes at so many percent of the planned feed.
     pub fn set_feed_override(&self, percent: u8) {
         self.slower.store(100 - percent.min(100), Ordering::SeqCst);
-        self.say(Said::FeedOverride(percent));
+        self.say(Said::FeedOverride { percent });
     }
 
     /// Percent of the planned feed.
@@ -301,7 +321,7 @@ impl Executor {
 
     /// Sets the spindle's speed at rest.
     pub(crate) fn spindle(&self, rpm: u32) {
-        self.seat.order(Message::Spindle(rpm));
+        self.seat.order(Message::Spindle { rpm });
     }
 
     /// Spindle off at rest. Where nobody is left to do it, everything off at once.
@@ -315,7 +335,7 @@ impl Executor {
 
     /// Switches an output, by its place among the machine's names, at rest.
     pub(crate) fn output(&self, place: u8, on: bool) {
-        self.seat.order(Message::Output(place, on));
+        self.seat.order(Message::Output { place, on });
     }
 
     /// A new bit of this kind is in the spindles.

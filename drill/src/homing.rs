@@ -34,10 +34,10 @@ impl Owner {
             Ok(next) => self.homing_goes_on(homing, next),
             Err((why, Harm::None)) => {
                 self.pending.push_back(Event::Homed);
-                self.pending.push_back(Event::Failed(why, Trust::Trusted));
+                self.pending.push_back(Event::Failed { alarm: why, left: Trust::Trusted });
             }
             Err((why, Harm::Suspect | Harm::Lost)) => {
-                self.pending.push_back(Event::Failed(why, Trust::Lost));
+                self.pending.push_back(Event::Failed { alarm: why, left: Trust::Lost });
             }
         }
     }

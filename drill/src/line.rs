@@ -121,7 +121,7 @@ impl Line {
                 let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
                 let (reply, answer) = channel();
                 self.waiting.push(Waiting::Answer(answer, percent));
-                return vec![Asked::Message(Message::Ask(ask, Some(self.tickets.now()), reply))];
+                return vec![Asked::Message(Message::Ask { ask, ticket: Some(self.tickets.now()), reply })];
             }
         }
         Vec::new()

@@ -105,11 +105,11 @@ impl Place {
                     report(done);
                 }
                 Message::Correct { axis, steps } => self.line.position[axis] += steps,
-                Message::Spindle(rpm) => {
+                Message::Spindle { rpm } => {
                     self.pins.spindle(self.line.tick, rpm);
                     self.rpm = rpm;
                 }
-                Message::Output(place, on) => self.pins.output(self.line.tick, place, on),
+                Message::Output { place, on } => self.pins.output(self.line.tick, place, on),
                 Message::Bit(bit) => self.pins.bit(self.line.tick, &bit),
                 Message::Abandon => {
                     self.lift().await;
@@ -126,7 +126,7 @@ impl Place {
         let start = self.line.tick;
         let (mut completed, mut ended) = (0, Ended::Completed);
         for segment in &task.segments {
-            if let Effect::Spindle(rpm) = segment.effect {
+            if let Effect::Spindle { rpm } = segment.effect {
                 self.rpm = rpm;
             }
             self.leave(Some(segment));
@@ -141,7 +141,7 @@ impl Place {
             }
             completed += 1;
         }
-        let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::Late(_));
+        let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::Late { .. });
         self.lift_to = task.lift_to.filter(|_| foreseen);
         let surface = self.machine.z.scale.steps(self.machine.process.surface);
         let is_low = self.line.position.iter().skip(2).any(|z| *z < surface);
@@ -203,7 +203,7 @@ impl Place {
             Outcome::Gated(at) => Ended::Gated(at),
             Outcome::Unmet(gate) => Ended::Unmet(gate),
             Outcome::Guarded(input) => Ended::Guarded(input),
-            Outcome::Late(ticks) => Ended::Late(ticks),
+            Outcome::Late { ticks } => Ended::Late { ticks },
             Outcome::Stopped => Ended::Stopped,
         }
     }
@@ -269,7 +269,7 @@ impl Operator for Counter<'_> {
         }
         match self.shared.feed_override() {
             100 => Order::Go,
-            percent => Order::At(percent),
+            percent => Order::At { percent },
         }
     }
 

@@ -140,8 +140,8 @@ impl Prepared {
         let (mut bit, mut rpm) = (None, 0);
         for effect in self.stream.effects_before(first) {
             match effect {
-                Effect::Spindle(speed) => rpm = speed,
-                Effect::AwaitBit(wanted) => bit = Some(wanted),
+                Effect::Spindle { rpm: speed } => rpm = speed,
+                Effect::AwaitBit { bit: wanted } => bit = Some(wanted),
                 Effect::None => {}
             }
         }

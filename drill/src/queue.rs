@@ -142,7 +142,7 @@ impl Owner {
             Ended::Gated(at) => Outcome::Gated(at),
             Ended::Unmet(gate) => Outcome::Unmet(gate),
             Ended::Guarded(input) => Outcome::Guarded(input),
-            Ended::Late(ticks) => Outcome::Late(ticks),
+            Ended::Late { ticks } => Outcome::Late { ticks },
             Ended::Stopped | Ended::Starved | Ended::RanDry => Outcome::Stopped,
         };
         let Report { position, inputs, ticks, .. } = *report;
@@ -152,7 +152,7 @@ impl Owner {
     fn queue_act(&mut self, actions: Vec<Action>) {
         for action in actions {
             match action {
-                Action::Output(place, on) => self.executor.output(place, on),
+                Action::Output { place, on } => self.executor.output(place, on),
                 Action::Correct { axis, steps } => {
                     for axis in cycles::together(&self.machine, axis) {
                         self.executor.correct(axis, steps);
@@ -180,7 +180,7 @@ impl Owner {
         let Some(lab) = &self.lab else { return };
         let all = lab.run.standing().all_homed();
         if all != (self.session.trust == Trust::Trusted) && (all || lab.run.homes()) {
-            self.pending.push_back(Event::Counted(all));
+            self.pending.push_back(Event::Counted { all_homed: all });
         }
     }
 
@@ -206,7 +206,7 @@ impl Owner {
                     Harm::Suspect => Trust::Suspect,
                     Harm::Lost => Trust::Lost,
                 };
-                Event::Failed(why, left)
+                Event::Failed { alarm: why, left }
             }
         };
         self.pending.push_back(event);
@@ -225,7 +225,7 @@ impl Owner {
             let actions = lab.run.stopped();
             lab.phase = QueuePhase::Stopped;
             let switched =
-                actions.into_iter().filter(|action| matches!(action, Action::Output(..))).collect();
+                actions.into_iter().filter(|action| matches!(action, Action::Output { .. })).collect();
             self.queue_act(switched);
         }
         self.tell_queue(true);

@@ -13,6 +13,7 @@ mod floor_plan;
 mod hostile_gerber;
 mod languages;
 mod mutations;
+mod named_fields;
 mod page_floors;
 mod page_words;
 mod pairing;

@@ -185,6 +185,6 @@ mod tests {
         }
         let long = format!("{{\"tables\":[{:?},null,null]}}", vec![1; 500]);
         assert_eq!(LabEdits::of_kept(&long).tables[0].as_ref().map(Vec::len), Some(phases::MOST_COLUMNS));
-        assert_eq!(bench.with_table(9, &[1], &Edit::Rotate(1)), bench);
+        assert_eq!(bench.with_table(9, &[1], &Edit::Rotate { by: 1 }), bench);
     }
 }

@@ -22,7 +22,14 @@ pub enum Event {
     /// An alarm.
     Alarm(Diagnostic),
     /// A job ended, after so many holes and so many toolpaths.
-    Ended(Ending, u32, u32),
+    Ended {
+        /// How it ended.
+        ending: Ending,
+        /// How many holes.
+        holes: u32,
+        /// How many toolpaths.
+        toolpaths: u32,
+    },
     /// A wish was refused.
     Refused(Diagnostic),
     /// This page asked for something, by its name on the wire.
@@ -37,7 +44,10 @@ pub enum Event {
     /// The machine's settings are others now.
     Settings,
     /// The link came or went.
-    Link(bool),
+    Link {
+        /// It came, else it went.
+        open: bool,
+    },
 }
 
 /// What an entry is about.
@@ -62,10 +72,10 @@ impl Event {
     /// What it is about.
     pub fn kind(&self) -> Kind {
         match self {
-            Self::State(_) | Self::Ended(..) => Kind::Machine,
+            Self::State(_) | Self::Ended { .. } => Kind::Machine,
             Self::Alarm(_) | Self::Refused(_) => Kind::Trouble,
             Self::Asked(_) => Kind::Asked,
-            Self::Control { .. } | Self::Settings | Self::Link(_) => Kind::Link,
+            Self::Control { .. } | Self::Settings | Self::Link { .. } => Kind::Link,
         }
     }
 }
@@ -164,7 +174,7 @@ mod tests {
         assert!(log.newest(|kind| kind == Kind::Asked).iter().all(|entry| entry.event.kind() == Kind::Asked));
         assert_eq!(log.newest(|kind| kind == Kind::Trouble), []);
         log.clear();
-        log.add(0.0, Event::Link(true));
+        log.add(0.0, Event::Link { open: true });
         assert_eq!(log.newest(|_| true)[0].number, 601);
     }
 

@@ -120,11 +120,22 @@ pub enum Edit {
     /// Left becomes right, within the block.
     Mirror(Block),
     /// All columns on by so many, round the end.
-    Rotate(isize),
+    Rotate {
+        /// How many columns; below 0 to the left.
+        by: isize,
+    },
     /// So many columns: cut off, or repeated from the beginning.
-    Length(usize),
+    Length {
+        /// How many.
+        columns: usize,
+    },
     /// A copied block with its first cell here; what does not fit is left out.
-    Paste(Cell, Clip),
+    Paste {
+        /// Where its first cell goes.
+        at: Cell,
+        /// What was copied.
+        clip: Clip,
+    },
     /// Another table in its place.
     Replace(Vec<u8>),
 }
@@ -150,17 +161,17 @@ pub fn edited(columns: &[u8], edit: &Edit) -> Vec<u8> {
                 }
             }
         }
-        Edit::Rotate(by) if !next.is_empty() => {
+        Edit::Rotate { by } if !next.is_empty() => {
             let count = next.len() as isize;
             next.rotate_right(by.rem_euclid(count) as usize);
         }
-        Edit::Rotate(_) => {}
-        Edit::Length(count) => {
+        Edit::Rotate { .. } => {}
+        Edit::Length { columns: count } => {
             let count = (*count).clamp(1, MOST_COLUMNS);
             let source = if columns.is_empty() { &[0][..] } else { columns };
             next = source.iter().copied().cycle().take(count).collect();
         }
-        Edit::Paste(at, clip) => {
+        Edit::Paste { at, clip } => {
             for (down, row) in clip.cells.iter().enumerate() {
                 for (right, on) in row.iter().enumerate() {
                     set(&mut next, Cell { line: at.line + down, column: at.column + right }, *on);
@@ -242,32 +253,32 @@ mod tests {
             (&[0x60, 0], Edit::Invert(block((4, 0), (5, 1))), &[0, 0x60]),
             (&[1, 2, 4], Edit::Mirror(whole(3)), &[4, 2, 1]),
             (&[1, 2, 4, 8], Edit::Mirror(block((0, 1), (5, 2))), &[1, 4, 2, 8]),
-            (&[1, 2, 4], Edit::Rotate(1), &[4, 1, 2]),
-            (&[1, 2, 4], Edit::Rotate(-1), &[2, 4, 1]),
-            (&[], Edit::Rotate(1), &[]),
-            (&[1, 2], Edit::Length(5), &[1, 2, 1, 2, 1]),
-            (&[1, 2, 4], Edit::Length(2), &[1, 2]),
-            (&[], Edit::Length(2), &[0, 0]),
+            (&[1, 2, 4], Edit::Rotate { by: 1 }, &[4, 1, 2]),
+            (&[1, 2, 4], Edit::Rotate { by: -1 }, &[2, 4, 1]),
+            (&[], Edit::Rotate { by: 1 }, &[]),
+            (&[1, 2], Edit::Length { columns: 5 }, &[1, 2, 1, 2, 1]),
+            (&[1, 2, 4], Edit::Length { columns: 2 }, &[1, 2]),
+            (&[], Edit::Length { columns: 2 }, &[0, 0]),
         ];
         for (columns, edit, expected) in rows {
             assert_eq!(edited(columns, &edit), expected, "{columns:?} {edit:?}");
         }
-        assert_eq!(edited(&[0; 4], &Edit::Length(900)).len(), MOST_COLUMNS);
+        assert_eq!(edited(&[0; 4], &Edit::Length { columns: 900 }).len(), MOST_COLUMNS);
     }
 
     #[test]
     fn a_copied_block_is_pasted_as_far_as_it_fits() {
         let clip = copied(&TWELVE, block((0, 0), (3, 2)));
-        let pasted = edited(&[0; 12], &Edit::Paste(cell(0, 10), clip.clone()));
+        let pasted = edited(&[0; 12], &Edit::Paste { at: cell(0, 10), clip: clip.clone() });
         assert_eq!(pasted[10..], [5, 5]);
-        assert_eq!(edited(&TWELVE, &Edit::Paste(cell(0, 0), clip.clone())), TWELVE);
-        assert_eq!(edited(&[0; 3], &Edit::Paste(cell(5, 0), clip)), [0x40, 0x40, 0x40]);
+        assert_eq!(edited(&TWELVE, &Edit::Paste { at: cell(0, 0), clip: clip.clone() }), TWELVE);
+        assert_eq!(edited(&[0; 3], &Edit::Paste { at: cell(5, 0), clip }), [0x40, 0x40, 0x40]);
     }
 
     #[test]
     fn inverting_mirroring_and_rotating_twice_gives_the_table_back() {
         let all = whole(12);
-        for edit in [Edit::Invert(all), Edit::Mirror(all), Edit::Rotate(6)] {
+        for edit in [Edit::Invert(all), Edit::Mirror(all), Edit::Rotate { by: 6 }] {
             assert_eq!(edited(&edited(&TWELVE, &edit), &edit), TWELVE, "{edit:?}");
         }
     }

@@ -29,11 +29,20 @@ pub struct Line {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Edit {
     /// An empty line behind this one.
-    Insert(usize),
+    Insert {
+        /// Which line.
+        at: usize,
+    },
     /// The same line once more, behind it.
-    Double(usize),
+    Double {
+        /// Which line.
+        at: usize,
+    },
     /// The line goes.
-    Delete(usize),
+    Delete {
+        /// Which line.
+        at: usize,
+    },
     /// A line moves by one.
     Move {
         /// Which.
@@ -42,7 +51,10 @@ pub enum Edit {
         down: bool,
     },
     /// Breakpoint on or off.
-    Break(usize),
+    Break {
+        /// Which line.
+        at: usize,
+    },
     /// Another word in a line.
     Word {
         /// Which line.
@@ -74,18 +86,18 @@ pub enum Edit {
 pub fn edited(lines: &[Line], edit: &Edit) -> (Vec<Line>, usize) {
     let mut next = lines.to_vec();
     let at = match edit {
-        Edit::Insert(at) => {
+        Edit::Insert { at } => {
             let place = (at + 1).min(next.len());
             next.insert(place, Line::default());
             place
         }
-        Edit::Double(at) => {
+        Edit::Double { at } => {
             if let Some(line) = lines.get(*at) {
                 next.insert(at + 1, line.clone());
             }
             at + 1
         }
-        Edit::Delete(at) => {
+        Edit::Delete { at } => {
             if *at < next.len() {
                 next.remove(*at);
             }
@@ -100,7 +112,7 @@ pub fn edited(lines: &[Line], edit: &Edit) -> (Vec<Line>, usize) {
                 *at
             }
         }
-        Edit::Break(at) => changed(&mut next, *at, |line| line.breakpoint = !line.breakpoint),
+        Edit::Break { at } => changed(&mut next, *at, |line| line.breakpoint = !line.breakpoint),
         Edit::Word { at, word, arguments } => changed(&mut next, *at, |line| {
             line.word.clone_from(word);
             line.arguments.clone_from(arguments);
@@ -205,11 +217,11 @@ mod tests {
     fn edits_as_rows() {
         let words = |lines: &[Line]| lines.iter().map(|line| line.word.clone()).collect::<Vec<_>>().join(" ");
         let rows: [(Edit, &str, usize); 10] = [
-            (Edit::Insert(0), "A  B C", 1),
-            (Edit::Insert(9), "A B C ", 3),
-            (Edit::Double(1), "A B B C", 2),
-            (Edit::Delete(2), "A B", 1),
-            (Edit::Delete(7), "A B C", 2),
+            (Edit::Insert { at: 0 }, "A  B C", 1),
+            (Edit::Insert { at: 9 }, "A B C ", 3),
+            (Edit::Double { at: 1 }, "A B B C", 2),
+            (Edit::Delete { at: 2 }, "A B", 1),
+            (Edit::Delete { at: 7 }, "A B C", 2),
             (Edit::Move { at: 0, down: true }, "B A C", 1),
             (Edit::Move { at: 0, down: false }, "A B C", 0),
             (Edit::Move { at: 2, down: true }, "A B C", 2),
@@ -223,10 +235,10 @@ mod tests {
         }
         let (next, _) = edited(&lines, &Edit::Arguments { at: 1, text: "3\n4".into() });
         assert_eq!(next[1].arguments, "3 4");
-        let (next, _) = edited(&lines, &Edit::Break(2));
-        assert!(next[2].breakpoint && edited(&next, &Edit::Break(2)).0 == lines);
-        assert_eq!(edited(&[], &Edit::Insert(0)).0.len(), 1);
-        assert_eq!(edited(&[], &Edit::Delete(0)), (Vec::new(), 0));
+        let (next, _) = edited(&lines, &Edit::Break { at: 2 });
+        assert!(next[2].breakpoint && edited(&next, &Edit::Break { at: 2 }).0 == lines);
+        assert_eq!(edited(&[], &Edit::Insert { at: 0 }).0.len(), 1);
+        assert_eq!(edited(&[], &Edit::Delete { at: 0 }), (Vec::new(), 0));
     }
 
     #[test]

@@ -93,18 +93,18 @@ pub(crate) fn act(action: Action) {
         Action::Show(tab) => send(FrameEvent::Show { tab }),
         Action::Open => send(FilesEvent::Choose),
         Action::Units => send(FrameEvent::Units { unit: None }),
-        Action::Region(onwards) => next_region(onwards),
+        Action::Region { onwards } => next_region(onwards),
         Action::Flip if frame().tab.get_untracked() == Tab::Simulate => send(FrameEvent::Look { action }),
         Action::Flip => send(FrameEvent::Flip { below: None }),
         Action::Space => send(PlayEvent::Flat { flat: None }),
         Action::Fit | Action::ZoomIn | Action::ZoomOut | Action::FromAbove | Action::HomeView => {
             send(FrameEvent::Look { action });
         }
-        Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
+        Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster { .. } => {
             simulate::act(action);
         }
         Action::Speak => speak(),
-        Action::Undo(back) => send(LabEvent::Undo { back }),
+        Action::Undo { back } => send(LabEvent::Undo { back }),
         Action::Queue(key) => lab::queue_key(key),
         Action::Cam(key) => cam::act(key),
         Action::Draw(key) => drawing::key(key),

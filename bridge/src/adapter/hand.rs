@@ -64,8 +64,8 @@ pub(super) fn run(
                     *place += steps;
                 }
             }
-            Message::Spindle(rpm) => adapter.spindle(rpm)?,
-            Message::Output(_, on) => adapter.output(on)?,
+            Message::Spindle { rpm } => adapter.spindle(rpm)?,
+            Message::Output { on, .. } => adapter.output(on)?,
             Message::Bit(_) => {}
             Message::Abandon => {
                 lift(adapter, memory.lift_to)?;
@@ -88,7 +88,7 @@ fn task(adapter: &mut Adapter, task: &Task, memory: &mut Memory) -> Result<Repor
     (adapter.task, adapter.ticks, memory.follows) = (task.id, 0, None);
     let (mut completed, mut ended) = (0, Ended::Completed);
     while let Some(segment) = task.segments.get(completed) {
-        if let Effect::Spindle(rpm) = segment.effect {
+        if let Effect::Spindle { rpm } = segment.effect {
             adapter.spindle(rpm)?;
         }
         if !may_begin(adapter, task, segment)? {

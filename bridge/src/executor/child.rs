@@ -182,9 +182,9 @@ fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> En
                 }
                 hands.send(message);
             }
-            Ok(Down::Said(Said::Stop(id))) => hands.shared.stop(id),
-            Ok(Down::Said(Said::Durable(legs))) => hands.shared.set_durable(legs),
-            Ok(Down::Said(Said::FeedOverride(percent))) => hands.shared.set_feed_override(percent),
+            Ok(Down::Said(Said::Stop { upto: id })) => hands.shared.stop(id),
+            Ok(Down::Said(Said::Durable { legs })) => hands.shared.set_durable(legs),
+            Ok(Down::Said(Said::FeedOverride { percent })) => hands.shared.set_feed_override(percent),
             Ok(Down::Said(Said::Grant)) => hands.shared.grant(),
             Ok(Down::Said(Said::Revoke)) => hands.shared.revoke(),
             Ok(Down::Alive) => {}

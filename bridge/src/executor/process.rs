@@ -85,9 +85,9 @@ pub(crate) fn start(
         .map_err(failed)?;
     let (orders, frames_down) = channel();
     for said in [
-        Said::Stop(shared.stopped()),
-        Said::Durable(shared.durable()),
-        Said::FeedOverride(shared.feed_override()),
+        Said::Stop { upto: shared.stopped() },
+        Said::Durable { legs: shared.durable() },
+        Said::FeedOverride { percent: shared.feed_override() },
     ] {
         let _ = orders.send(Down::Said(said));
     }

@@ -96,7 +96,10 @@ pub enum Ask {
         height_mm: f64,
     },
     /// This place in machine coordinates becomes work zero, mm.
-    ZeroAt([f64; 3]),
+    ZeroAt {
+        /// X, Y and Z.
+        place_mm: [f64; 3],
+    },
     /// Go down until the probe meets the board, at most so far; its plate is so thick.
     Probe {
         /// How far down at most, mm.
@@ -123,7 +126,12 @@ pub enum Ask {
     /// Change an override.
     Override(Override),
     /// A setting.
-    Set(u16, f64),
+    Set {
+        /// Its number.
+        number: u16,
+        /// Its value, in its own unit.
+        value: f64,
+    },
 }
 
 /// A job to be run.
@@ -209,9 +217,15 @@ pub enum Action {
     /// The work zero is where it was asked for: it was written and read again.
     ZeroSet,
     /// So many sections of the job are certainly done.
-    Progress(usize),
+    Progress {
+        /// How many.
+        sections: usize,
+    },
     /// A person is to put this tool in: index into the routine's tools.
-    ToolWanted(u32),
+    ToolWanted {
+        /// Index into the routine's tools.
+        tool: u32,
+    },
     /// The job is over.
     Ended(Ending),
     /// Something to be said; an error stands until the next ask.

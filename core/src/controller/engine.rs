@@ -252,23 +252,23 @@ impl Controller {
         match heard {
             Heard::Banner(text) => self.greeted(text),
             Heard::Ok => self.answered(None),
-            Heard::Error(number) => self.answered(Some(number)),
-            Heard::Alarm(number) => self.alarmed(number),
+            Heard::Error { number } => self.answered(Some(number)),
+            Heard::Alarm { number } => self.alarmed(number),
             Heard::Status(status) => self.reported(*status),
-            Heard::Setting(number, value) => {
+            Heard::Setting { number, value } => {
                 self.info.values.insert(number, value);
             }
-            Heard::Version(version, _) => self.info.version = version,
+            Heard::Version { version, .. } => self.info.version = version,
             Heard::Options(options) => {
                 if options.rx_bytes > 0 {
                     self.buffer.resize(usize::from(options.rx_bytes));
                 }
                 self.info.options = options;
             }
-            Heard::About(name, value) if self.info.about.len() < 64 => {
+            Heard::About { name, value } if self.info.about.len() < 64 => {
                 self.info.about.insert(name, value);
             }
-            Heard::Offset(name, places) => {
+            Heard::Offset { name, places } => {
                 let places = places.into_iter().map(|place| place * self.unit_mm()).collect();
                 if self.info.offsets.len() < 32 || self.info.offsets.contains_key(&name) {
                     self.info.offsets.insert(name, places);
@@ -278,11 +278,11 @@ impl Controller {
                 modes.feed_mm_per_min *= self.unit_mm();
                 self.modes = Some(modes);
             }
-            Heard::Probe(place, met) => {
+            Heard::Probe { place_mm: place, met } => {
                 self.probed = Some(met);
                 self.probed_at_mm = Some(place.map(|value| value * self.unit_mm()));
             }
-            Heard::About(..) | Heard::Message(_) | Heard::Startup(_) | Heard::Other(_) => {}
+            Heard::About { .. } | Heard::Message(_) | Heard::Startup(_) | Heard::Other(_) => {}
         }
     }
 

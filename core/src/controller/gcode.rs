@@ -239,7 +239,9 @@ impl Reader<'_> {
         self.switches(words)?;
         if waits {
             let seconds = words.letter(b'P').filter(|p| (0.0..=3600.0).contains(p));
-            self.open.actions.push(Action::Wait(seconds.ok_or_else(|| self.refuse("grbl.no_wait"))?));
+            self.open
+                .actions
+                .push(Action::Wait { seconds: seconds.ok_or_else(|| self.refuse("grbl.no_wait"))? });
             return Ok(());
         }
         if [b'X', b'Y', b'Z'].into_iter().any(|axis| words.letter(axis).is_some()) {

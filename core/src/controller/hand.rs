@@ -35,7 +35,7 @@ impl Controller {
             Ask::Unlock if self.phase == Phase::Locked => self.unlock(),
             Ask::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
             Ask::SetZero { axes, height_mm } if self.at_rest() => self.set_zero(axes, height_mm),
-            Ask::ZeroAt(zero) if self.phase == Phase::Ready && self.idle() => {
+            Ask::ZeroAt { place_mm: zero } if self.phase == Phase::Ready && self.idle() => {
                 let [x, y, z] = zero.map(number);
                 self.send(&format!("G21G10L2P1X{x}Y{y}Z{z}"), Meaning::Written);
                 self.read_zero(zero.map(Some));
@@ -52,7 +52,7 @@ impl Controller {
                 Some(place) => self.tool_ready(place),
                 None => self.found(Diagnostic::error("grbl.no_report")),
             },
-            Ask::Set(number, value) if self.phase == Phase::Ready && self.idle() => {
+            Ask::Set { number, value } if self.phase == Phase::Ready && self.idle() => {
                 self.send(&format!("${number}={}", super::lines::number(value)), Meaning::Written);
                 self.send("$$", Meaning::Written);
             }

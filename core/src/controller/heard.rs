@@ -18,23 +18,54 @@ pub enum Heard {
     /// The oldest line was taken.
     Ok,
     /// The oldest line was refused.
-    Error(u16),
+    Error {
+        /// The number of the error.
+        number: u16,
+    },
     /// It locked itself.
-    Alarm(u16),
+    Alarm {
+        /// The number of the alarm.
+        number: u16,
+    },
     /// Where it is and what it does.
     Status(Box<Status>),
     /// A setting and its value.
-    Setting(u16, f64),
+    Setting {
+        /// Its number.
+        number: u16,
+        /// Its value, in its own unit.
+        value: f64,
+    },
     /// Version and the name that a person gave it: `[VER:1.1h.20190830:]`.
-    Version(String, String),
+    Version {
+        /// The version.
+        version: String,
+        /// What a person calls it.
+        name: String,
+    },
     /// Compiled options: letters, blocks of the planner, bytes of the receive buffer.
     Options(Options),
     /// Another row of `$I`: name and value, such as `FIRMWARE` and `grblHAL`.
-    About(String, String),
+    About {
+        /// What the row is of.
+        name: String,
+        /// What it says.
+        value: String,
+    },
     /// A stored place: `G54` to `G59`, `G28`, `G30`, `G92`, `TLO`.
-    Offset(String, Vec<f64>),
+    Offset {
+        /// Which.
+        name: String,
+        /// Where, an axis each.
+        places: Vec<f64>,
+    },
     /// Where the probe met something; false where it met nothing.
-    Probe([f64; AXES], bool),
+    Probe {
+        /// Where, in machine coordinates.
+        place_mm: [f64; AXES],
+        /// Whether it met something.
+        met: bool,
+    },
     /// The words in force: `G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0`.
     Modes(Modes),
     /// A message for people.
@@ -140,10 +171,10 @@ pub fn hear(line: &str) -> Heard {
         return Heard::Ok;
     }
     if let Some(number) = line.strip_prefix("error:") {
-        return number.trim().parse().map_or_else(|_| other(), Heard::Error);
+        return number.trim().parse().map_or_else(|_| other(), |number| Heard::Error { number });
     }
     if let Some(number) = line.strip_prefix("ALARM:") {
-        return number.trim().parse().map_or_else(|_| other(), Heard::Alarm);
+        return number.trim().parse().map_or_else(|_| other(), |number| Heard::Alarm { number });
     }
     if let Some(inside) = line.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')) {
         return status(inside).map_or_else(other, |status| Heard::Status(Box::new(status)));
@@ -157,7 +188,7 @@ pub fn hear(line: &str) -> Heard {
         if let (Ok(number), Ok(value)) = (number.parse(), value.parse::<f64>())
             && value.is_finite()
         {
-            return Heard::Setting(number, value);
+            return Heard::Setting { number, value };
         }
         return other();
     }
@@ -181,7 +212,7 @@ fn bracket(inside: &str) -> Option<Heard> {
         "MSG" => Heard::Message(value.trim().to_owned()),
         "VER" => {
             let (version, called) = value.split_once(':').unwrap_or((value, ""));
-            Heard::Version(version.to_owned(), called.to_owned())
+            Heard::Version { version: version.to_owned(), name: called.to_owned() }
         }
         "OPT" => {
             let mut fields = value.split(',');
@@ -192,13 +223,13 @@ fn bracket(inside: &str) -> Option<Heard> {
         "GC" => Heard::Modes(modes(value)?),
         "PRB" => {
             let (places, met) = value.rsplit_once(':')?;
-            Heard::Probe(places3(places)?, met == "1")
+            Heard::Probe { place_mm: places3(places)?, met: met == "1" }
         }
-        "TLO" => Heard::Offset(name.to_owned(), numbers(value)?),
+        "TLO" => Heard::Offset { name: name.to_owned(), places: numbers(value)? },
         _ if name.starts_with('G') && name[1..].starts_with(|c: char| c.is_ascii_digit()) => {
-            Heard::Offset(name.to_owned(), numbers(value)?)
+            Heard::Offset { name: name.to_owned(), places: numbers(value)? }
         }
-        _ => Heard::About(name.to_owned(), value.to_owned()),
+        _ => Heard::About { name: name.to_owned(), value: value.to_owned() },
     })
 }
 

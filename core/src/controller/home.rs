@@ -65,7 +65,7 @@ impl Controller {
         self.homing.other |= match heard {
             Heard::Message(text) => text.contains("Unlocked"),
             Heard::Other(text) => text.starts_with("[HLP"),
-            Heard::Version(..) | Heard::Options(_) | Heard::Setting(..) | Heard::Modes(_) => true,
+            Heard::Version { .. } | Heard::Options(_) | Heard::Setting { .. } | Heard::Modes(_) => true,
             _ => false,
         };
     }

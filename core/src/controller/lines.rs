@@ -158,7 +158,7 @@ impl Pen {
         match action {
             Action::Go(step) => self.go(step).into_iter().collect(),
             Action::Spindle(to) => vec![self.turn(*to)],
-            Action::Wait(seconds) => vec![line(format!("G4P{}", number(*seconds)), None, 0)],
+            Action::Wait { seconds } => vec![line(format!("G4P{}", number(*seconds)), None, 0)],
             Action::Coolant { mist, flood } => self.cool([*mist, *flood]),
         }
     }

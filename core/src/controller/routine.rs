@@ -65,7 +65,10 @@ pub enum Action {
     /// Switch the spindle.
     Spindle(Spindle),
     /// Wait, in seconds.
-    Wait(f64),
+    Wait {
+        /// How long.
+        seconds: f64,
+    },
     /// Switch mist and flood.
     Coolant {
         /// M7.

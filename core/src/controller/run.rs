@@ -274,7 +274,7 @@ impl Controller {
         if run.batch.after == After::Done {
             run.at += 1;
             let done = run.at;
-            self.out.push(Action::Progress(done));
+            self.out.push(Action::Progress { sections: done });
         }
         let Some(run) = &mut self.run else { return };
         let kind = run.routine.sections.get(run.at).map(|section| section.kind);
@@ -286,12 +286,12 @@ impl Controller {
             Some(SectionKind::Change(tool)) => {
                 run.window.clear();
                 self.set(Phase::ToolChange);
-                self.out.push(Action::ToolWanted(tool));
+                self.out.push(Action::ToolWanted { tool });
             }
             Some(SectionKind::Finish) | None => {
                 let done = run.routine.sections.len();
                 self.run = None;
-                self.out.extend([Action::Progress(done), Action::Ended(Ending::Done)]);
+                self.out.extend([Action::Progress { sections: done }, Action::Ended(Ending::Done)]);
                 self.set(Phase::Ready);
             }
         }
@@ -304,7 +304,7 @@ impl Controller {
         let done = run.at;
         run.pen = Pen::standing(place);
         run.enter(After::Begun);
-        self.out.push(Action::Progress(done));
+        self.out.push(Action::Progress { sections: done });
         self.set(Phase::Running);
     }
 

@@ -261,9 +261,15 @@ pub enum Effect {
     #[default]
     None,
     /// Spindle speed in rpm; 0 is off.
-    Spindle(u32),
+    Spindle {
+        /// Its speed; 0 is off.
+        rpm: u32,
+    },
     /// Stop and ask for this bit (index into the program's bits).
-    AwaitBit(u32),
+    AwaitBit {
+        /// Index into the program's bits.
+        bit: u32,
+    },
 }
 
 /// The inputs of a machine.

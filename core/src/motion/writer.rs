@@ -288,11 +288,11 @@ impl<'a> Writer<'a> {
                 Ok(())
             }
             Command::Spindle { rpm } => {
-                self.rest(Stage::Dwell, 0, Effect::Spindle(rpm));
+                self.rest(Stage::Dwell, 0, Effect::Spindle { rpm });
                 Ok(())
             }
             Command::AwaitBit { bit } => {
-                self.rest(Stage::AwaitBit, 0, Effect::AwaitBit(bit));
+                self.rest(Stage::AwaitBit, 0, Effect::AwaitBit { bit });
                 Ok(())
             }
         }

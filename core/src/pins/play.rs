@@ -40,7 +40,10 @@ pub enum Order {
     /// Go on as planned.
     Go,
     /// Go on at this many percent of the planned feed, 10 … 100.
-    At(u8),
+    At {
+        /// Of the planned feed, 10 … 100.
+        percent: u8,
+    },
     /// Come to rest on the path and wait there.
     Hold,
     /// Come to rest on the path and end.
@@ -117,7 +120,10 @@ pub enum Outcome {
     /// A sensor that must not be reached turned on.
     Guarded(Input),
     /// A step came later than its motor could wait for, by so many ticks: steps may be lost.
-    Late(u64),
+    Late {
+        /// How late.
+        ticks: u64,
+    },
     /// As ordered.
     Stopped,
 }
@@ -240,7 +246,7 @@ struct Play<'a> {
 
 impl Play<'_> {
     async fn run(mut self) -> Outcome {
-        if let Effect::Spindle(rpm) = self.segment.effect {
+        if let Effect::Spindle { rpm } = self.segment.effect {
             self.line.wait(self.line.tick, self.clock).await;
             self.pins.spindle(self.line.tick, rpm);
         }
@@ -295,7 +301,7 @@ impl Play<'_> {
             let (interval, late) = (now.0 - last.0, now.1 - last.1);
             let turns = self.moving && TICK_HZ as f64 > self.motors.start_stop_hz * interval as f64;
             if turns && late > interval && self.end.is_none() {
-                self.end = Some(Outcome::Late(late));
+                self.end = Some(Outcome::Late { ticks: late });
             }
             *last = now;
         }
@@ -334,7 +340,7 @@ impl Play<'_> {
             match self.operator.order() {
                 Order::Stop => self.end = self.end.or(Some(Outcome::Stopped)),
                 Order::Hold => self.feed_override.wait(SLICE),
-                Order::Go | Order::At(_) => {}
+                Order::Go | Order::At { .. } => {}
             }
             if self.end.is_some() {
                 return;
@@ -397,7 +403,7 @@ impl Play<'_> {
                 (Some(_), _) => return true,
                 (None, Order::Stop) => self.end = Some(Outcome::Stopped),
                 (None, Order::Hold) => self.feed_override.wait(SLICE),
-                (None, Order::Go | Order::At(_)) => {
+                (None, Order::Go | Order::At { .. }) => {
                     self.want();
                     self.feed_override.next(tick, next, &rates(later, &self.motors.braking_steps_per_tick2));
                 }
@@ -411,7 +417,7 @@ impl Play<'_> {
         let order = if self.end.is_some() { Order::Stop } else { self.operator.order() };
         self.feed_override.want(match order {
             Order::Go => 1.0,
-            Order::At(percent) => f64::from(percent.clamp(SLOWEST, 100)) / 100.0,
+            Order::At { percent } => f64::from(percent.clamp(SLOWEST, 100)) / 100.0,
             Order::Hold | Order::Stop => 0.0,
         });
     }

@@ -91,7 +91,7 @@ impl Homing {
                 let why = refuse("control.end_sensor").with("sensor", format!("{hit:?}"));
                 return Err((why, Harm::Lost));
             }
-            (_, Outcome::Late(ticks)) => return Err((late(ticks), Harm::Lost)),
+            (_, Outcome::Late { ticks }) => return Err((late(ticks), Harm::Lost)),
             (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
             (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
                 return Err(lost("control.sensor_stuck"));

@@ -88,7 +88,7 @@ impl Rehearsal {
             let mut segments = None;
             for action in actions {
                 match action {
-                    Action::Output(place, on) => pins.output(self.line.tick, place, on),
+                    Action::Output { place, on } => pins.output(self.line.tick, place, on),
                     Action::Correct { axis, steps } => {
                         for axis in cycles::together(machine, axis) {
                             self.line.position[axis] += steps;

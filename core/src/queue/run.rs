@@ -87,7 +87,12 @@ pub struct Report {
 #[derive(Clone, Debug, PartialEq)]
 pub enum Action {
     /// Switch this output: its place among the machine's outputs.
-    Output(u8, bool),
+    Output {
+        /// Its place among the machine's outputs.
+        place: u8,
+        /// On, else off.
+        on: bool,
+    },
     /// The count of an axis, and of all that move together with it, is off.
     Correct {
         /// Which axis.
@@ -257,7 +262,8 @@ impl Run {
     fn end(&mut self, rest: Rest) -> Vec<Action> {
         (self.doing, self.ended) = (Doing::Nothing, true);
         let on = std::mem::take(&mut self.on);
-        let off = (0..32).filter(|bit| on >> bit & 1 == 1).map(|bit| Action::Output(bit, false));
+        let off =
+            (0..32).filter(|bit| on >> bit & 1 == 1).map(|bit| Action::Output { place: bit, on: false });
         off.chain([Action::Rest(rest)]).collect()
     }
 
@@ -305,7 +311,7 @@ impl Run {
     fn switch(&mut self, bit: u8, on: bool) -> Action {
         let mask = 1_u32.checked_shl(u32::from(bit)).unwrap_or(0);
         self.on = if on { self.on | mask } else { self.on & !mask };
-        Action::Output(bit, on)
+        Action::Output { place: bit, on }
     }
 
     fn homing_goes_on(&mut self, homing: Homing, next: Next) -> Vec<Action> {
@@ -441,7 +447,7 @@ fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
             let why = refuse("control.end_sensor").with("sensor", format!("{input:?}"));
             Some((why, Harm::Suspect))
         }
-        Outcome::Late(ticks) => Some((late(*ticks), Harm::Suspect)),
+        Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {
             let why = refuse("control.drilling_too_long").with("sensor", format!("{:?}", gate.input));
             Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Harm::None))

@@ -49,7 +49,7 @@ pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>,
 /// Another spindle speed, and the time to reach it.
 pub(super) fn spindle(machine: &Machine, at: Steps, rpm: u32) -> Vec<Segment> {
     let spin_up = libm::ceil(machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
-    vec![rest(at, if rpm == 0 { 0 } else { spin_up }, Effect::Spindle(rpm))]
+    vec![rest(at, if rpm == 0 { 0 } else { spin_up }, Effect::Spindle { rpm })]
 }
 
 /// Rest.

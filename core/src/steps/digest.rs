@@ -87,8 +87,8 @@ fn put_segment(segment: &Segment, sink: &mut dyn Sink) {
     sink.put(&segment.duration_ticks.to_le_bytes());
     let (tag, value) = match segment.effect {
         Effect::None => (0_u8, 0),
-        Effect::Spindle(rpm) => (1, rpm),
-        Effect::AwaitBit(bit) => (2, bit),
+        Effect::Spindle { rpm } => (1, rpm),
+        Effect::AwaitBit { bit } => (2, bit),
     };
     sink.put(&[tag]);
     sink.put(&value.to_le_bytes());

@@ -104,7 +104,7 @@ impl Bench {
                         self.board.hear(&bytes);
                     }
                 }
-                Action::Progress(done) => {
+                Action::Progress { sections: done } => {
                     assert!(*done >= self.done, "what is done stays done");
                     self.done = *done;
                 }
@@ -186,7 +186,7 @@ impl Bench {
             && {
                 self.until(1_000, |bench| bench.engine().place().is_some());
                 self.told.clear();
-                self.event(Event::Ask(Ask::ZeroAt(ZERO)));
+                self.event(Event::Ask(Ask::ZeroAt { place_mm: ZERO }));
                 self.until(5_000, |bench| {
                     bench.told.contains(&Action::ZeroSet) && bench.engine().place().is_some()
                 })

@@ -98,10 +98,11 @@ const FAULTS: [(&str, Fault); 16] = [
     }),
     ("check.await_bit", |s| {
         let at = s.segments.iter().position(|segment| segment.stage == Stage::Drill).unwrap();
-        s.segments[at].effect = Effect::AwaitBit(0);
+        s.segments[at].effect = Effect::AwaitBit { bit: 0 };
     }),
     ("check.spindle_left_on", |s| {
-        let off = s.segments.iter().rposition(|segment| segment.effect == Effect::Spindle(0)).unwrap();
+        let off =
+            s.segments.iter().rposition(|segment| segment.effect == Effect::Spindle { rpm: 0 }).unwrap();
         s.segments[off].effect = Effect::None;
     }),
 ];

@@ -160,7 +160,7 @@ fn times_that_cannot_be_are_refused_by_name() {
 fn dragged(pins: &Recorder, start: Steps, spindles: usize, clear: i64) -> bool {
     let mut at = start;
     pins.written.iter().any(|call| {
-        let Written::Step(_, axes, forward) = call else { return false };
+        let Written::Step { axes, forward, .. } = call else { return false };
         for axis in (0..AXES).filter(|axis| axes >> axis & 1 == 1) {
             at[axis] += if forward >> axis & 1 == 1 { 1 } else { -1 };
         }
@@ -187,7 +187,11 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
                     let at = chance.bits() % segment.duration_ticks;
                     let stop = chance.bits().is_multiple_of(2);
                     let order = if stop { Order::Stop } else { Order::Hold };
-                    let then = if stop { Order::Stop } else { Order::At(10 + (chance.bits() % 91) as u8) };
+                    let then = if stop {
+                        Order::Stop
+                    } else {
+                        Order::At { percent: 10 + (chance.bits() % 91) as u8 }
+                    };
                     let mut line = Line { position: before, ..Line::default() };
                     let mut pins = Recorder { position: before, ..Recorder::default() };
                     let mut operator = Orders([(at, order), (at + 700_000, then)], 0);

@@ -342,7 +342,7 @@ fn outputs_are_switched_pulsed_and_turned_off_at_the_end() {
     let ms = TICK_HZ / 1_000;
     let switched =
         [(0, 0, true), (0, 1, true), (20, 1, false), (30, 2, true), (30, 0, false), (30, 2, false)];
-    assert_eq!(pins.written, switched.map(|(at, place, on)| Written::Output(at * ms, place, on)));
+    assert_eq!(pins.written, switched.map(|(at, place, on)| Written::Output { tick: at * ms, place, on }));
     // A wait for an input ends when it comes, and a stop turns off what is on.
     let text = "OUTPUT pump ON\nWAIT_INPUT CONTACT ON 500\nWAIT 900";
     let mut pins = Recorder { script: vec![(42 * ms, Input::Contact.bit())], ..Recorder::default() };

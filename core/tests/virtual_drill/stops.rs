@@ -12,8 +12,12 @@ use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill};
 
 /// What is ordered at some moment, and half a second of stream time later.
-const ORDERS: [[Order; 2]; 4] =
-    [[Order::Stop; 2], [Order::Hold, Order::Go], [Order::At(30), Order::Go], [Order::At(70); 2]];
+const ORDERS: [[Order; 2]; 4] = [
+    [Order::Stop; 2],
+    [Order::Hold, Order::Go],
+    [Order::At { percent: 30 }, Order::Go],
+    [Order::At { percent: 70 }; 2],
+];
 
 /// A twin, and where it stands.
 fn drill(machine: &Machine) -> (VirtualDrill, Line) {

@@ -144,7 +144,7 @@ impl<F: Files> Station<F> {
         let (Some([x, y, _]), Some([_, _, z])) = (self.hand.zero_before_mm, now) else {
             return refusal("control.no_zero_before");
         };
-        self.engine_asked(grbl::Ask::ZeroAt([x, y, z]))?;
+        self.engine_asked(grbl::Ask::ZeroAt { place_mm: [x, y, z] })?;
         (self.hand.zero_before_mm, self.hand.zero_asked) = (None, Some(Zero::Plane));
         Ok(())
     }

@@ -43,7 +43,10 @@ pub enum Told {
     /// So many sections are done, and it is durable.
     Progress,
     /// A tool is wanted: index into the routine's tools.
-    ToolWanted(u32),
+    ToolWanted {
+        /// Index into the routine's tools.
+        tool: u32,
+    },
     /// The job is over.
     Ended(Ending),
     /// Something to be said.
@@ -136,7 +139,7 @@ impl Attended {
             Action::Close => return due.push(Due::Close),
             Action::Greeted => Told::Greeted(Box::new(self.controller.info.clone())),
             Action::ZeroSet => Told::ZeroSet,
-            Action::Progress(done) => {
+            Action::Progress { sections: done } => {
                 self.entry.done = done;
                 if let Some(routine) = &self.routine {
                     (self.entry.holes, self.entry.toolpaths) = routine.counted(done);
@@ -144,7 +147,7 @@ impl Attended {
                 due.push(self.keep());
                 Told::Progress
             }
-            Action::ToolWanted(tool) => Told::ToolWanted(tool),
+            Action::ToolWanted { tool } => Told::ToolWanted { tool },
             Action::Ended(ending) => {
                 self.entry.ended = ending == Ending::Done;
                 due.push(self.keep());

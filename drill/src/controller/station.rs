@@ -234,7 +234,7 @@ impl<F: Files> Station<F> {
 
     fn take(&mut self, message: Message) {
         match message {
-            Message::Ask(ask, ticket, reply) => {
+            Message::Ask { ask, ticket, reply } => {
                 let may = ticket.map_or(Ok(()), |ticket| self.line.tickets.check(ticket));
                 let answer = may.and_then(|()| self.asked(ask));
                 let _ = reply.send(answer.map(|()| Vec::new()));
@@ -317,7 +317,7 @@ impl<F: Files> Station<F> {
                 }
                 self.trust = now.trust;
             }
-            Told::ToolWanted(tool) => {
+            Told::ToolWanted { tool } => {
                 // The first tool is the one that was in when the height was set.
                 let first = *tool == 0 && self.work.as_ref().is_some_and(|work| work.from == 0);
                 self.hand.touched = first && self.hand.height_known;

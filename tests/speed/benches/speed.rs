@@ -257,7 +257,7 @@ fn drawing(criterion: &mut Criterion) {
         bencher.iter(|| {
             press(model, Touch::Down, 300.0, 2.0);
             press(model, Touch::Up, 300.0, 2.0);
-            draw_event(model, DrawEvent::Act { act: Act::Undo(true) });
+            draw_event(model, DrawEvent::Act { act: Act::Undo { back: true } });
         });
     });
     draw_event(model, DrawEvent::Take { tool: Tool::Select });

@@ -446,7 +446,7 @@ fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
             editor.take(Tool::Select);
             choose_at_aim(editor);
         }
-        DrawKey::Step(x, y, size) => {
+        DrawKey::Step { x, y, size } => {
             let step = draw.step_of(size);
             draw.editor.nudge((x, y), step);
         }
@@ -456,9 +456,9 @@ fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
         DrawKey::Back => editor.back_by_a_piece(),
         DrawKey::Act(act) => editor.act(act),
         DrawKey::Group => editor.group(group),
-        DrawKey::Side(top) => editor.pen.layer = if top { Layer::Top } else { Layer::Bottom },
+        DrawKey::Side { upper: top } => editor.pen.layer = if top { Layer::Top } else { Layer::Bottom },
         // These only move the focus: the screen does it.
-        DrawKey::Numbers | DrawKey::Rename | DrawKey::Type(_) => {}
+        DrawKey::Numbers | DrawKey::Rename | DrawKey::Type { .. } => {}
     }
 }
 

@@ -47,7 +47,7 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         }
         Tell::Ended { job, ending, holes_done, toolpaths_done } => {
             link.interrupted = None;
-            link.note(wall_ms, Noted::Ended(ending, holes_done, toolpaths_done));
+            link.note(wall_ms, Noted::Ended { ending, holes: holes_done, toolpaths: toolpaths_done });
             let by_you = ending == Ending::Stopped && stop::pressed_here(link, model.clock.page_ms);
             link.ended = Some(Ended { job, ending, holes_done, toolpaths_done, by_you });
         }
@@ -99,7 +99,7 @@ fn welcome(model: &mut Model) -> Vec<Effect> {
     // The other tab let go of the drill.
     model.link.refused.take_if(|why| why.code == "drill.other_tab");
     let mut effects = stop::opened(model);
-    model.link.note(model.clock.wall_ms, Noted::Link(true));
+    model.link.note(model.clock.wall_ms, Noted::Link { open: true });
     effects.extend(ask(model, &Ask::TakeControl { force: false }));
     effects
 }

@@ -395,7 +395,7 @@ fn closed(model: &mut Model) -> Vec<Effect> {
     stop::broke(link);
     link.control = Control::default();
     if was_open {
-        link.note(model.clock.wall_ms, Noted::Link(false));
+        link.note(model.clock.wall_ms, Noted::Link { open: false });
     }
     if link.unknown {
         link.session = None;

@@ -68,7 +68,7 @@ fn another_plan_is_played_from_its_beginning() {
     let mut model = playing(3.0, 1.0);
     model.play.running = true;
     model.board.timed = Some(Arc::new(Timed::default()));
-    update(&mut model, PlayEvent::Step { stride: Stride::Hole(true) }.into());
+    update(&mut model, PlayEvent::Step { stride: Stride::Hole { onwards: true } }.into());
     assert!(model.play.at_s.abs() < 1e-9 && !model.play.running);
 }
 

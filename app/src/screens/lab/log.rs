@@ -27,7 +27,7 @@ fn in_words(event: &Event) -> String {
             let look = words::state(*state);
             format!("{}. {}", crate::i18n::text(look.word, &[]), crate::i18n::text(look.meaning, &[]))
         }
-        Event::Ended(ending, holes, toolpaths) => {
+        Event::Ended { ending, holes, toolpaths } => {
             let made = crate::screens::machine::made(true, *holes, *toolpaths);
             crate::i18n::text(words::ending(*ending), &[("made", made)])
         }
@@ -39,8 +39,8 @@ fn in_words(event: &Event) -> String {
         Event::Control { taken: true, .. } => say!("page.lab.log.control_taken"),
         Event::Control { .. } => say!("page.lab.log.control_free"),
         Event::Settings => say!("page.lab.log.settings"),
-        Event::Link(true) => say!("page.lab.log.link_open"),
-        Event::Link(false) => say!("page.lab.log.link_lost"),
+        Event::Link { open: true } => say!("page.lab.log.link_open"),
+        Event::Link { open: false } => say!("page.lab.log.link_lost"),
     }
 }
 

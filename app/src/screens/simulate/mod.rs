@@ -28,7 +28,7 @@ pub(crate) fn act(action: Action) {
         Action::Step(stride) => PlayEvent::Step { stride },
         Action::Beginning => PlayEvent::Seek { at_s: 0.0 },
         Action::End => PlayEvent::End,
-        Action::Faster(more) => PlayEvent::Faster { more },
+        Action::Faster { more } => PlayEvent::Faster { more },
         _ => return,
     });
 }

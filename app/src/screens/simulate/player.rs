@@ -37,11 +37,23 @@ pub(super) fn controls() -> impl IntoView {
     div().class("facts-line").child((
         div().class("row").attr("role", "group").attr("aria-label", t!("page.simulate.playback")).child((
             step(Icon::ToBeginning, Action::Beginning, key!("page.simulate.beginning")),
-            step(Icon::PreviousHole, Action::Step(Stride::Hole(false)), key!("page.simulate.hole_back")),
-            step(Icon::Previous, Action::Step(Stride::Segment(false)), key!("page.simulate.segment_back")),
+            step(
+                Icon::PreviousHole,
+                Action::Step(Stride::Hole { onwards: false }),
+                key!("page.simulate.hole_back"),
+            ),
+            step(
+                Icon::Previous,
+                Action::Step(Stride::Segment { onwards: false }),
+                key!("page.simulate.segment_back"),
+            ),
             run,
-            step(Icon::Next, Action::Step(Stride::Segment(true)), key!("page.simulate.segment_on")),
-            step(Icon::NextHole, Action::Step(Stride::Hole(true)), key!("page.simulate.hole_on")),
+            step(
+                Icon::Next,
+                Action::Step(Stride::Segment { onwards: true }),
+                key!("page.simulate.segment_on"),
+            ),
+            step(Icon::NextHole, Action::Step(Stride::Hole { onwards: true }), key!("page.simulate.hole_on")),
             step(Icon::ToEnd, Action::End, key!("page.simulate.end")),
         )),
         span().class("clock tabular").child(time),

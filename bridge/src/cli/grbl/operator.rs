@@ -201,7 +201,7 @@ impl Operator {
         for _ in 0..TRIES {
             (self.worst, self.zero_set) = (None, false);
             self.owner.ask(match there {
-                Some(zero) => Ask::ZeroAt(zero),
+                Some(zero) => Ask::ZeroAt { place_mm: zero },
                 None => Ask::SetZero { axes: [true; 3], height_mm: 0.0 },
             });
             self.until(|operator| operator.zero_set || operator.worst.is_some());
@@ -236,7 +236,7 @@ impl Operator {
         while ending.is_none() && !self.gone {
             match self.next() {
                 Some(Told::Ended(how)) => ending = Some(how),
-                Some(Told::ToolWanted(tool)) => self.change_tool(programs, tool),
+                Some(Told::ToolWanted { tool }) => self.change_tool(programs, tool),
                 Some(Told::Now(now)) => begun |= now.phase == Phase::Running,
                 // A refusal: nothing was begun.
                 _ if !begun && self.interrupted => break,

@@ -145,7 +145,7 @@ fn pressed(table: Table, event: &KeyboardEvent) {
         ("v", true) => {
             if let Some(clip) = lab.clip.get_untracked() {
                 let ((line, _), (column, _)) = (block.lines(), block.columns(count));
-                table.edit(&Edit::Paste(Cell { line, column }, clip));
+                table.edit(&Edit::Paste { at: Cell { line, column }, clip });
             }
         }
         ("delete", false) => table.edit(&Edit::Clear(block)),

@@ -24,10 +24,10 @@ pub(super) fn tools(table: Table) -> impl IntoView {
         presets(table),
         div().class("row").child((
             push_if("button", free, t!("page.lab.phases.rotate_left"), move |_| {
-                table.edit(&Edit::Rotate(-1));
+                table.edit(&Edit::Rotate { by: -1 });
             }),
             push_if("button", free, t!("page.lab.phases.rotate_right"), move |_| {
-                table.edit(&Edit::Rotate(1));
+                table.edit(&Edit::Rotate { by: 1 });
             }),
             push_if("button", free, t!("page.lab.phases.invert"), move |_| {
                 table.edit(&Edit::Invert(chosen(table)));
@@ -68,7 +68,7 @@ fn motors(table: Table) -> impl IntoView {
 fn cycle(table: Table) -> impl IntoView {
     let typed = move |event| {
         if let Ok(count @ 1..=MOST_COLUMNS) = event_target_value(&event).parse::<usize>() {
-            table.edit(&Edit::Length(count));
+            table.edit(&Edit::Length { columns: count });
         }
     };
     label().class("field").child((

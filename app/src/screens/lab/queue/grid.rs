@@ -97,7 +97,7 @@ fn breakpoint(work: Work, at: usize) -> impl IntoView {
         .class("breakpoint")
         .attr("aria-pressed", move || if on() { "true" } else { "false" })
         .attr("aria-label", move || say!("page.lab.queue.breakpoint_at", row = at + 1))
-        .on(ev::click, move |_| work.edit(None, &Edit::Break(at)))
+        .on(ev::click, move |_| work.edit(None, &Edit::Break { at }))
         .child(span())
 }
 
@@ -227,9 +227,9 @@ fn pressed(work: Work, event: &KeyboardEvent) {
     let edit = match (key.as_str(), event.alt_key(), ctrl) {
         ("arrowup", true, _) => Some(Edit::Move { at, down: false }),
         ("arrowdown", true, _) => Some(Edit::Move { at, down: true }),
-        ("d", false, true) => Some(Edit::Double(at)),
-        ("insert", false, false) => Some(Edit::Insert(at)),
-        ("delete", false, false) if on_row => Some(Edit::Delete(at)),
+        ("d", false, true) => Some(Edit::Double { at }),
+        ("insert", false, false) => Some(Edit::Insert { at }),
+        ("delete", false, false) if on_row => Some(Edit::Delete { at }),
         _ => None,
     };
     if let Some(edit) = edit {

@@ -148,7 +148,7 @@ pub(crate) fn key(pressed: QueueKey) {
     }
     let work = work();
     match pressed {
-        QueueKey::Break => work.edit(None, &Edit::Break(work.lab.row.get_untracked())),
+        QueueKey::Break => work.edit(None, &Edit::Break { at: work.lab.row.get_untracked() }),
         // No key moves a machine: there the buttons do.
         QueueKey::Step | QueueKey::Run if lab.on_machine.get_untracked() => {
             send(LabEvent::Say { text: Text::of(key!("page.lab.queue.no_key")) });

@@ -50,17 +50,17 @@ pub(super) fn tools(work: Work) -> impl IntoView {
                 move || free() && !as_text.get(),
                 t!("page.lab.queue.insert"),
                 move |_| {
-                    edit(Edit::Insert);
+                    edit(|at| Edit::Insert { at });
                 },
             ),
-            push_if("button", on_rows, t!("page.lab.queue.double"), move |_| edit(Edit::Double)),
+            push_if("button", on_rows, t!("page.lab.queue.double"), move |_| edit(|at| Edit::Double { at })),
             push_if("button", on_rows, t!("page.lab.queue.up"), move |_| {
                 edit(|at| Edit::Move { at, down: false });
             }),
             push_if("button", on_rows, t!("page.lab.queue.down"), move |_| {
                 edit(|at| Edit::Move { at, down: true });
             }),
-            push_if("button", on_rows, t!("page.lab.queue.delete"), move |_| edit(Edit::Delete)),
+            push_if("button", on_rows, t!("page.lab.queue.delete"), move |_| edit(|at| Edit::Delete { at })),
         )),
         span().class("grow"),
         div().class("row").child((
