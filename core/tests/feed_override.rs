@@ -4,7 +4,7 @@ use annulus_core::chance::Chance;
 use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Output, Steps, virtual_drill};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Clock, Line, Motors, Operator, Order, Outcome, Recorder, Written, play};
+use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Playhead, Recorder, Written, play};
 use annulus_core::steps::{Segment, TICK_HZ, replay, segment};
 
 /// Time that is always on time, or late by chance.
@@ -51,7 +51,7 @@ fn travel(machine: &Machine, to: [i64; 2]) -> Segment {
 
 struct Played {
     outcome: Outcome,
-    line: Line,
+    line: Playhead,
     pins: Recorder,
 }
 
@@ -62,7 +62,7 @@ fn run(
     pins: Recorder,
     late_by: u64,
 ) -> Played {
-    let (mut line, mut pins) = (Line::default(), pins);
+    let (mut line, mut pins) = (Playhead::default(), pins);
     let mut clock = TestClock { late_by, chance: Chance::new(3), now: 0 };
     let outcome =
         play(segment, &Motors::of(machine), &mut line, &mut pins, &mut clock, &mut Script(orders, 0));
@@ -221,7 +221,7 @@ fn a_step_that_comes_too_late_for_a_turning_motor_ends_the_move() {
     };
     let mut outcome = |output: Output, at: u64, by: u64| {
         machine.output = output;
-        let (mut line, mut pins) = (Line::default(), Recorder::default());
+        let (mut line, mut pins) = (Playhead::default(), Recorder::default());
         let mut clock = LateOnce { at, by, now: 0 };
         let motors = Motors::of(&machine);
         let outcome = play(&travel, &motors, &mut line, &mut pins, &mut clock, &mut Script(vec![], 0));

@@ -129,7 +129,7 @@ pub type Courier = Box<dyn Fn(Said) + Send>;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Said {
     /// To be done after what was ordered before.
-    Order(Message),
+    Order(Instruction),
     /// Every task up to this one comes to rest, at once.
     Stop {
         /// Number of the last task that is meant.
@@ -153,7 +153,7 @@ pub enum Said {
 
 /// What is ordered, one after the other.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub enum Message {
+pub enum Instruction {
     /// Something to move.
     Task(Task),
     /// The count of an axis is off by so much.
@@ -286,7 +286,7 @@ impl Shared {
 /// Where an executor sits: in a thread, in another process, or taken by turns with everything else.
 pub trait Seat: Send {
     /// Orders something. Never waits for it.
-    fn order(&self, message: Message);
+    fn order(&self, message: Instruction);
 
     /// Whether it died: nothing that is ordered will be reported.
     fn is_gone(&self) -> bool;
@@ -311,17 +311,17 @@ impl Executor {
 
     /// Gives it something to move. One task at a time is given.
     pub(crate) fn give(&self, task: Task) {
-        self.seat.order(Message::Task(task));
+        self.seat.order(Instruction::Task(task));
     }
 
     /// The count of `axis` is off by `steps`.
     pub(crate) fn correct(&self, axis: usize, steps: i64) {
-        self.seat.order(Message::Correct { axis, steps });
+        self.seat.order(Instruction::Correct { axis, steps });
     }
 
     /// Sets the spindle's speed at rest.
     pub(crate) fn spindle(&self, rpm: u32) {
-        self.seat.order(Message::Spindle { rpm });
+        self.seat.order(Instruction::Spindle { rpm });
     }
 
     /// Spindle off at rest. Where nobody is left to do it, everything off at once.
@@ -335,12 +335,12 @@ impl Executor {
 
     /// Switches an output, by its place among the machine's names, at rest.
     pub(crate) fn output(&self, place: u8, on: bool) {
-        self.seat.order(Message::Output { place, on });
+        self.seat.order(Instruction::Output { place, on });
     }
 
     /// A new bit of this kind is in the spindles.
     pub(crate) fn bit(&self, bit: Bit) {
-        self.seat.order(Message::Bit(bit));
+        self.seat.order(Instruction::Bit(bit));
     }
 
     /// Whether it died: nothing that is given will be reported.

@@ -18,7 +18,7 @@ use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
 use annulus_core::queue::{Homing, late};
-use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
+use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use std::sync::Arc;
 use std::time::Duration;
@@ -56,7 +56,7 @@ impl Work {
         let (bit, _) = job.in_force(job.stream.range(leg).start);
         let (holes, toolpaths) = job.done_before(leg);
         let segments = job.stream.leg(leg);
-        let asks = segments.iter().any(|next| matches!(next.effect, Effect::AwaitBit { .. }));
+        let asks = segments.iter().any(|next| matches!(next.effect, Switching::AwaitBit { .. }));
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop, given, first) = (None, Duration::ZERO, None, 0, leg);
         Self {
@@ -93,7 +93,8 @@ impl Work {
 
     /// The bit that the next segment waits for.
     fn awaited(&self) -> Option<u32> {
-        self.next().and_then(|next| if let Effect::AwaitBit { bit } = next.effect { Some(bit) } else { None })
+        self.next()
+            .and_then(|next| if let Switching::AwaitBit { bit } = next.effect { Some(bit) } else { None })
     }
 
     /// The spindle speed that is in force before the next segment.
@@ -134,7 +135,7 @@ pub(crate) enum Doing {
 }
 
 /// A pause with an effect.
-fn rest(stage: Stage, effect: Effect, duration_ticks: u64, end: Steps) -> Segment {
+fn rest(stage: Stage, effect: Switching, duration_ticks: u64, end: Steps) -> Segment {
     Segment { leg: 0, mark: Mark::Prepare, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
 
@@ -198,7 +199,7 @@ impl Owner {
     fn goes_on_low(&self) -> bool {
         let Some(work) = &self.work else { return false };
         match work.next() {
-            Some(behind_gate) => !matches!(behind_gate.effect, Effect::AwaitBit { .. }),
+            Some(behind_gate) => !matches!(behind_gate.effect, Switching::AwaitBit { .. }),
             None => work.job.begins_low(work.leg + 1),
         }
     }
@@ -269,7 +270,7 @@ impl Owner {
         let Some(work) = &self.work else { return Vec::new() };
         let rpm = work.rpm();
         let ticks = (self.machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
-        let on = rest(Stage::Dwell, Effect::Spindle { rpm }, ticks, self.position);
+        let on = rest(Stage::Dwell, Switching::Spindle { rpm }, ticks, self.position);
         if rpm == 0 { Vec::new() } else { vec![on] }
     }
 
@@ -298,7 +299,7 @@ impl Owner {
             work.given = work.segments.len();
         }
         while let Some(segment) = work.segments.get(work.given) {
-            if let Effect::AwaitBit { bit } = segment.effect {
+            if let Switching::AwaitBit { bit } = segment.effect {
                 if !unattended {
                     break;
                 }
@@ -412,7 +413,7 @@ impl Owner {
                 Err(why) => self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust }),
             }
         }
-        segments_up.push(rest(Stage::Dwell, Effect::Spindle { rpm: 0 }, 0, self.position));
+        segments_up.push(rest(Stage::Dwell, Switching::Spindle { rpm: 0 }, 0, self.position));
         self.give(Doing::Safe, segments_up);
     }
 

@@ -14,6 +14,7 @@ mod hostile_gerber;
 mod languages;
 mod mutations;
 mod named_fields;
+mod one_noun;
 mod page_floors;
 mod page_words;
 mod pairing;

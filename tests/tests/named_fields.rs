@@ -10,8 +10,29 @@ use syn::visit::{self, Visit};
 
 /// How names of enums of events end.
 const ENDINGS: &[&str] = &[
-    "Act", "Action", "Answer", "Ask", "Asked", "Edit", "Effect", "Ended", "Event", "Heard", "Key", "Message",
-    "Order", "Outcome", "Record", "Report", "Request", "Said", "Stride", "Tell", "Told", "Written",
+    "Act",
+    "Action",
+    "Answer",
+    "Ask",
+    "Asked",
+    "Edit",
+    "Effect",
+    "Ended",
+    "Event",
+    "Heard",
+    "Instruction",
+    "Key",
+    "Message",
+    "Order",
+    "Outcome",
+    "Record",
+    "Report",
+    "Request",
+    "Said",
+    "Stride",
+    "Tell",
+    "Told",
+    "Written",
 ];
 
 /// Types that say nothing of what their value is.

@@ -98,7 +98,7 @@ pub(super) fn receive_bytes(pipe: &mut impl Read) -> io::Result<Option<Vec<u8>>>
 mod tests {
     use super::*;
     use annulus_core::machine;
-    use annulus_drill::executor::Message;
+    use annulus_drill::executor::Instruction;
 
     #[test]
     fn a_machine_survives_the_way_and_broken_frames_end_it() {
@@ -106,7 +106,7 @@ mod tests {
         let frames = [
             Down::Start { settings, record: "executor.log".into(), measured: None },
             Down::Said(Said::Stop { upto: u64::MAX }),
-            Down::Said(Said::Order(Message::Spindle { rpm: 3 })),
+            Down::Said(Said::Order(Instruction::Spindle { rpm: 3 })),
         ];
         let mut bytes = Vec::new();
         frames.iter().for_each(|frame| send(&mut bytes, frame).unwrap());
@@ -116,7 +116,7 @@ mod tests {
         assert!(matches!(receive(&mut pipe).unwrap(), Some(Down::Said(Said::Stop { upto: u64::MAX }))));
         assert!(matches!(
             receive(&mut pipe).unwrap(),
-            Some(Down::Said(Said::Order(Message::Spindle { rpm: 3 })))
+            Some(Down::Said(Said::Order(Instruction::Spindle { rpm: 3 })))
         ));
         assert!(receive::<Down>(&mut pipe).unwrap().is_none(), "the end");
         for cut in 1..bytes.len() {

@@ -19,7 +19,7 @@ mod milled;
 mod tool;
 
 pub use asked::{Asked, AskedEdge};
-pub use briefing::{Briefing, Pins, SideBriefing, ToolBriefing, touched};
+pub use briefing::{AlignmentPins, Briefing, SideBriefing, ToolBriefing, touched};
 pub use cleared::{Cleared, Promised};
 pub use milled::{milled_mm, travel_mm};
 
@@ -256,7 +256,7 @@ pub enum Stage {
 
 /// What is switched before a piece of motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Effect {
+pub enum Switching {
     /// Nothing.
     #[default]
     None,

@@ -20,7 +20,7 @@ use super::feed_override::{FeedOverride, rates};
 use super::{AxisSet, Clock, Pins};
 use crate::job::{Gate, Input, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
-use crate::steps::{AXES, Effect, Pulse, Replay, Segment, Steps, TICK_HZ, replay};
+use crate::steps::{AXES, Pulse, Replay, Segment, Steps, Switching, TICK_HZ, replay};
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -97,7 +97,7 @@ fn table_braking(machine: &Machine) -> f64 {
 
 /// What the executor remembers from segment to segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Line {
+pub struct Playhead {
     /// Steps counted, machine coordinates.
     pub position: Steps,
     /// Stream time. It never goes back, and stands still between segments.
@@ -108,7 +108,7 @@ pub struct Line {
     pub down: AxisSet,
 }
 
-/// How a segment ended. Always at rest, with [`Line::position`] exact.
+/// How a segment ended. Always at rest, with [`Playhead::position`] exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// As planned.
@@ -128,7 +128,7 @@ pub enum Outcome {
     Stopped,
 }
 
-impl Line {
+impl Playhead {
     async fn wait(&mut self, tick: u64, clock: &mut dyn Clock) {
         let tick = tick.max(self.tick);
         let due = tick + self.late;
@@ -178,7 +178,7 @@ pub fn through<T>(work: impl Future<Output = T>) -> T {
 pub fn play(
     segment: &Segment,
     motors: &Motors,
-    line: &mut Line,
+    line: &mut Playhead,
     pins: &mut dyn Pins,
     clock: &mut dyn Clock,
     operator: &mut dyn Operator,
@@ -190,7 +190,7 @@ pub fn play(
 pub async fn play_by_turns(
     segment: &Segment,
     motors: &Motors,
-    line: &mut Line,
+    line: &mut Playhead,
     pins: &mut dyn Pins,
     clock: &mut dyn Clock,
     operator: &mut dyn Operator,
@@ -238,7 +238,7 @@ struct Play<'a> {
     plane: Plane,
     /// Why it comes to rest early.
     end: Option<Outcome>,
-    line: &'a mut Line,
+    line: &'a mut Playhead,
     pins: &'a mut dyn Pins,
     clock: &'a mut dyn Clock,
     operator: &'a mut dyn Operator,
@@ -246,7 +246,7 @@ struct Play<'a> {
 
 impl Play<'_> {
     async fn run(mut self) -> Outcome {
-        if let Effect::Spindle { rpm } = self.segment.effect {
+        if let Switching::Spindle { rpm } = self.segment.effect {
             self.line.wait(self.line.tick, self.clock).await;
             self.pins.spindle(self.line.tick, rpm);
         }

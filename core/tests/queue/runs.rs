@@ -4,16 +4,16 @@ use super::words::{one_in, random_row};
 use crate::programs::{Chance, machines};
 use annulus_core::job::Input;
 use annulus_core::machine::{Machine, lab, virtual_drill};
-use annulus_core::pins::{Line, Pins, Recorder, Written};
+use annulus_core::pins::{Pins, Playhead, Recorder, Written};
 use annulus_core::queue::{
-    Command, Harm, Mode, Rehearsal, Rest, Rig, RowState, Standing, check, print, read,
+    Harm, Mode, Rehearsal, Rest, Rig, RowState, Standing, WorkCommand, check, print, read,
 };
 use annulus_core::steps::TICK_HZ;
-use annulus_core::virtual_drill::{Drilled, Faults, VirtualDrill};
+use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
 use std::sync::{Arc, Mutex};
 
 /// A virtual drill and what it drilled.
-fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<Drilled>>>) {
+fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<VirtualHole>>>) {
     let holes = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&holes);
     (VirtualDrill::new(machine, 3, faults, Box::new(move |hole| sink.lock().unwrap().push(*hole))), holes)
@@ -194,7 +194,7 @@ fn random_text(chance: &mut Chance) -> String {
             2 | 3 => text.push_str("DRILL_DOWN\nDRILL_UP\n"),
             _ => {
                 let row = random_row(chance);
-                if matches!(row.command, Some(Command::WaitInput { .. } | Command::Home { .. })) {
+                if matches!(row.command, Some(WorkCommand::WaitInput { .. } | WorkCommand::Home { .. })) {
                     continue;
                 }
                 let (word, values) = row.command.unwrap().split();
@@ -273,7 +273,7 @@ fn with_faults(machine: &Machine, faults: Faults, text: &str) -> (Rest, Rehearsa
             faulty.step(tick, bit, if bench.standing.position[axis] > here { bit } else { 0 });
         }
     }
-    let line = Line { tick: tick + TICK_HZ, ..bench.line };
+    let line = Playhead { tick: tick + TICK_HZ, ..bench.line };
     let mut run = rehearse(text, Rig { line, standing: bench.standing });
     let rest = run.go(machine, Mode::ToEnd, &mut faulty, usize::MAX).unwrap();
     (rest, run)

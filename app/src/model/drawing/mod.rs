@@ -13,12 +13,12 @@ mod board;
 mod kept;
 mod lying;
 
-pub use board::{Export, Using};
+pub use board::{DrawingExport, Using};
 pub(super) use board::{answered, follow};
 pub use kept::{Earlier, PLACES};
 
 use super::{Effect, Model};
-use crate::drawing::fields::{self, Field, Row};
+use crate::drawing::fields::{self, Field, FieldRow};
 use crate::drawing::keys::StepSize;
 use crate::drawing::tree::{self, TreeRow};
 use crate::drawing::{Act, Chosen, DrawKey, Editor, Marks, Pen, Pointer, Sheet, Tool, typed};
@@ -60,7 +60,7 @@ pub struct Shown {
     /// The tree.
     pub tree: Arc<Vec<TreeRow>>,
     /// The fields of what is chosen.
-    pub fields: Arc<Vec<Row>>,
+    pub fields: Arc<Vec<FieldRow>>,
     /// Of which drawing, which choice and which open groups that is.
     of: (u32, BTreeSet<Catch>, BTreeSet<Id>),
 }
@@ -188,7 +188,7 @@ pub enum DrawEvent {
     /// The drawing is saved as files.
     Export {
         /// Which.
-        what: Export,
+        what: DrawingExport,
     },
     /// The example of the manual is wanted.
     Example,

@@ -2,7 +2,7 @@
 
 use crate::engine::messages::Timed;
 use crate::keys::Stride;
-use crate::model::{Clock, Effect, Event, Model, PlayEvent, update};
+use crate::model::{Clocks, Effect, Event, Model, PlayEvent, update};
 use annulus_core::geometry::Point;
 use annulus_core::machine::virtual_drill;
 use annulus_core::motion::timeline;
@@ -27,7 +27,7 @@ fn playing(at_s: f64, speed: f64) -> Model {
 }
 
 fn frame(model: &mut Model, page_ms: f64) -> Vec<Effect> {
-    update(model, Event::Clock { clock: Clock { page_ms, wall_ms: 0.0 } });
+    update(model, Event::Clock { clock: Clocks { page_ms, wall_ms: 0.0 } });
     update(model, PlayEvent::Frame.into())
 }
 
