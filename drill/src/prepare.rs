@@ -195,7 +195,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     match verdict {
         Some(Ok(())) => checks.push(row(RowVerdict::Pass, note("preflight.stream_safe"))),
         Some(Err(reasons)) => {
-            checks.extend(reasons.into_iter().take(20).map(|why| row(RowVerdict::Fail, why)))
+            checks.extend(reasons.into_iter().take(20).map(|why| row(RowVerdict::Fail, why)));
         }
         None => {}
     }
@@ -248,7 +248,7 @@ pub(crate) fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnosti
 /// The bit that leg `leg` is made with; before any is put in, the first of the program.
 pub(crate) fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
     let put_in = program.legs.iter().take(leg + 1).rev().find_map(|leg| match leg.mark {
-        Mark::ChangeBit(bit) => Some(bit as usize),
+        Mark::ToolChange(bit) => Some(bit as usize),
         _ => None,
     });
     program.bits.get(put_in.unwrap_or(0))

@@ -2,7 +2,7 @@
 //!
 //! Comes in: an [`Editor`]. Goes out: [`Marks`], in mm from the zero point. Knows no colours.
 
-use super::pieces::{CHORD_ERROR_MM, Sheet, fill, spot};
+use super::pieces::{CHORD_ERROR_MM, DrawnPieces, fill, spot};
 use super::{Doing, Editor, Tool};
 use crate::view::Mesh;
 use annulus_core::board::drawing::{Body, Catch, Layer, Snap};
@@ -68,7 +68,7 @@ pub struct Marks {
 
 impl Chosen {
     /// What is chosen in `editor`.
-    pub fn new(editor: &Editor, sheet: &Sheet) -> Self {
+    pub fn new(editor: &Editor, sheet: &DrawnPieces) -> Self {
         if editor.chosen.is_empty() {
             return Self::default();
         }
@@ -117,7 +117,7 @@ impl Marks {
         }
         match editor.aim {
             Snap::Node(at, _) | Snap::Imported(at, _) => {
-                marks.strokes.push(line(at, at, MarkMeaning::Caught))
+                marks.strokes.push(line(at, at, MarkMeaning::Caught));
             }
             Snap::Middle(at, _) => marks.strokes.push(line(at, at, MarkMeaning::Middle)),
             Snap::Free(_) | Snap::Grid(_) => {}

@@ -23,7 +23,7 @@ pub mod typed;
 pub use act::Act;
 pub use keys::DrawKey;
 pub use marks::{Chosen, Marks};
-pub use pieces::Sheet;
+pub use pieces::DrawnPieces;
 pub use tools::{Doing, Pointer, Tool};
 
 use crate::said::Text;
@@ -212,7 +212,7 @@ impl Editor {
     }
 
     /// What is drawn, in pieces.
-    pub fn sheet(&mut self) -> Arc<Sheet> {
+    pub fn sheet(&mut self) -> Arc<DrawnPieces> {
         self.pieces.sheet(self.history.now(), &self.finder)
     }
 

@@ -17,7 +17,7 @@ pub(crate) fn row_of_holes(count: u32) -> Program {
     let feed_um_per_s = (process.feed_mm_per_s * 1e3) as u32;
     let spin_up_us = (process.spin_up_ms * 1e3) as u32;
     let mut legs = vec![
-        Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] },
+        Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] },
         Leg {
             mark: Mark::Prepare,
             commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us: spin_up_us }],

@@ -13,7 +13,7 @@ pub mod phases;
 mod presets;
 mod settings;
 mod table;
-mod takts;
+mod table_speeds;
 mod validate;
 
 pub use adapter::AdapterWiring;
@@ -22,7 +22,7 @@ pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, Phase
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
 pub use settings::{IN_FILE_ONLY, Setting, Value, ValueKind, apply, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
-pub use takts::warnings;
+pub use table_speeds::warnings;
 pub use validate::validate;
 
 use crate::job::Input;
@@ -60,7 +60,7 @@ pub struct Machine {
     pub spindles: u32,
     /// How step times come about.
     pub drive: DriveKind,
-    /// Interrupt (takt) frequency of table-stepped drives, in Hz.
+    /// Interrupt (step) frequency of table-stepped drives, in Hz.
     pub interrupt_hz: u32,
     /// Their table of dynamics.
     pub dynamics: Dynamics,
@@ -148,7 +148,7 @@ pub struct Axis {
     pub home_offset: Length,
     /// Play of the drive: way that the motor turns after a change of direction before the axis follows.
     pub backlash: Length,
-    /// What the motor's phases get, takt by takt.
+    /// What the motor's phases get, step by step.
     pub phases: PhaseTable,
 }
 

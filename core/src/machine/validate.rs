@@ -1,10 +1,10 @@
 //! What no single field of a machine can tell: ranges inside out, heights out of reach, drives asked for too much, tables
 //! whose rows do not belong together.
 //!
-//! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `takts` and
+//! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `steps` and
 //! `phases`.
 
-use super::{DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, dynamics, phases, takts};
+use super::{DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, dynamics, phases, table_speeds};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
@@ -51,7 +51,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(outputs(machine));
     diagnostics.extend(drives(machine));
     diagnostics.extend(strokes(machine));
-    diagnostics.extend(takts::refusals(machine));
+    diagnostics.extend(table_speeds::refusals(machine));
     diagnostics.extend(card::validate(machine));
     diagnostics.extend(adapter::validate(machine));
     diagnostics
