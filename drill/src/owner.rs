@@ -7,7 +7,7 @@ use crate::begin::Starting;
 use crate::board::Judged;
 use crate::executor::{Executor, Report, Shared, Time};
 use crate::hands::Hands;
-use crate::journal::{Contents, JobRecord, Progress, Record, WorkZero};
+use crate::journal::{Contents, Damage, JobRecord, Progress, Record, WorkZero};
 use crate::moves::{Doing, Work, ruler};
 use crate::outputs::ManualOutputs;
 use crate::outside::Outside;
@@ -285,7 +285,7 @@ impl Owner {
                 if self.executor.is_gone() {
                     self.renew_executor()?;
                 }
-                let damaged = self.session.alarm.as_ref().is_some_and(|why| why.code == "journal.damaged");
+                let damaged = self.session.alarm.as_ref().is_some_and(Damage::is_told_by);
                 self.try_event(Event::Acknowledge)?;
                 if damaged {
                     self.outside.record(Record::DamageRead);

@@ -91,10 +91,7 @@ impl<F: Files> Alone<F> {
             drilled.clear();
             let _ = slots.files.write(File::Drilled, &[]);
         }
-        let alarm = contents.damage.as_ref().map(|damage| {
-            let why = Diagnostic::error("journal.damaged").with("file", &damage.file);
-            why.with("job", damage.job.as_deref().unwrap_or("?")).with("holes", drilled.lines().count())
-        });
+        let alarm = contents.damage.as_ref().map(|damage| damage.told(drilled.lines().count()));
         let job = contents.job.as_ref().map(|(job, _)| job.key.clone());
         let programs = job.zip(program).into_iter().collect();
         let (messages, inbox) = channel();
