@@ -31,7 +31,7 @@ impl Owner {
         let tell = prepared.tell();
         let event = match prepared.refusal() {
             None => Event::Armed { job: prepared.key.clone(), digest: prepared.digest.clone() },
-            Some(_) => Event::Disarmed(false),
+            Some(_) => Event::Disarmed { position_lost: false },
         };
         self.try_event(event)?;
         self.prepared = Some(Arc::new(prepared));

@@ -109,9 +109,21 @@ const GONE: &str = "journal.gone";
 /// What is to be written, in its order.
 pub enum Record {
     /// A job begins; the owner hears when it is durable.
-    Begin(Box<JobRecord>, Progress, Vec<u8>),
+    Begin {
+        /// What the job is.
+        job: Box<JobRecord>,
+        /// Where it stands.
+        progress: Progress,
+        /// The bytes of its program.
+        program: Vec<u8>,
+    },
     /// A leg is done, the next begun. With the place where a sensor ended the stroke of a leg.
-    Advance(Progress, Option<(u32, Steps)>),
+    Advance {
+        /// Where the job stands.
+        progress: Progress,
+        /// The leg whose stroke a sensor ended, and where.
+        stop: Option<(u32, Steps)>,
+    },
     /// The job is over or forgotten.
     Finish,
     /// The work zero in force.

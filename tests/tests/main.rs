@@ -13,6 +13,8 @@ mod floor_plan;
 mod hostile_gerber;
 mod languages;
 mod mutations;
+mod named_fields;
+mod one_noun;
 mod page_floors;
 mod page_words;
 mod pairing;

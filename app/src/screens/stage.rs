@@ -11,13 +11,13 @@
 use super::layers;
 use super::shown::{Shown, missing_holes, moment, shown};
 use crate::i18n::{key, say, t};
-use crate::keys::{Action, Tab};
-use crate::layers::Kind;
+use crate::keys::{KeyAction, Tab};
+use crate::layers::LayerKind;
 use crate::model::Theme;
 use crate::model::{FrameEvent, PlayEvent};
 use crate::page::{frame, open_board, open_job, send};
 use crate::picture;
-use crate::view::{Backend, Line, Palette, Scene, State, View, Wanted, Width};
+use crate::view::{Backend, HoleState, Line, PainterChoice, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
 use annulus_core::board::Face;
 use annulus_core::proof;
@@ -37,14 +37,14 @@ pub(super) fn with_view(picture: Picture, act: impl FnOnce(&View)) {
 }
 
 /// Fit and zoom, for keys and buttons.
-fn look(view: &View, action: Action) {
+fn look(view: &View, action: KeyAction) {
     match action {
-        Action::Fit => view.fit(),
-        Action::ZoomIn => view.zoom_by(1.25),
-        Action::ZoomOut => view.zoom_by(0.8),
-        Action::FromAbove => view.look_home(true),
-        Action::HomeView => view.look_home(false),
-        Action::Flip => view.look_flipped(),
+        KeyAction::Fit => view.fit(),
+        KeyAction::ZoomIn => view.zoom_by(1.25),
+        KeyAction::ZoomOut => view.zoom_by(0.8),
+        KeyAction::FromAbove => view.look_home(true),
+        KeyAction::HomeView => view.look_home(false),
+        KeyAction::Flip => view.look_flipped(),
         _ => {}
     }
 }
@@ -102,9 +102,9 @@ pub(crate) fn stage() -> impl IntoView {
     super::simulate::in_space(picture, ready, shown);
     super::drawing::in_picture(picture, ready, palette);
     let buttons = [
-        (Icon::Fit, Action::Fit, key!("page.view.fit")),
-        (Icon::Plus, Action::ZoomIn, key!("page.view.closer")),
-        (Icon::Minus, Action::ZoomOut, key!("page.view.further")),
+        (Icon::Fit, KeyAction::Fit, key!("page.view.fit")),
+        (Icon::Plus, KeyAction::ZoomIn, key!("page.view.closer")),
+        (Icon::Minus, KeyAction::ZoomOut, key!("page.view.further")),
     ];
     let buttons = buttons.map(|(icon, action, name)| {
         picture_button(icon, move || crate::i18n::text(name, &[]), move |_| send(FrameEvent::Look { action }))
@@ -174,13 +174,13 @@ fn act_flip() {
 const FINDING_MM: f64 = 6.0;
 
 /// What draws can be asked for in the address, for tests: `?draw=webgl2`.
-fn wanted() -> Wanted {
+fn wanted() -> PainterChoice {
     let search = window().location().search().unwrap_or_default();
     let word = search
         .trim_start_matches('?')
         .split('&')
         .find_map(|part| part.strip_prefix("draw=").map(str::to_owned));
-    word.map_or(Wanted::Auto, |word| Wanted::from_word(&word))
+    word.map_or(PainterChoice::Auto, |word| PainterChoice::from_word(&word))
 }
 
 fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
@@ -286,8 +286,8 @@ fn show_missing(
         let holes = if frame().tab.get() == Tab::Machine { missing.get() } else { Vec::new() };
         let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
         let failed: Vec<usize> = holes.iter().filter_map(disc).collect();
-        let planned = before.unwrap_or_default().into_iter().map(|disc| (disc, State::Planned));
-        let states: Vec<_> = planned.chain(failed.iter().map(|disc| (*disc, State::Failed))).collect();
+        let planned = before.unwrap_or_default().into_iter().map(|disc| (disc, HoleState::Planned));
+        let states: Vec<_> = planned.chain(failed.iter().map(|disc| (*disc, HoleState::Failed))).collect();
         if ready && !states.is_empty() {
             with_view(picture, |view| view.set_states(&states));
         }
@@ -299,7 +299,7 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     let mut scene = picture::scene(&shown.board, shown.body, palette);
     scene.layers.clone_from(&shown.layers);
     if frame().tab.get() == Tab::Board {
-        let (holes, outline) = (layers::kind_seen(Kind::Holes), layers::kind_seen(Kind::Outline));
+        let (holes, outline) = (layers::kind_seen(LayerKind::Holes), layers::kind_seen(LayerKind::Outline));
         scene.discs.retain(|_| holes);
         scene.slots.retain(|_| holes);
         scene.outline.retain(|_| outline);
@@ -352,7 +352,7 @@ fn found(shown: &Shown, palette: &Palette) -> Vec<Line> {
     open_board().proved.with(|proved| {
         let findings = proved.iter().flat_map(|proved| &proved.findings).enumerate();
         let marks = findings.flat_map(|(at, finding)| {
-            let joined = matches!(finding.kind, proof::Kind::Gap | proof::Kind::Short);
+            let joined = matches!(finding.kind, proof::FindingKind::Gap | proof::FindingKind::Short);
             let colour = if joined { palette.joined } else { palette.finding };
             picture::finding(picture::place(corner, finding.at), marked == Some(at), colour, palette)
         });

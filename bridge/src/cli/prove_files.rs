@@ -13,14 +13,14 @@ use super::prove_holes::Done;
 use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::toolpaths::Scene;
+use annulus_core::cam::toolpaths::PlacedBoard;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Asked, Bit, Program};
 use annulus_core::locale;
-use annulus_core::post::{self, Written};
-use annulus_core::proof::{self, Kind, Options, Verdict};
+use annulus_core::post::{self, ReadBack};
+use annulus_core::proof::{self, FindingKind, ProofOptions, Verdict};
 use annulus_core::units::Length;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
@@ -34,7 +34,7 @@ pub(super) enum Given {
     /// One of Annulus' own: it knows where its zero is.
     Own(Program),
     /// A file in the words of a controller.
-    File(Box<Written>),
+    File(Box<ReadBack>),
 }
 
 impl Given {
@@ -57,8 +57,8 @@ pub(super) fn given(path: &Path, tools: &Tools) -> Result<Given, Refusal> {
     let mut bytes = Vec::new();
     let file = fs::File::open(path).map_err(trouble)?;
     // One byte more than may be read: the file may grow meanwhile, or be a pipe that has no length.
-    file.take(Written::LARGEST as u64 + 1).read_to_end(&mut bytes).map_err(trouble)?;
-    if bytes.len() > Written::LARGEST {
+    file.take(ReadBack::LARGEST as u64 + 1).read_to_end(&mut bytes).map_err(trouble)?;
+    if bytes.len() > ReadBack::LARGEST {
         return Err(Refusal::content(Diagnostic::error("readback.too_large").at(&name, 0, 0)));
     }
     let text = String::from_utf8_lossy(&bytes);
@@ -140,7 +140,7 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
                 (program, side.map(|side| side.name().to_owned()), None, Vec::new())
             }
             Given::File(written) => {
-                let Written { program, side, of_files, diagnostics, .. } = *written;
+                let ReadBack { program, side, of_files, diagnostics, .. } = *written;
                 (program, side, Some(of_files), diagnostics)
             }
         };
@@ -149,7 +149,7 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
         let known = sides.iter().position(|side| side.face == face);
         let mut work = work.clone();
         work.setup.face = face;
-        let scene = Scene::of(board, &work);
+        let scene = PlacedBoard::of(board, &work);
         match of_files {
             Some(true) => program.origin = Point::default(),
             Some(false) => program.origin = scene.origin,
@@ -172,7 +172,7 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
 /// Proves all sides. `options` are those of a side of the job.
 pub(super) fn prove(
     sides: &[Laid],
-    options: &dyn Fn(Face) -> Options,
+    options: &dyn Fn(Face) -> ProofOptions,
     (asked, is_planned): (&Asked, bool),
     accept: &[String],
     mut diagnostics: Vec<Diagnostic>,
@@ -185,7 +185,7 @@ pub(super) fn prove(
             diagnostics.push(Diagnostic::note("prove.no_copper").with("side", side.face.name()));
             continue;
         }
-        let asked = Options { face: side.face, measured: true, ..options(side.face) };
+        let asked = ProofOptions { face: side.face, measured: true, ..options(side.face) };
         let verdict = proof::prove(&side.board, &side.programs, &asked);
         let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
         if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
@@ -193,7 +193,7 @@ pub(super) fn prove(
         }
         lost += verdict.lost_mm2;
         open += unread(&verdict.groups, accept);
-        isolates &= !verdict.findings.iter().any(|finding| finding.kind == Kind::NotIsolated);
+        isolates &= !verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated);
         findings.extend(
             verdict.findings.iter().map(|finding| with_face(finding_object(finding, accept), side.face)),
         );

@@ -191,7 +191,7 @@ impl Drill {
         let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
         match ask {
             Ask::Arm { job, from_leg } => Begun::Arm { drill, job, from_leg, ticket },
-            ask => match self.messages.send(Message::Ask(ask, ticket, reply)) {
+            ask => match self.messages.send(Message::Ask { ask, ticket, reply }) {
                 Ok(()) => Begun::Asked { drill, percent, answer },
                 Err(_) => Begun::Gone,
             },
@@ -237,7 +237,8 @@ impl Drill {
         let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
         let context = self.send(Message::Context).ok_or_else(gone)?;
         let prepared = prepare::prepare(job, &bytes, from_leg, &context)?;
-        self.send(|reply| Message::Prepared(Box::new(prepared), reply)).unwrap_or_else(|| Err(gone()))
+        self.send(|reply| Message::Prepared { prepared: Box::new(prepared), reply })
+            .unwrap_or_else(|| Err(gone()))
     }
 
     /// Everything that happens: `Status` 10 times a second and after every change, `Armed`, `Ended`,

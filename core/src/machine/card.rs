@@ -12,7 +12,7 @@
 //! Comes in: numbers of bits. Goes out: the wiring as data, its rows of the settings table, and every reason why it cannot
 //! be. Does not know registers: what a byte is at is the business of whoever drives the card.
 
-use super::settings::{Kind, Setting, Value};
+use super::settings::{Setting, Value, ValueKind};
 use super::{Machine, Output, StrokeEnd};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
@@ -102,21 +102,24 @@ macro_rules! row {
 }
 macro_rules! list {
     ($key:literal, $low:literal, $high:literal, $($field:tt)+) => {
-        row!($key, "", Kind::Wholes($low, $high), |m| numbers(&m.card.$($field)+), |m, v| m.card.$($field)+ = bits(v))
+        row!($key, "", ValueKind::Wholes($low, $high), |m| numbers(&m.card.$($field)+), |m, v| m.card.$($field)+ = bits(v))
     };
 }
 macro_rules! count {
     ($key:literal, $unit:literal, $high:literal, $field:ident) => {
-        row!($key, $unit, Kind::Whole(0.0, $high), |m| Value::Number(f64::from(m.card.$field)), |m, v| m
-            .card
-            .$field =
-            whole(v) as u32)
+        row!(
+            $key,
+            $unit,
+            ValueKind::Whole(0.0, $high),
+            |m| Value::Number(f64::from(m.card.$field)),
+            |m, v| m.card.$field = whole(v) as u32
+        )
     };
 }
 
 /// The section "card" of the settings table.
 pub(super) const ROWS: &[Setting] = &[
-    row!("card.device", "", Kind::Text(200), |m| Value::Text(m.card.device.clone()), |m, v| {
+    row!("card.device", "", ValueKind::Text(200), |m| Value::Text(m.card.device.clone()), |m, v| {
         if let Value::Text(path) = v {
             m.card.device.clone_from(path);
         }
@@ -129,16 +132,22 @@ pub(super) const ROWS: &[Setting] = &[
     row!(
         "card.spindle",
         "",
-        Kind::Whole(-1.0, 31.0),
+        ValueKind::Whole(-1.0, 31.0),
         |m| Value::Number(f64::from(m.card.spindle)),
         |m, v| m.card.spindle = whole(v) as i8
     ),
     list!("card.outputs", 0.0, 31.0, outputs),
-    row!("card.output_names", "", Kind::Text(200), |m| Value::Text(m.card.output_names.clone()), |m, v| {
-        if let Value::Text(names) = v {
-            m.card.output_names.clone_from(names);
+    row!(
+        "card.output_names",
+        "",
+        ValueKind::Text(200),
+        |m| Value::Text(m.card.output_names.clone()),
+        |m, v| {
+            if let Value::Text(names) = v {
+                m.card.output_names.clone_from(names);
+            }
         }
-    }),
+    ),
     list!("card.sensors", -1.0, 31.0, sensors),
     list!("card.sensors_low", 0.0, 1.0, sensors_low),
     count!("card.start_stop_rate", "Hz", 20_000.0, start_stop_hz),

@@ -16,11 +16,11 @@ mod table;
 mod takts;
 mod validate;
 
-pub use adapter::Adapter;
+pub use adapter::AdapterWiring;
 pub use card::{Card, UNWIRED};
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
-pub use settings::{IN_FILE_ONLY, Kind, Setting, Value, apply, read, setting, settings};
+pub use settings::{IN_FILE_ONLY, Setting, Value, ValueKind, apply, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
 pub use takts::warnings;
 pub use validate::validate;
@@ -49,7 +49,7 @@ pub struct Machine {
     /// How they are wired.
     pub card: Card,
     /// How a USB step adapter is wired.
-    pub adapter: Adapter,
+    pub adapter: AdapterWiring,
     /// Left and right.
     pub x: Axis,
     /// Away and back.

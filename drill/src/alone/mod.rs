@@ -244,7 +244,7 @@ impl<F: Files> Alone<F> {
         let prepared = prepare(job, bytes, from_leg, &self.owner.context())?;
         let (reply, answer) = channel();
         self.line.await_answer(answer);
-        self.owner.take(Message::Prepared(Box::new(prepared), reply));
+        self.owner.take(Message::Prepared { prepared: Box::new(prepared), reply });
         Ok(())
     }
 

@@ -4,7 +4,7 @@ use super::*;
 use annulus_core::board::{Board, Hole};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
-use annulus_core::cam::{Order, PlanOptions};
+use annulus_core::cam::{HoleOrder, PlanOptions};
 use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
@@ -13,7 +13,7 @@ use annulus_core::machine::virtual_drill;
 use annulus_core::motion;
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::tally;
-use annulus_core::wire::{Ask, Status, Tell, Verdict};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -153,7 +153,7 @@ impl Bench {
             _ => None,
         });
         let (stream_digest, checks) = armed.unwrap();
-        assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+        assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
         self.ask(&Ask::Start { job: key.to_owned(), stream_digest, from_leg });
     }
 
@@ -206,7 +206,7 @@ fn holes(count: usize) -> Program {
         line: 1,
     };
     let board = Board { holes: (0..count).map(hole).collect(), ..Board::default() };
-    let work = Work::drilling(&board, &machine, Order::Shortest);
+    let work = Work::drilling(&board, &machine, HoleOrder::Shortest);
     let rapid_time = |from, to| motion::rapid_time_s(&machine, from, to);
     let means = Means { options: &PlanOptions::default(), rapid_time: &rapid_time };
     let planned = plan_work(&board, &work, &machine, &means, &mut |_| true).unwrap().0;

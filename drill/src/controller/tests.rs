@@ -10,14 +10,14 @@ use crate::files::{File, Files};
 use annulus_core::board::{Board, Hole};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
-use annulus_core::cam::{Order, PlanOptions};
+use annulus_core::cam::{HoleOrder, PlanOptions};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::machine::{Value, hobby_3018};
 use annulus_core::motion;
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use automaton::Automaton;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -196,7 +196,7 @@ impl Bench {
         });
         let (digest, checks) = armed.unwrap_or_else(|| panic!("{:?}", self.heard.last()));
         assert_eq!(digest, "");
-        let fails = checks.iter().filter(|row| row.verdict == Verdict::Fail);
+        let fails = checks.iter().filter(|row| row.verdict == RowVerdict::Fail);
         fails.map(|row| row.finding.code.clone()).collect()
     }
 
@@ -292,7 +292,7 @@ fn holes(count: usize) -> Program {
         line: 1,
     };
     let board = Board { holes: (0..count).map(hole).collect(), ..Board::default() };
-    let work = Work::drilling(&board, &machine, Order::Shortest);
+    let work = Work::drilling(&board, &machine, HoleOrder::Shortest);
     let rapid_time = |from, to| motion::rapid_time_s(&machine, from, to);
     let means = Means { options: &PlanOptions::default(), rapid_time: &rapid_time };
     let planned = plan_work(&board, &work, &machine, &means, &mut |_| true).unwrap().0;

@@ -7,7 +7,7 @@ use crate::i18n::{self, advice, message, t};
 use crate::page::open_board;
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{IN_FILE_ONLY, Kind, Setting, Value};
+use annulus_core::machine::{IN_FILE_ONLY, Setting, Value, ValueKind};
 use leptos::ev;
 use leptos::html::{input, label, p, select, small, span};
 use leptos::prelude::*;
@@ -41,7 +41,7 @@ pub(crate) fn field(
     let fixed = IN_FILE_ONLY.contains(&setting.key);
     let write = move |text: String| draft.update(|draft| drop(draft.insert(setting.key, text)));
     let entry = match setting.kind {
-        Kind::Choice(words) if !fixed => {
+        ValueKind::Choice(words) if !fixed => {
             let options = words
                 .iter()
                 .copied()
@@ -57,7 +57,7 @@ pub(crate) fn field(
             .attr("type", "text")
             .attr("id", id(setting))
             .prop("readOnly", fixed)
-            .attr("inputmode", if matches!(setting.kind, Kind::Text(_)) { "text" } else { "decimal" })
+            .attr("inputmode", if matches!(setting.kind, ValueKind::Text(_)) { "text" } else { "decimal" })
             .attr("aria-describedby", described)
             .attr("aria-invalid", move || why.with(Option::is_some).then_some("true"))
             .prop("value", move || shown(setting, draft))

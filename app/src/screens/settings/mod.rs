@@ -17,7 +17,7 @@ use crate::page::{link, send};
 use crate::screens::top_bar::{languages, theme_word, themes};
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, Kind, SECTIONS, Setting, Value};
+use annulus_core::machine::{self, SECTIONS, Setting, Value, ValueKind};
 use annulus_core::wire::Ask;
 use leptos::ev;
 use leptos::html::{button, dd, div, dl, dt, h2, label, nav, p, section, span};
@@ -47,11 +47,11 @@ fn section_name(section: &str) -> &'static str {
 /// What was typed, as a value of the setting; text that is no number stays text and is refused as such.
 fn value(setting: &Setting, typed: &str) -> Value {
     match setting.kind {
-        Kind::Text(_) | Kind::Choice(_) => Value::Text(typed.to_owned()),
-        Kind::Number(..) | Kind::Whole(..) => {
+        ValueKind::Text(_) | ValueKind::Choice(_) => Value::Text(typed.to_owned()),
+        ValueKind::Number(..) | ValueKind::Whole(..) => {
             crate::format::typed(typed).map_or_else(|| Value::Text(typed.to_owned()), Value::Number)
         }
-        Kind::Numbers(..) | Kind::Wholes(..) => {
+        ValueKind::Numbers(..) | ValueKind::Wholes(..) => {
             let words: Option<Vec<_>> = typed.split_whitespace().map(crate::format::typed).collect();
             words.map_or_else(|| Value::Text(typed.to_owned()), Value::Numbers)
         }

@@ -12,11 +12,11 @@
 //! 2 µm: 1 µm of the offset itself, and 1 µm that they run nearer, so that a gap exactly as wide as the bit stays open.
 //! Does not know what was left uncut: the proof tells.
 
-use super::super::work::{Cure, Direction, Isolate, Remedy};
+use super::super::work::{CutDirection, Isolate, LocalIsolation, Remedy};
 use super::cut::{self, Area};
 use super::narrow::{self, NEARER, Necks, half};
 use super::route::{Rules, arranged};
-use super::{Part, PlanContext, Task};
+use super::{BitTask, PlanContext, PlannedOperation};
 use super::{shared, slivers};
 use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
 use crate::diagnostic::Diagnostic;
@@ -31,8 +31,8 @@ use std::rc::Rc;
 const LINK_SLACK: Length = Length::from_um(4);
 
 /// Plans the operation.
-pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<Part, Diagnostic> {
-    let mut part = Part::default();
+pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<PlannedOperation, Diagnostic> {
+    let mut part = PlannedOperation::default();
     let Some(copper) = context.scene.copper(context.operation.face) else {
         context.report(Diagnostic::note("cam.no_copper"));
         return Ok(part);
@@ -157,10 +157,10 @@ fn between_islands(context: &PlanContext<'_>, copper: &Region, width: Length) ->
 }
 
 /// Outlines as regions have them, what is inside on their left, turned so that the cut goes as wanted.
-pub(super) fn turned(paths: Vec<Path>, direction: Direction) -> Vec<Path> {
+pub(super) fn turned(paths: Vec<Path>, direction: CutDirection) -> Vec<Path> {
     match direction {
-        Direction::Conventional => paths,
-        Direction::Climb => paths.iter().map(Path::reversed).collect(),
+        CutDirection::Conventional => paths,
+        CutDirection::Climb => paths.iter().map(Path::reversed).collect(),
     }
 }
 
@@ -172,7 +172,7 @@ fn finished(
     bit: &Bit,
     width: Length,
     isolate: &Isolate,
-) -> Option<Task> {
+) -> Option<BitTask> {
     let closed = context.scene.closed_to(width);
     let (paths, touched) = context.scene.trimmed(paths, closed.as_ref());
     if touched {
@@ -201,7 +201,7 @@ fn fitting_depth(bit: &Bit, gap: Length, depth: Length) -> Length {
 
 /// What one cure has done, to be done with others that are done alike.
 struct Remedied<'c> {
-    cure: &'c Cure,
+    cure: &'c LocalIsolation,
     bit: Bit,
     depth: Length,
     /// The necks that it is looked for in: those that a cut of this width gets into.
@@ -212,7 +212,7 @@ struct Remedied<'c> {
 fn remedied<'c>(
     context: &mut PlanContext<'_>,
     (own, thin): (&Bit, &Bit),
-    cure: &'c Cure,
+    cure: &'c LocalIsolation,
 ) -> Option<Remedied<'c>> {
     let depth = context.depth();
     let gap = Length::from_mm(cure.from.distance_mm(cure.to));
@@ -235,7 +235,7 @@ fn cured(
     isolated: &mut Isolated<'_>,
     isolate: &Isolate,
     bits: (&Bit, &Bit),
-) -> Result<Vec<Task>, Diagnostic> {
+) -> Result<Vec<BitTask>, Diagnostic> {
     let wider = bits.0.width_at(context.depth());
     let mut alike: Vec<(Bit, Length, Vec<Path>)> = Vec::new();
     let mut fitted: Vec<(Bit, Length, BTreeSet<Island>)> = Vec::new();
@@ -295,7 +295,7 @@ fn at_depth(
     isolated: &Isolated<'_>,
     isolate: &Isolate,
     (bit, depth, paths): (Bit, Length, Vec<Path>),
-) -> Option<Task> {
+) -> Option<BitTask> {
     let single = Isolate { passes: 1, loop_overlap: Length::ZERO, ..isolate.clone() };
     let mut task = finished(context, isolated, paths, &bit, bit.width_at(depth), &single)?;
     let depths = context.depths(depth);
