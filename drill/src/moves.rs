@@ -432,7 +432,7 @@ impl Owner {
                 if doing == Doing::Queue {
                     return self.queue_ran_dry(why);
                 }
-                self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust });
+                self.fails(why, self.session.trust);
             }
             (Doing::Queue, _) => self.queue_reported(report),
             (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
@@ -445,24 +445,18 @@ impl Owner {
             (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
             (_, Ended::Stopped | Ended::RanDry) => self.pending.push_back(Event::Rested),
             (_, Ended::Starved) => {
-                self.pending
-                    .push_back(Event::Failed { alarm: alarm("control.starved"), left: self.session.trust });
+                self.fails(alarm("control.starved"), self.session.trust);
             }
             (Doing::Homing(homing), _) => self.homed(homing, report),
-            (_, Ended::Late { ticks }) => {
-                self.pending.push_back(Event::Failed { alarm: late(ticks), left: Trust::Suspect })
-            }
+            (_, Ended::Late { ticks }) => self.fails(late(ticks), Trust::Suspect),
             (_, Ended::Guarded(input)) => {
                 let why = alarm("control.end_sensor").with("sensor", name(input));
-                self.pending.push_back(Event::Failed { alarm: why, left: Trust::Suspect });
+                self.fails(why, Trust::Suspect);
             }
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);
                 let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
-                self.pending.push_back(Event::Failed {
-                    alarm: why.with("seconds", us / 1e6),
-                    left: self.session.trust,
-                });
+                self.fails(why.with("seconds", us / 1e6), self.session.trust);
             }
             (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => {
                 if let (Ended::Gated(at), Some(work)) = (report.ended, &mut self.work) {
@@ -472,7 +466,7 @@ impl Owner {
                     return self.pending.push_back(Event::Rested);
                 }
                 if let Err(why) = self.rejoin() {
-                    self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust });
+                    self.fails(why, self.session.trust);
                 }
             }
             (Doing::Leg, Ended::Completed) => {
@@ -489,5 +483,10 @@ impl Owner {
             }
             (_, _) => self.pending.push_back(Event::Arrived),
         }
+    }
+
+    /// What is done fails: the alarm that tells of it, and what the position is worth afterwards.
+    fn fails(&mut self, alarm: Diagnostic, left: Trust) {
+        self.pending.push_back(Event::Failed { alarm, left });
     }
 }
