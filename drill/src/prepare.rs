@@ -195,7 +195,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     match verdict {
         Some(Ok(())) => checks.push(row(RowVerdict::Pass, note("preflight.stream_safe"))),
         Some(Err(reasons)) => {
-            checks.extend(reasons.into_iter().take(20).map(|why| row(RowVerdict::Fail, why)))
+            checks.extend(reasons.into_iter().take(20).map(|why| row(RowVerdict::Fail, why)));
         }
         None => {}
     }

@@ -117,7 +117,7 @@ impl Marks {
         }
         match editor.aim {
             Snap::Node(at, _) | Snap::Imported(at, _) => {
-                marks.strokes.push(line(at, at, MarkMeaning::Caught))
+                marks.strokes.push(line(at, at, MarkMeaning::Caught));
             }
             Snap::Middle(at, _) => marks.strokes.push(line(at, at, MarkMeaning::Middle)),
             Snap::Free(_) | Snap::Grid(_) => {}

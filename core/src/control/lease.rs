@@ -75,7 +75,7 @@ impl Lease {
         let mut refused = None;
         match (event, self.holder()) {
             (LeaseEvent::Heard(viewer), Some(holder)) if viewer == holder => {
-                self.holder = Some((viewer, now_ms))
+                self.holder = Some((viewer, now_ms));
             }
             (LeaseEvent::Take { viewer, force }, Some(holder)) if viewer != holder => {
                 if force {

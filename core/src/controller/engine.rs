@@ -398,7 +398,7 @@ impl Controller {
         self.status = Some(status);
         match self.phase {
             EnginePhase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => {
-                self.strange(doing)
+                self.strange(doing);
             }
             EnginePhase::Jogging
                 if fresh

@@ -43,7 +43,7 @@ impl Controller {
             (EnginePhase::Running, ReportedState::Hold { .. })
                 if self.now_ms < self.since_ms + OLD_REPORT_MS => {}
             (EnginePhase::Running, ReportedState::Hold { .. }) => {
-                self.trouble(Diagnostic::error("grbl.held_by_itself"))
+                self.trouble(Diagnostic::error("grbl.held_by_itself"));
             }
             (EnginePhase::Running | EnginePhase::Holding, ReportedState::Door { .. }) => {
                 self.found(Diagnostic::warning("grbl.door"));

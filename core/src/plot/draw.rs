@@ -154,7 +154,7 @@ fn data(shapes: &mut Vec<PlotShape>, series: &Series, ink: Ink, frame: &PlotFram
         let piece = inside(thinned(&std::mem::take(&mut piece)), frame);
         match series.look {
             SeriesLook::Dots => {
-                shapes.extend(piece.into_iter().flatten().map(|at| PlotShape::Dot { ink, at }))
+                shapes.extend(piece.into_iter().flatten().map(|at| PlotShape::Dot { ink, at }));
             }
             _ => shapes.extend(piece.into_iter().map(|points| PlotShape::Line { ink, points })),
         }

@@ -54,7 +54,7 @@ pub(super) fn tools(work: Work) -> impl IntoView {
                 },
             ),
             push_if("button", on_rows, t!("page.lab.queue.double"), move |_| {
-                edit(|at| QueueEdit::Double { at })
+                edit(|at| QueueEdit::Double { at });
             }),
             push_if("button", on_rows, t!("page.lab.queue.up"), move |_| {
                 edit(|at| QueueEdit::Move { at, down: false });
@@ -63,7 +63,7 @@ pub(super) fn tools(work: Work) -> impl IntoView {
                 edit(|at| QueueEdit::Move { at, down: true });
             }),
             push_if("button", on_rows, t!("page.lab.queue.delete"), move |_| {
-                edit(|at| QueueEdit::Delete { at })
+                edit(|at| QueueEdit::Delete { at });
             }),
         )),
         span().class("grow"),
