@@ -4,6 +4,7 @@
 
 mod board;
 mod cam;
+mod canvas;
 mod drawing;
 mod help;
 mod lab;
