@@ -15,12 +15,11 @@ mod slots;
 #[cfg(test)]
 mod tests;
 
-use crate::board;
 use crate::executor::{Report, Shared, Time};
 use crate::files::{File, Files};
 use crate::journal::{sealed, unsealed};
 use crate::line::{self, Line};
-use crate::owner::{Message, Owner, Parts};
+use crate::owner::{Message, Owner, Parts, board};
 use crate::prepare::{at_feed, prepare};
 use crate::recording::Recording;
 use crate::ticket::{Ticket, Tickets};

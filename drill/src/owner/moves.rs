@@ -7,10 +7,10 @@
 //!
 //! Comes in: actions and reports. Goes out: tasks and events. Does not know asks.
 
+use super::Owner;
 use crate::executor::{Ended, Report, Task};
 use crate::journal::Record;
 use crate::journal::{Progress, Ruler};
-use crate::owner::Owner;
 use crate::prepare::Prepared;
 use annulus_core::control::{Event, State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
