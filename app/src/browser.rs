@@ -27,6 +27,11 @@ pub fn document_hidden() -> bool {
     window().document().is_some_and(|document| document.hidden())
 }
 
+/// What is kept in this browser for the next time.
+pub fn kept_storage() -> Option<Storage> {
+    window().local_storage().ok().flatten()
+}
+
 /// What survives a reload of this tab and nothing else.
 pub fn tab_storage() -> Option<Storage> {
     window().session_storage().ok().flatten()

@@ -529,7 +529,7 @@ mod tests {
 
     #[test]
     fn every_key_where_it_means_something() {
-        let far_down = Some(KeyAction::Draw(DrawKey::Step { x: 0, y: -1, size: StepSize::Far }));
+        let far_down = KeyAction::Draw(DrawKey::Step { x: 0, y: -1, size: StepSize::Far });
         let rows = [
             ("Ctrl+Shift+E", Tab::Board, Some(KeyAction::Stop)),
             ("text+Ctrl+Shift+E", Tab::Settings, Some(KeyAction::Stop)),
@@ -590,7 +590,7 @@ mod tests {
             ("control+ArrowUp", Tab::Draw, None),
             ("control+Delete", Tab::Draw, Some(KeyAction::Draw(DrawKey::Act(Act::Delete)))),
             ("f", Tab::Draw, Some(KeyAction::Flip)),
-            ("Shift+ArrowDown", Tab::Draw, far_down),
+            ("Shift+ArrowDown", Tab::Draw, Some(far_down)),
         ];
         for (text, tab, expected) in rows {
             assert_eq!(action(&press(text), tab), expected, "{text} on {tab:?}");

@@ -11,34 +11,24 @@
 //! nor whose thread it is.
 
 mod alone;
-mod arming;
-mod begin;
-mod board;
 pub mod controller;
 pub mod executor;
-mod faster;
 mod files;
 mod grant;
-mod hands;
-mod homing;
 pub mod journal;
 mod line;
-mod moves;
-mod outputs;
 mod outside;
 mod owner;
 mod place;
 pub mod prepare;
-mod queue;
 mod recording;
-mod status;
 mod ticket;
 
 pub use alone::Alone;
-pub use board::line;
 pub use executor::Time;
 pub use files::{File, Files};
 pub use outside::Outside;
+pub use owner::board::line;
 pub use owner::{Message, Owner, Parts};
 pub use place::{Next, Orders, Place};
 pub use recording::{Keeper, Recording};

@@ -8,18 +8,23 @@
 //!               └──────────── Status: next, held, limit ◀──────┘      every 10 ms, lossy, always the latest
 //! ```
 //!
+//! Files, lowest first, and what each may name:
+//!
 //! | file | makes | may name |
 //! |---|---|---|
-//! | `crc`, `cobs`, `bytes` | checks, framing, numbers as bytes | |
-//! | `frame` | header and payload under one CRC | those |
+//! | `bytes` | numbers as bytes |  |
+//! | `crc` | checks |  |
+//! | `cobs` | framing |  |
+//! | `frame` | header and payload under one CRC | `bytes`, `cobs`, `crc` |
 //! | `message` | every message, described once | `bytes` |
 //! | `run` | steps of one axis, the arithmetic of the step stream | `bytes` |
-//! | `chunk` | a piece of path with its tail, and whether it may be played | `message`, `run` |
-//! | `cutter` | the path of a segment into chunks | `chunk`, `run` |
-//! | `sender`, `receiver` | numbered frames without gaps over a bad line | `frame`, `message` |
-//! | `store` | chunks in waiting, by bytes | |
-//! | `player` | chunks into words of one timeline, at the rate that is wanted | `chunk`, `run`, `store` |
-//! | `adapter` | one adapter: session, settings, motion, status | all |
+//! | `chunk` | a piece of path with its tail, and whether it may be played | `bytes`, `frame`, `message`, `run` |
+//! | `cutter` | the path of a segment into chunks | `chunk`, `frame`, `message`, `run` |
+//! | `store` | chunks in waiting, by bytes | `frame` |
+//! | `receiver` | frames as they come, without gaps over a bad line | `frame` |
+//! | `sender` | numbered frames, sent again until they are there | `bytes`, `chunk`, `frame`, `message`, `receiver`, `run`, `store` |
+//! | `player` | chunks into words of one timeline, at the rate that is wanted | `bytes`, `chunk`, `frame`, `message`, `run`, `store` |
+//! | `adapter` | one adapter: session, settings, motion, status | `bytes`, `chunk`, `cobs`, `crc`, `frame`, `message`, `player`, `receiver`, `store` |
 //!
 //! Time is counted in ticks of 0.1 µs, as in the step stream. Does not know USB, pins or threads.
 

@@ -1,5 +1,6 @@
-//! The house rules as a test: which folder of `core` may name which, how long files and functions may be, and that
-//! every file says what it is. The arrows are those of ARCHITECTURE.md.
+//! The house rules as a test: which folder of `core`, `drill`, `link` and `bridge` may name which, how long files and functions may be, and that
+//! every file says what it is. The arrows are those that ARCHITECTURE.md draws:
+//! its tables are read.
 
 use annulus_tests::root;
 use std::collections::BTreeSet;
@@ -8,135 +9,51 @@ use std::path::{Path, PathBuf};
 use syn::spanned::Spanned;
 use syn::visit::{self, Visit};
 
-/// Folder of `core/src`, and what it may name besides `units`, `diagnostic`, `locale` and `chance`.
-const ARROWS: &[(&str, &[&str])] = &[
-    ("units", &[]),
-    ("chance", &[]),
-    ("diagnostic", &[]),
-    ("locale", &[]),
-    ("geometry", &[]),
-    ("machine", &["geometry", "job"]),
-    ("artwork", &["geometry"]),
-    ("board", &["artwork", "geometry"]),
-    ("job", &["geometry"]),
-    ("cam", &["board", "job", "geometry", "machine"]),
-    ("post", &["job", "geometry", "machine"]),
-    ("project", &["artwork", "board", "cam", "job", "geometry", "machine"]),
-    ("proof", &["job", "board", "geometry"]),
-    ("motion", &["job", "geometry", "machine"]),
-    ("steps", &["motion", "job", "machine"]),
-    ("check", &["steps", "job", "machine", "geometry"]),
-    ("pins", &["steps", "job", "machine"]),
-    ("virtual_drill", &["pins", "steps", "machine", "geometry", "job"]),
-    ("sim", &["steps", "motion", "job", "geometry", "machine"]),
-    ("queue", &["pins", "steps", "motion", "job", "machine", "geometry"]),
-    ("control", &["pins", "check", "steps", "motion", "job", "machine", "geometry"]),
-    ("controller", &["control"]),
-    ("servo", &[]),
-    ("plot", &[]),
-    ("wire", &["control", "queue", "steps", "job", "machine"]),
-];
+/// What everything in `core` may name, and names nothing itself.
+const COMMON: &[&str] = &["units", "chance", "diagnostic", "locale"];
 
-/// Files of `link/src`, lowest first, and what each may name: only what lies lower.
-const LINK: &[(&str, &[&str])] = &[
-    ("bytes", &[]),
-    ("crc", &[]),
-    ("cobs", &[]),
-    ("frame", &["bytes", "cobs", "crc"]),
-    ("message", &["bytes"]),
-    ("run", &["bytes"]),
-    ("chunk", &["bytes", "frame", "message", "run"]),
-    ("cutter", &["chunk", "frame", "message", "run"]),
-    ("store", &["frame"]),
-    ("receiver", &["frame"]),
-    ("sender", &["bytes", "chunk", "frame", "message", "receiver", "run", "store"]),
-    ("player", &["bytes", "chunk", "frame", "message", "run", "store"]),
-    ("adapter", &["bytes", "chunk", "cobs", "crc", "frame", "message", "player", "receiver", "store"]),
-];
+/// The floors of a package as they are drawn: the name of each, and what it may name.
+pub(crate) type Plan = Vec<(String, Vec<String>)>;
 
-/// Files of `drill/src` that stand by themselves, and what each may name; all others are the owner, and may name them all.
-const DRILL: &[(&str, &[&str])] = &[
-    ("files", &[]),
-    ("grant", &[]),
-    ("journal", &[]),
-    ("ticket", &[]),
-    ("line", &["owner", "ticket"]),
-    ("executor", &["grant"]),
-    ("place", &["executor"]),
-    ("outside", &["executor", "journal"]),
-    ("recording", &["executor", "journal", "owner"]),
-    ("alone", ALONE),
-    ("controller", &["executor", "files", "journal", "line", "owner", "prepare", "ticket"]),
-    ("owner", OWNER),
-    ("arming", OWNER),
-    ("begin", OWNER),
-    ("board", OWNER),
-    ("faster", OWNER),
-    ("hands", OWNER),
-    ("homing", OWNER),
-    ("moves", OWNER),
-    ("outputs", OWNER),
-    ("prepare", &[]),
-    ("queue", OWNER),
-    ("status", OWNER),
-];
+/// The floors drawn in the first table under `heading` in `text`: names in the first column, what they may name in the last,
+/// what stands in brackets apart. "all" is everything that stands above it in the table.
+pub(crate) fn drawn(text: &str, heading: &str) -> Plan {
+    let (_, below) = text.split_once(heading).unwrap_or_else(|| panic!("{heading} is not there"));
+    let words = |cell: &str| -> Vec<String> {
+        cell.split(',')
+            .map(|word| word.split('(').next().unwrap_or_default().trim().trim_matches('`').to_owned())
+            .filter(|word| !word.is_empty())
+            .collect()
+    };
+    let lines = below.lines().map(|line| line.trim_start_matches("//!").trim());
+    let rows =
+        lines.skip_while(|line| !line.starts_with("|---")).skip(1).take_while(|line| line.starts_with('|'));
+    let mut plan = Plan::new();
+    for row in rows {
+        let cells: Vec<&str> = row.trim_matches('|').split('|').collect();
+        let (first, last) = (words(cells[0]), words(cells[cells.len() - 1]));
+        let all = || plan.iter().map(|(name, _)| name.clone()).collect();
+        let may = if last == ["all"] { all() } else { last };
+        plan.extend(first.into_iter().map(|name| (name, may.clone())));
+    }
+    assert!(plan.len() > 3, "{heading}: {} floors", plan.len());
+    plan
+}
 
-/// What the files of the owner may name: it never plays by itself.
-const OWNER: &[&str] = &[
-    "arming", "begin", "board", "executor", "faster", "hands", "homing", "journal", "moves", "outputs",
-    "outside", "owner", "prepare", "queue", "status", "ticket",
-];
+/// The floors that ARCHITECTURE.md draws under `heading`.
+pub(crate) fn architecture(heading: &str) -> Plan {
+    drawn(&fs::read_to_string(root().join("ARCHITECTURE.md")).unwrap(), heading)
+}
 
-/// What the drill without threads may name: what the bridge names too.
-const ALONE: &[&str] = &[
-    "board",
-    "executor",
-    "files",
-    "journal",
-    "line",
-    "outside",
-    "owner",
-    "place",
-    "prepare",
-    "recording",
-    "ticket",
-];
-
-/// Folders and files of `bridge/src`, lowest first, and what each may name: only what lies lower.
-const BRIDGE: &[(&str, &[&str])] = &[
-    ("quiet", &[]),
-    ("own", &[]),
-    ("refusal", &[]),
-    ("signals", &["refusal"]),
-    ("machine_file", &["own", "refusal"]),
-    ("journal", &["quiet"]),
-    ("serial", &[]),
-    ("adapter", &["serial"]),
-    ("outputs", &["own"]),
-    ("executor", &["own", "outputs", "signals"]),
-    ("lab", &[]),
-    ("controller", &["machine_file", "serial"]),
-    ("drill", &["adapter", "executor", "journal", "machine_file", "own", "refusal"]),
-    ("server", &["drill", "machine_file", "own", "refusal"]),
-    (
-        "cli",
-        &[
-            "adapter",
-            "controller",
-            "drill",
-            "executor",
-            "journal",
-            "lab",
-            "machine_file",
-            "outputs",
-            "own",
-            "refusal",
-            "serial",
-            "server",
-            "signals",
-        ],
-    ),
-];
+/// Whatever in a plan is not lower than what names it.
+pub(crate) fn not_lower(plan: &Plan) -> Vec<String> {
+    let mut wrong = Vec::new();
+    for (at, (floor, may)) in plan.iter().enumerate() {
+        let lower = |name: &&String| plan[..at].iter().any(|(below, _)| below == *name);
+        wrong.extend(may.iter().filter(|name| !lower(name)).map(|name| format!("{floor} names {name}")));
+    }
+    wrong
+}
 
 const LONGEST_FILE: usize = 700;
 
@@ -255,7 +172,7 @@ impl<'ast> Visit<'ast> for Names {
 }
 
 /// What in a package points where its plan does not let it.
-fn off_the_plan(package: &str, arrows: &[(&str, &[&str])], common: &[&str]) -> Vec<String> {
+fn off_the_plan(package: &str, plan: &Plan, common: &[&str]) -> Vec<String> {
     let mut wrong = Vec::new();
     for (path, text) in sources() {
         let Some(floor) = floor_of(&path, package).filter(|floor| !["lib", "main"].contains(&floor.as_str()))
@@ -265,15 +182,17 @@ fn off_the_plan(package: &str, arrows: &[(&str, &[&str])], common: &[&str]) -> V
         if is_of_tests(&path) {
             continue;
         }
-        let Some((_, allowed)) = arrows.iter().find(|(name, _)| *name == floor) else {
+        let drawn = plan.iter().find(|(name, _)| *name == floor);
+        let is_common = common.contains(&floor.as_str());
+        if drawn.is_none() && !is_common {
             wrong.push(format!("{}: {floor} is not on the plan", path.display()));
             continue;
-        };
+        }
         let mut names = Names::default();
         names.visit_file(&syn::parse_file(&text).unwrap());
         for name in names.0 {
-            let known = arrows.iter().any(|(other, _)| *other == name);
-            let may = common.contains(&name.as_str()) || name == floor || allowed.contains(&name.as_str());
+            let known = plan.iter().any(|(other, _)| *other == name);
+            let may = name == floor || drawn.is_some_and(|(_, allowed)| allowed.contains(&name));
             if known && !may {
                 wrong.push(format!("{}: {floor} must not name {name}", path.display()));
             }
@@ -282,19 +201,33 @@ fn off_the_plan(package: &str, arrows: &[(&str, &[&str])], common: &[&str]) -> V
     wrong
 }
 
+/// Floors of a plan that no folder and no file of the package is.
+pub(crate) fn only_drawn(package: &str, plan: &Plan) -> Vec<String> {
+    let there = |name: &str| {
+        let folder = root().join(package);
+        folder.join(name).is_dir() || folder.join(format!("{name}.rs")).is_file()
+    };
+    let gone = plan.iter().filter(|(name, _)| !there(name));
+    gone.map(|(name, _)| format!("{package}: {name} is drawn and is not there")).collect()
+}
+
 #[test]
 fn every_arrow_is_on_the_plan() {
-    let mut wrong = off_the_plan("core/src", ARROWS, &["chance", "units", "diagnostic", "locale"]);
-    wrong.extend(off_the_plan("drill/src", DRILL, &[]));
-    wrong.extend(off_the_plan("link/src", LINK, &[]));
-    wrong.extend(off_the_plan("bridge/src", BRIDGE, &[]));
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-    for floors in [LINK, BRIDGE] {
-        for (at, (floor, allowed)) in floors.iter().enumerate() {
-            let lower = |name: &&str| floors[..at].iter().any(|(below, _)| *below == *name);
-            assert!(allowed.iter().all(lower), "{floor} names only what lies lower");
-        }
+    let core = architecture("## The floors of core");
+    let mut wrong = off_the_plan("core/src", &core, COMMON);
+    wrong.extend(only_drawn("core/src", &core));
+    let link = fs::read_to_string(root().join("link/src/lib.rs")).unwrap();
+    let stacked = [
+        ("drill/src", architecture("## The floors of drill")),
+        ("link/src", drawn(&link, "//! Files, lowest first")),
+        ("bridge/src", architecture("## The floors of bridge")),
+    ];
+    for (package, plan) in &stacked {
+        wrong.extend(off_the_plan(package, plan, &[]));
+        wrong.extend(only_drawn(package, plan));
+        wrong.extend(not_lower(plan));
     }
+    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
 }
 
 #[test]
@@ -367,6 +300,13 @@ fn the_rules_can_fail() {
         lines_without_tests("//! x\n#[cfg(test)]\nmod tests;\nfn f() {}\n#[cfg(test)]\nmod more {\n}\n"),
         2
     );
+    let plan = drawn(
+        "# p\n| f | x |\n|---|---|\n| `a`, b | |\n| `c` | a, d |\n| d (half) | all |\n\n| e | |",
+        "# p",
+    );
+    let names = |list: &[&str]| list.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    assert_eq!(plan[2..], [("c".to_owned(), names(&["a", "d"])), ("d".to_owned(), names(&["a", "b", "c"]))]);
+    assert_eq!(not_lower(&plan), ["c names d"]);
     let long = format!("fn f() {{\n{}}}\n", "g();\n".repeat(LONGEST_FUNCTION));
     let mut functions = Functions { path: Path::new("x.rs"), wrong: Vec::new() };
     functions.visit_file(&syn::parse_file(&long).unwrap());

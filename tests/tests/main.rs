@@ -12,6 +12,7 @@ mod faults;
 mod floor_plan;
 mod hostile_gerber;
 mod languages;
+mod module_graph;
 mod mutations;
 mod named_fields;
 mod one_noun;

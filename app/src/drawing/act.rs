@@ -3,14 +3,15 @@
 //! Comes in: an [`Act`]. Goes out: the next drawing and what is chosen in it. What files draw is moved, taken out and put back;
 //! nothing else can be done with it. Does not know the languages: a new group is told its name.
 
+use super::imported::said_anew;
 use super::{Editor, GRIDS};
 use annulus_core::board::drawing::{
-    Align, Catch, Drawing, Edit, Entry, Id, Imported, Layer, Thing, array, bounds, copied, grouped, pasted,
-    placed, put, regrouped, removed, ungrouped,
+    Align, Catch, Drawing, Edit, Id, Layer, Thing, array, bounds, copied, grouped, pasted, placed, put,
+    regrouped, removed, ungrouped,
 };
 use annulus_core::geometry::{Placement, Point};
 use annulus_core::units::Length;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Where a copy lies beside what it was made of.
@@ -71,61 +72,7 @@ pub enum Act {
     },
 }
 
-/// What a drawing says of objects of files: the thing that says it, and by how much they are moved.
-type Said<'a> = BTreeMap<(&'a str, u32), (Id, Option<Point>)>;
-
-fn said(drawing: &Drawing) -> Said<'_> {
-    let said = drawing.things().filter_map(|(id, entry)| match &entry.thing {
-        Thing::Imported { file, object, by, .. } => Some(((file.as_str(), *object), (id, *by))),
-        _ => None,
-    });
-    said.collect()
-}
-
-/// Everything of `ids` and of what is imported moved.
-pub(super) fn moved(drawing: &Drawing, ids: &BTreeSet<Id>, imported: &[Imported], by: Point) -> Edit {
-    let edit = annulus_core::board::drawing::moved(drawing, ids, by);
-    edit.then(said_anew(drawing, imported, |before| {
-        let before = before.unwrap_or_default();
-        Some(Point::new(before.x + by.x, before.y + by.y))
-    }))
-}
-
-/// What is imported is moved by so much in all, or taken out, as `becomes` makes of what it was.
-fn said_anew(
-    drawing: &Drawing,
-    imported: &[Imported],
-    becomes: impl Fn(Option<Point>) -> Option<Point>,
-) -> Edit {
-    if imported.is_empty() {
-        return Edit::default();
-    }
-    let (said, mut next, mut edit) = (said(drawing), drawing.next_id(), Edit::default());
-    for one in imported {
-        let known = said.get(&(one.file.as_str(), one.object));
-        let by = becomes(known.and_then(|(_, by)| *by));
-        let thing = Thing::Imported { file: one.file.clone(), object: one.object, at: one.at, by };
-        match known {
-            Some((id, _)) => edit.changes.extend(put(drawing, *id, thing).changes),
-            None => {
-                edit.changes.push((next, Some(Entry { thing, group: None })));
-                next = Id(next.0.saturating_add(1));
-            }
-        }
-    }
-    edit
-}
-
 impl Editor {
-    /// Objects of files that are chosen.
-    pub(super) fn of_files(&self) -> Vec<Imported> {
-        let one = |catch: &Catch| match catch {
-            Catch::Imported(of) => self.finder.imported().get(*of as usize).cloned(),
-            Catch::Drawn(_) => None,
-        };
-        self.chosen.iter().filter_map(one).collect()
-    }
-
     /// Does something with what is chosen.
     pub fn act(&mut self, act: Act) {
         let ids = self.ids();

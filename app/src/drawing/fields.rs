@@ -261,7 +261,7 @@ pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edi
             let now = of_file(editor).into_iter().find(|row| row.field == field)?.value;
             let FieldValue::Length(Some(now)) = now else { return None };
             let by = along(field == Field::ByX, length(text, unit)? - now);
-            Some(super::act::moved(drawing, &ids, &editor.of_files(), by))
+            Some(super::imported::moved(drawing, &ids, &editor.of_files(), by))
         }
         Field::FromX | Field::FromY | Field::ToX | Field::ToY => {
             let Some(Thing::Track { from, to, .. }) = drawing.thing(*ids.first()?) else { return None };

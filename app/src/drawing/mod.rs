@@ -1,7 +1,7 @@
 //! The board editor as plain data: a drawing with its history, what is chosen in it, the tool in hand.
 //!
 //! ```text
-//! pointer ─┐                       ┌─▶ Sheet    what is drawn, in pieces: an edit makes one of them anew
+//! pointer ─┐                       ┌─▶ DrawnPieces    what is drawn, in pieces: an edit makes one of them anew
 //! keys   ──┼─▶ Editor ─ Edit ─▶ History ─▶ Marks    what is chosen, aimed at, being drawn
 //! fields ──┘        ▲              └─▶ rows of the tree, fields of what is chosen, smallest figures
 //!                   └─ Finder: what is there, what is near
@@ -12,6 +12,7 @@
 
 mod act;
 pub mod fields;
+mod imported;
 pub mod keys;
 pub mod marks;
 pub mod pieces;
@@ -214,6 +215,15 @@ impl Editor {
     /// What is drawn, in pieces.
     pub fn sheet(&mut self) -> Arc<DrawnPieces> {
         self.pieces.sheet(self.history.now(), &self.finder)
+    }
+
+    /// Objects of files that are chosen.
+    fn of_files(&self) -> Vec<Imported> {
+        let one = |catch: &Catch| match catch {
+            Catch::Imported(of) => self.finder.imported().get(*of as usize).cloned(),
+            Catch::Drawn(_) => None,
+        };
+        self.chosen.iter().filter_map(one).collect()
     }
 
     /// Things of the drawing that are chosen.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  Body ─ circle │ capsule │ ring ─▶ triangles ┐
-//!  things 0…255, 256…511, … of each layer ─────┴▶ a mesh each ─▶ Sheet
+//!  things 0…255, 256…511, … of each layer ─────┴▶ a mesh each ─▶ DrawnPieces
 //! ```
 //!
 //! Comes in: a drawing, where everything is, what moved. Goes out: a [`DrawnPieces`], in mm from the zero point. Knows no colours.

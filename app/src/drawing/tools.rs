@@ -317,7 +317,7 @@ impl Editor {
                 let to = self.aim.at();
                 let by = Point::new(to.x - anchor.x, to.y - anchor.y);
                 let (ids, imported) = (self.ids(), self.of_files());
-                self.make_instead(|drawing| super::act::moved(drawing, &ids, &imported, by));
+                self.make_instead(|drawing| super::imported::moved(drawing, &ids, &imported, by));
                 self.doing = Doing::Drag { anchor, press, moved: true, alone };
             }
             Touch::Up => {
@@ -378,7 +378,7 @@ impl Editor {
 
     /// What is chosen goes by so much.
     fn shift(&mut self, by: Point) {
-        let edit = super::act::moved(self.drawing(), &self.ids(), &self.of_files(), by);
+        let edit = super::imported::moved(self.drawing(), &self.ids(), &self.of_files(), by);
         self.make(&edit);
     }
 

@@ -9,18 +9,14 @@
 //!
 //! Comes in: the address, the browser, a choice. Goes out: the table, as an event. Does not know the words.
 
-use crate::browser::{request, window};
+use crate::browser::{kept_storage, request, window};
 use crate::model::FrameEvent;
 use crate::page::send;
 use annulus_core::locale;
 use leptos::task::spawn_local;
-use web_sys::{Storage, UrlSearchParams};
+use web_sys::UrlSearchParams;
 
 const KEPT_AS: &str = "annulus.language";
-
-fn storage() -> Option<Storage> {
-    window().local_storage().ok().flatten()
-}
 
 /// The language that the address asks for.
 fn asked() -> Option<&'static str> {
@@ -29,7 +25,7 @@ fn asked() -> Option<&'static str> {
 }
 
 fn kept() -> Option<&'static str> {
-    locale::serving(&storage()?.get_item(KEPT_AS).ok()??)
+    locale::serving(&kept_storage()?.get_item(KEPT_AS).ok()??)
 }
 
 /// The first of the languages that the browser's person reads and this page speaks.
@@ -51,7 +47,7 @@ pub(super) fn speak(language: String) {
     spawn_local(async move {
         let there = locale::has(&language) || fetched(&language).await;
         if there {
-            if let Some(storage) = storage() {
+            if let Some(storage) = kept_storage() {
                 let _full_or_denied_is_no_harm = storage.set_item(KEPT_AS, &language);
             }
             if let Some(root) = window().document().and_then(|document| document.document_element()) {

@@ -6,6 +6,7 @@
 //!
 //! Comes in: effects, one after the other. Goes out: events. Does not know the screens, and decides nothing.
 
+mod colours;
 mod drawings;
 mod drill;
 mod files;
@@ -40,6 +41,7 @@ pub fn begin() {
     files::listen();
     site::begin();
     languages::begin();
+    colours::begin();
     if let Some(text) = session::kept_bench() {
         send(LabEvent::Kept { text });
     }
@@ -81,6 +83,7 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::ChooseDialect => files::choose_dialect(),
         Effect::Sample => files::sample(),
         Effect::Speak { language } => languages::speak(language),
+        Effect::Colours { word } => colours::show(word),
         Effect::LookInStore => store::look(),
         Effect::WriteStore { place, name, job, files, at_ms } => store::write(place, name, job, files, at_ms),
         Effect::TakeFromStore { place } => store::take(place),

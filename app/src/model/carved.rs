@@ -7,7 +7,7 @@
 //! Comes in: the plan in time and the open board. Goes out: the stock on show, what is wrong and when. A frame does so many
 //! cells and no more, so that the page never waits. Does not know how it is drawn.
 
-use super::{Model, Play};
+use super::Model;
 use annulus_core::cam::work::{OperationKind, Work};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Program, touched};
@@ -25,33 +25,26 @@ const SPOIL: Length = Length::from_um(3_000);
 /// Drills whose job says nothing of their points are flat.
 const FLAT_DEG: f64 = 180.0;
 
-/// Carves up to the second on show, as far as one frame goes. True where it is there.
-pub(super) fn carve(play: &mut Play) -> bool {
-    let Some(carving) = &mut play.carving else { return true };
-    let there = carving.seek(play.at_s, FRAME_CELLS);
-    if play.carved.as_deref() != Some(carving.stock()) {
-        play.carved = Some(Arc::new(carving.stock().clone()));
+/// Carves up to the second `at_s`, as far as one frame goes; the stock as it is then is `shown`.
+pub(super) fn carve(carving: &mut Carving, at_s: f64, shown: &mut Option<Arc<Stock>>) {
+    carving.seek(at_s, FRAME_CELLS);
+    if shown.as_deref() != Some(carving.stock()) {
+        *shown = Some(Arc::new(carving.stock().clone()));
     }
-    there
 }
 
-/// Whether the board in space shows another second than the playback.
-pub(super) fn is_behind(play: &Play) -> bool {
-    play.carving.as_ref().is_some_and(|carving| (carving.at_s() - play.at_s).abs() > 1e-9)
+/// Whether the board in space shows another second than `at_s`.
+pub(super) fn is_behind(carving: &Carving, at_s: f64) -> bool {
+    (carving.at_s() - at_s).abs() > 1e-9
 }
 
-/// The uncut board and what is wrong in the playback, where there is a plan.
-pub(super) fn begin(model: &mut Model) {
-    let (Some(program), Some(playback)) = (model.board.program.clone(), model.play.playback.clone()) else {
-        return;
-    };
+/// The uncut board, where there is a plan and what is played of it.
+pub(super) fn begin(model: &Model) -> Option<Carving> {
+    let (program, playback) = (model.board.program.as_ref()?, model.play.playback.as_ref()?);
     let body = model.board.laid.as_ref().and_then(|laid| laid.laid.body);
-    let thickness = model.machine.process.board_thickness;
-    let stock = blank(&program, body).and_then(|blank| Stock::new(blank, thickness).ok());
-    let stock = stock.map(|stock| stock.with_points(point_deg(model.job.work.as_deref())));
-    let play = &mut model.play;
-    play.carved = stock.clone().map(Arc::new);
-    play.carving = stock.map(|stock| Carving::new(playback, program.bits.clone(), stock));
+    let stock = Stock::new(blank(program, body)?, model.machine.process.board_thickness).ok()?;
+    let stock = stock.with_points(point_deg(model.job.work.as_deref()));
+    Some(Carving::new(Arc::clone(playback), program.bits.clone(), stock))
 }
 
 /// What is wrong in the playback.

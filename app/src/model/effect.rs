@@ -126,6 +126,11 @@ pub enum Effect {
         /// Its word.
         language: String,
     },
+    /// Show the page in these colours, and keep the choice for the next time.
+    Colours {
+        /// Their word in the style sheet.
+        word: &'static str,
+    },
     /// Look for what was kept; comes back as [`super::KeepEvent::Found`].
     LookInStore,
     /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`].

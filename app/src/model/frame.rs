@@ -26,6 +26,26 @@ pub enum Theme {
     Contrast,
 }
 
+impl Theme {
+    /// All of them, in the order of the menu.
+    pub const ALL: [Self; 4] = [Self::Auto, Self::Light, Self::Dark, Self::Contrast];
+
+    /// Its word in the style sheet and in the storage.
+    pub const fn word(self) -> &'static str {
+        match self {
+            Self::Auto => "auto",
+            Self::Light => "light",
+            Self::Dark => "dark",
+            Self::Contrast => "contrast",
+        }
+    }
+
+    /// The one called `word`, else as the system says.
+    pub fn called(word: &str) -> Self {
+        Self::ALL.into_iter().find(|theme| theme.word() == word).unwrap_or_default()
+    }
+}
+
 /// What a short word offers to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ToastAct {
@@ -297,7 +317,10 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             let other = if frame.unit == Unit::Millimetre { Unit::Inch } else { Unit::Millimetre };
             frame.unit = unit.unwrap_or(other);
         }
-        FrameEvent::Colours { theme } => frame.theme = theme,
+        FrameEvent::Colours { theme } => {
+            frame.theme = theme;
+            return vec![Effect::Colours { word: theme.word() }];
+        }
         FrameEvent::Language { language } => return vec![Effect::Speak { language }],
         FrameEvent::Spoken { language, there: true } => frame.language = language,
         FrameEvent::Spoken { there: false, .. } => {

@@ -23,6 +23,7 @@ pub mod lab;
 pub mod link;
 pub mod planning;
 pub mod play;
+pub mod settings;
 pub mod start;
 pub mod template;
 mod worker;
@@ -43,6 +44,7 @@ pub use lab::{Lab, LabEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
+pub use settings::{SettingsDraft, SettingsEvent};
 pub use start::{Start, StartEvent};
 pub use template::{Template, TemplateEvent};
 
@@ -89,6 +91,8 @@ pub struct Model {
     pub draw: Draw,
     /// The playback.
     pub play: Play,
+    /// What was typed of the machine's settings.
+    pub settings: SettingsDraft,
     /// What is kept in this browser.
     pub keeping: Keeping,
     /// What was planned last, or is being planned.
@@ -123,6 +127,8 @@ pub enum Event {
     Draw(DrawEvent),
     /// The playback.
     Play(PlayEvent),
+    /// What is typed of the machine's settings.
+    Settings(SettingsEvent),
     /// What is kept.
     Keep(KeepEvent),
     /// A request is so far.
@@ -166,6 +172,7 @@ from_parts!(
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
+    Settings(SettingsEvent),
     Link(LinkEvent),
     Start(StartEvent)
 );
@@ -186,6 +193,7 @@ impl Default for Model {
             lab: Lab::default(),
             draw: Draw::default(),
             play: Play::default(),
+            settings: SettingsDraft::default(),
             keeping: Keeping::default(),
             asked: None,
             request: 0,
@@ -256,6 +264,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Draw(event) => drawing::update(model, event),
         Event::Link(event) => linked(model, event),
         Event::Play(event) => play::update(model, event),
+        Event::Settings(event) => settings::update(model, event),
         Event::Start(event) => start::update(model, event),
     };
     if work_before.as_ref().map(Arc::as_ptr) != model.job.work.as_ref().map(Arc::as_ptr) {
@@ -269,6 +278,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(play::follow(model));
     effects.extend(start::follow(model));
     frame::follow(model);
+    settings::follow(model);
     effects
 }
 

@@ -40,7 +40,7 @@ pub struct Play {
     /// What is wrong, and when.
     pub warnings: Arc<Vec<Warning>>,
     /// The board on its way to the second on show.
-    pub(super) carving: Option<Carving>,
+    carving: Option<Carving>,
     /// When the last frame was.
     last_ms: Option<f64>,
     /// A frame was asked for and has not come yet.
@@ -199,17 +199,23 @@ impl Play {
         if std::mem::replace(&mut self.awaits, true) { Vec::new() } else { vec![Effect::Frame] }
     }
 
+    fn carve(&mut self) {
+        if let Some(carving) = &mut self.carving {
+            carved::carve(carving, self.at_s, &mut self.carved);
+        }
+    }
+
     fn frame(&mut self, now_ms: f64) -> Vec<Effect> {
         self.awaits = false;
         if !self.running {
-            carved::carve(self);
+            self.carve();
             return Vec::new();
         }
         let last_ms = self.last_ms.replace(now_ms);
         let gone_s = last_ms.map_or(0.0, |last_ms| (now_ms - last_ms).min(LEAP_MS)) / 1000.0;
         let at_s = self.after(gone_s);
         self.seek(at_s);
-        carved::carve(self);
+        self.carve();
         if self.at_s < at_s {
             self.running = false;
             return Vec::new();
@@ -294,8 +300,12 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     }
     let wanted = model.frame.tab == Tab::Simulate && !model.play.flat && !model.play.no_space;
     if wanted && model.play.carving.is_none() {
-        carved::begin(model);
+        let carving = carved::begin(model);
+        let play = &mut model.play;
+        play.carved = carving.as_ref().map(|carving| Arc::new(carving.stock().clone()));
+        play.carving = carving;
     }
     let play = &mut model.play;
-    if wanted && carved::is_behind(play) { play.ask_for_frame() } else { Vec::new() }
+    let behind = play.carving.as_ref().is_some_and(|carving| carved::is_behind(carving, play.at_s));
+    if wanted && behind { play.ask_for_frame() } else { Vec::new() }
 }

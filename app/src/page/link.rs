@@ -10,7 +10,7 @@ pub use crate::model::link::{
     Armed, Control, Controller, Hand, Interrupted, JobEnded, LinkPhase, MachineQueue, Notice,
 };
 use crate::model::start::Preflight;
-use crate::model::{Job, LinkEvent};
+use crate::model::{Job, LinkEvent, SettingsDraft};
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
@@ -34,6 +34,8 @@ pub struct Link {
     pub control: ReadSignal<Control>,
     /// The machine's settings.
     pub settings: ReadSignal<Arc<Vec<(String, Value)>>>,
+    /// What was typed of them and is not applied.
+    pub draft: ReadSignal<SettingsDraft>,
     /// The last verdict on a job.
     pub armed: ReadSignal<Option<Armed>>,
     /// A job to be taken up.
@@ -83,6 +85,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         freshness: slots.part(|model| &model.link.freshness),
         control: slots.part(|model| &model.link.control),
         settings: slots.kept(|model| &model.link.settings),
+        draft: slots.part(|model| &model.settings),
         armed: slots.part(|model| &model.link.armed),
         interrupted: slots.part(|model| &model.link.interrupted),
         ended: slots.part(|model| &model.link.ended),

@@ -4,6 +4,7 @@
 
 mod board;
 mod cam;
+mod canvas;
 mod drawing;
 mod help;
 mod lab;
@@ -21,16 +22,10 @@ mod status_bar;
 mod top_bar;
 mod welcome;
 
-use crate::model::FrameEvent;
-use crate::page::send;
 use leptos::prelude::*;
 
 /// The whole page, once it runs.
 pub fn app() -> impl IntoView {
-    if let Some(word) = settings::kept_theme() {
-        send(FrameEvent::Colours { theme: top_bar::theme_of(&word) });
-    }
-    settings::keep_theme();
     regions::listen();
     crate::widgets::follow_window();
     shell::shell()

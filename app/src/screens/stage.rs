@@ -8,71 +8,22 @@
 //!
 //! Comes in: what the screen shows. Goes out: the picture, hole under the pointer, hole pressed. Knows no GPU.
 
+use super::canvas::{Picture, look, palette, system_dark, wanted, with_view};
 use super::layers;
 use super::shown::{Shown, missing_holes, moment, shown};
 use crate::i18n::{key, say, t};
 use crate::keys::{KeyAction, Tab};
 use crate::layers::LayerKind;
-use crate::model::Theme;
 use crate::model::{FrameEvent, PlayEvent};
 use crate::page::{frame, open_board, open_job, send};
 use crate::picture;
-use crate::view::{Backend, HoleState, Line, PainterChoice, Palette, Scene, View, Width};
+use crate::view::{Backend, HoleState, Line, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
 use annulus_core::board::Face;
 use annulus_core::proof;
 use leptos::html::{self, div, span};
 use leptos::prelude::*;
 use std::sync::Arc;
-use wasm_bindgen::prelude::*;
-use web_sys::MediaQueryListEvent;
-
-/// The picture, once there is one.
-pub(super) type Picture = StoredValue<Option<View>, LocalStorage>;
-
-pub(super) fn with_view(picture: Picture, act: impl FnOnce(&View)) {
-    if let Some(view) = picture.try_get_value().flatten() {
-        act(&view);
-    }
-}
-
-/// Fit and zoom, for keys and buttons.
-fn look(view: &View, action: KeyAction) {
-    match action {
-        KeyAction::Fit => view.fit(),
-        KeyAction::ZoomIn => view.zoom_by(1.25),
-        KeyAction::ZoomOut => view.zoom_by(0.8),
-        KeyAction::FromAbove => view.look_home(true),
-        KeyAction::HomeView => view.look_home(false),
-        KeyAction::Flip => view.look_flipped(),
-        _ => {}
-    }
-}
-
-/// Whether the system asks for dark surroundings, now and whenever it changes its mind.
-fn system_dark() -> RwSignal<bool> {
-    let dark = RwSignal::new(false);
-    let asked = window().match_media("(prefers-color-scheme: dark)").ok().flatten();
-    if let Some(asked) = asked {
-        dark.set(asked.matches());
-        let changed = Closure::<dyn FnMut(MediaQueryListEvent)>::new(move |event: MediaQueryListEvent| {
-            dark.set(event.matches());
-        });
-        asked.set_onchange(Some(changed.as_ref().unchecked_ref()));
-        on_cleanup(move || asked.set_onchange(None));
-        changed.forget();
-    }
-    dark
-}
-
-fn palette(system_dark: bool) -> Palette {
-    let dark = match frame().theme.get() {
-        Theme::Dark | Theme::Contrast => true,
-        Theme::Light => false,
-        Theme::Auto => system_dark,
-    };
-    if dark { Palette::DARK } else { Palette::LIGHT }
-}
 
 /// The canvas, its buttons, and the short words above it.
 pub(crate) fn stage() -> impl IntoView {
@@ -172,16 +123,6 @@ fn act_flip() {
 
 /// A finding is shown with so much of the board across.
 const FINDING_MM: f64 = 6.0;
-
-/// What draws can be asked for in the address, for tests: `?draw=webgl2`.
-fn wanted() -> PainterChoice {
-    let search = window().location().search().unwrap_or_default();
-    let word = search
-        .trim_start_matches('?')
-        .split('&')
-        .find_map(|part| part.strip_prefix("draw=").map(str::to_owned));
-    word.map_or(PainterChoice::Auto, |word| PainterChoice::from_word(&word))
-}
 
 fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
     view.on_press(move |pressed| {

@@ -87,33 +87,27 @@ fn units() -> impl IntoView {
     ))
 }
 
-const THEMES: [(Theme, &str, &str); 4] = [
-    (Theme::Auto, "auto", key!("page.theme.auto")),
-    (Theme::Light, "light", key!("page.theme.light")),
-    (Theme::Dark, "dark", key!("page.theme.dark")),
-    (Theme::Contrast, "contrast", key!("page.theme.contrast")),
-];
-
-/// The word of `theme` in the style sheet and in the storage.
-pub(crate) fn theme_word(theme: Theme) -> &'static str {
-    THEMES.iter().find(|(this, ..)| *this == theme).map_or("auto", |(_, word, _)| word)
-}
-
-/// The theme called `word`.
-pub(crate) fn theme_of(word: &str) -> Theme {
-    THEMES.iter().find(|(_, this, _)| *this == word).map_or(Theme::Auto, |(theme, ..)| *theme)
+fn theme_name(theme: Theme) -> &'static str {
+    match theme {
+        Theme::Auto => key!("page.theme.auto"),
+        Theme::Light => key!("page.theme.light"),
+        Theme::Dark => key!("page.theme.dark"),
+        Theme::Contrast => key!("page.theme.contrast"),
+    }
 }
 
 /// The menu of colours; small screens have it in the settings alone.
 pub(crate) fn themes() -> impl IntoView {
     let theme = frame().theme;
-    let options = THEMES.map(|(this, word, name)| {
-        menu_word(word, move || theme.get() == this, move || i18n::text(name, &[]))
+    let options = Theme::ALL.map(|this| {
+        menu_word(this.word(), move || theme.get() == this, move || i18n::text(theme_name(this), &[]))
     });
     select()
         .class("plain")
         .attr("aria-label", t!("page.theme.title"))
-        .on(ev::change, |event| send(FrameEvent::Colours { theme: theme_of(&event_target_value(&event)) }))
+        .on(ev::change, |event| {
+            send(FrameEvent::Colours { theme: Theme::called(&event_target_value(&event)) });
+        })
         .child(Vec::from(options))
 }
 

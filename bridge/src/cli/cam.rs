@@ -188,7 +188,7 @@ fn target(args: &CamArgs) -> Result<Option<Target>, Refusal> {
 
 /// The work: as the board opens, changed by the job `saved` in its project, by the job file and then by flags.
 fn chosen(args: &CamArgs, board: &Board, saved: Option<&str>, machine: &Machine) -> Result<Work, Refusal> {
-    let mut work = opened(board, saved, machine)?;
+    let mut work = job::opened(board, saved, machine)?;
     if let Some(path) = &args.job {
         work = job_file(path, &work, machine)?;
     }
@@ -199,13 +199,6 @@ fn chosen(args: &CamArgs, board: &Board, saved: Option<&str>, machine: &Machine)
         parameters::assign(&mut work, key.trim(), value.trim()).map_err(Refusal::usage)?;
     }
     Ok(work)
-}
-
-/// The work that the board opens with: that of its project, else what fits it.
-pub(super) fn opened(board: &Board, saved: Option<&str>, machine: &Machine) -> Result<Work, Refusal> {
-    let usual = Work::default_for(board, machine);
-    let Some(text) = saved else { return Ok(usual) };
-    project::read(project::saved::JOB, text, &usual, machine).map_err(Refusal::content)
 }
 
 /// The work of the job file at `path`; what it leaves out is as in `base`.

@@ -28,9 +28,8 @@ pub(crate) struct ExportArgs {
 /// What is written, and where.
 #[derive(Debug, clap::Args)]
 pub(crate) struct TargetArgs {
-    /// Controller: excellon, grbl, linuxcnc, mach3, marlin, sinumerik, fanuc, heidenhain, kuka, abb, `fanuc_tp`, or a dialect
-    /// file of your own, FILE.toml.
-    #[arg(long, value_name = "NAME|FILE")]
+    /// The controller, or a dialect file.
+    #[arg(long, value_name = "NAME|FILE", help = known_targets())]
     pub(crate) to: String,
     /// Lines only: arcs become lines that are at most this far off, in mm.
     #[arg(long = "lines-only", value_name = "MM", num_args = 0..=1, default_missing_value = "0.005",
@@ -39,6 +38,11 @@ pub(crate) struct TargetArgs {
     /// Where to write: a file, or a folder.
     #[arg(short, long, value_name = "FILE|DIR")]
     pub(crate) output: PathBuf,
+}
+
+/// Everything that can be written for, as the help tells it.
+fn known_targets() -> String {
+    format!("Controller: {}, or a dialect file of your own, FILE.toml", post::targets().join(", "))
 }
 
 pub(super) fn chord_error(text: &str) -> Result<f64, String> {

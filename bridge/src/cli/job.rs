@@ -24,6 +24,7 @@ use annulus_core::job::{Command, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine};
 use annulus_core::motion;
+use annulus_core::project;
 use annulus_core::proof;
 use annulus_core::sim;
 use annulus_core::units::Length;
@@ -146,9 +147,16 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>)
     Ok((board, diagnostics, read.job))
 }
 
+/// The work that the board opens with: that of its project, else what fits it.
+pub(crate) fn opened(board: &Board, saved: Option<&str>, machine: &Machine) -> Result<Work, Refusal> {
+    let usual = Work::default_for(board, machine);
+    let Some(text) = saved else { return Ok(usual) };
+    project::read(project::saved::JOB, text, &usual, machine).map_err(Refusal::content)
+}
+
 /// The part of a saved job that makes holes, from the side that it drills from, with its set-up; an error where it does more.
 fn holes_of(saved: &str, board: &Board, machine: &Machine) -> Result<(Work, Option<Diagnostic>), Refusal> {
-    let mut work = super::cam::opened(board, Some(saved), machine)?;
+    let mut work = opened(board, Some(saved), machine)?;
     let drills = |one: &&Operation| one.on && matches!(one.action, OperationKind::Drill(_));
     let mills = |one: &&Operation| one.on && matches!(one.action, OperationKind::MillHoles(_));
     // Holes for pins are drilled first, from the other side.

@@ -209,7 +209,93 @@ fn files(
         let bits = || Promised { owned: work.bits.clone(), ..Promised::default() };
         measured(args, ProofOptions::of(face, if planned { promised } else { bits() }))
     };
-    prove_files::prove(&sides, &options, (&asked, planned), &args.accept, diagnostics)
+    prove_sides(&sides, &options, (&asked, planned), &args.accept, diagnostics)
+}
+
+/// Proves all sides. `options` are those of a side of the job.
+fn prove_sides(
+    sides: &[Laid],
+    options: &dyn Fn(Face) -> ProofOptions,
+    (asked, is_planned): (&Asked, bool),
+    accept: &[String],
+    mut diagnostics: Vec<Diagnostic>,
+) -> Result<Answer, Refusal> {
+    let (mut text, mut findings, mut reports, mut lost, mut open, mut isolates) =
+        (String::new(), Vec::new(), Vec::new(), 0.0, 0, true);
+    for side in sides {
+        diagnostics.extend(side.diagnostics.iter().cloned());
+        if !side.has_copper() {
+            diagnostics.push(Diagnostic::note("prove.no_copper").with("side", side.face.name()));
+            continue;
+        }
+        let asked = ProofOptions { face: side.face, measured: true, ..options(side.face) };
+        let verdict = proof::prove(&side.board, &side.programs, &asked);
+        let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
+        if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
+            return Err(Refusal::content(Diagnostic::error("proof.no_island").with("path", "JOB")));
+        }
+        lost += verdict.lost_mm2;
+        open += unread(&verdict.groups, accept);
+        isolates &= !verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated);
+        findings.extend(
+            verdict.findings.iter().map(|finding| with_face(finding_object(finding, accept), side.face)),
+        );
+        text += &side_text(side.face, &verdict, accept);
+        reports.push(side_object(side.face, &verdict, accept));
+    }
+    let done = Done::of(sides, asked, isolates || is_planned);
+    let unseen = done.unread(accept);
+    diagnostics.extend(done.diagnostics());
+    text += &diagnostic_lines(&diagnostics);
+    let mut object = json!({
+        "sides": reports,
+        "findings": findings,
+        "unread": open,
+        "copper_lost_mm2": rounded(lost),
+    });
+    if let Value::Object(rows) = &mut object {
+        rows.extend(done.rows());
+        rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
+    }
+    if open + unseen == 0 {
+        return Ok(Answer { object, text, exit: Exit::Done });
+    }
+    let why = Diagnostic::error("proof.unread_findings").with("count", open + unseen);
+    Ok(Answer::refused(object, &text, why))
+}
+
+fn with_face(mut finding: Value, face: Face) -> Value {
+    if let Value::Object(rows) = &mut finding {
+        rows.insert("face".to_owned(), face.name().into());
+    }
+    finding
+}
+
+fn side_object(face: Face, verdict: &Verdict, accept: &[String]) -> Value {
+    json!({
+        "face": face.name(),
+        "islands": verdict.islands,
+        "nets": verdict.nets,
+        "pieces_left": verdict.left.islands.len(),
+        "groups": groups_object(&verdict.groups, accept),
+        "whole": verdict.whole.as_ref().map(whole_object),
+        "more": verdict.more,
+    })
+}
+
+fn side_text(face: Face, verdict: &Verdict, accept: &[String]) -> String {
+    let unread = unread(&verdict.groups, accept);
+    let words = [
+        ("side", face.name().to_owned()),
+        ("islands", verdict.islands.to_string()),
+        ("nets", verdict.nets.to_string()),
+        ("findings", (verdict.findings.len() + verdict.more as usize).to_string()),
+        ("unread", unread.to_string()),
+        ("lost", format!("{:.3}", verdict.lost_mm2)),
+    ];
+    let words = words.map(|(name, value)| (name.to_owned(), value));
+    let head = locale::text("en", "prove.report.side", &words) + "\n";
+    head + &finding_lines(&verdict.groups, &verdict.findings, accept) + &whole_lines(verdict.whole.as_ref())
 }
 
 /// With what a person says of the copper.
@@ -222,7 +308,7 @@ fn measured(args: &ProveArgs, options: ProofOptions) -> ProofOptions {
 fn work(args: &ProveArgs, board: &Board, saved: Option<&str>) -> Result<Option<Work>, Refusal> {
     // Setup and bits do not depend on the machine.
     let machine = virtual_drill();
-    let opened = cam::opened(board, saved, &machine)?;
+    let opened = job::opened(board, saved, &machine)?;
     match &args.work {
         Some(path) => cam::job_file(path, &opened, &machine).map(Some),
         None => Ok(saved.map(|_| opened)),

@@ -1,28 +1,23 @@
-//! Proves written files: read back, laid on the board side by side, swept with the tools that they state (N8, C6).
+//! Programs and written files that are to be proved: read back, and laid on the board side by side (N8, C6).
 //!
 //! ```text
-//!   FILE… ─ read back ─▶ programs, by the side of their heads ─┬─ top ─▶ board as it lies ─▶ proof ─┐
-//!   JOB, job file ─▶ how the board lies, where its zero is ────┴─ bottom ─ turned ──────────▶ proof ─┴─▶ findings, copper, holes
+//!   FILE… ─ read back ─▶ programs, by the side of their heads ─┬─ top ─▶ board as it lies
+//!   JOB, job file ─▶ how the board lies, where its zero is ────┴─ bottom ─ turned
 //! ```
 //!
-//! Comes in: the board, the job that lays it, programs and files. Goes out: what they do to copper and holes. Does not know how
-//! the files were made.
+//! Comes in: the board, the job that lays it, programs and files with the tools that they state. Goes out: the sides as they lie.
+//! Does not know what is proved of them.
 
-use super::findings::{finding_lines, finding_object, groups_object, unread, whole_lines, whole_object};
-use super::prove_holes::Done;
-use super::{Answer, Exit, Refusal, diagnostic_lines, diagnostic_objects, rounded};
+use super::Refusal;
 use crate::cli::job;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::toolpaths::PlacedBoard;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::job::{Asked, Bit, Program};
-use annulus_core::locale;
+use annulus_core::job::{Bit, Program};
 use annulus_core::post::{self, ReadBack};
-use annulus_core::proof::{self, FindingKind, ProofOptions, Verdict};
 use annulus_core::units::Length;
-use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use std::fs;
 use std::io::Read;
@@ -167,90 +162,4 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
         }
     }
     sides
-}
-
-/// Proves all sides. `options` are those of a side of the job.
-pub(super) fn prove(
-    sides: &[Laid],
-    options: &dyn Fn(Face) -> ProofOptions,
-    (asked, is_planned): (&Asked, bool),
-    accept: &[String],
-    mut diagnostics: Vec<Diagnostic>,
-) -> Result<Answer, Refusal> {
-    let (mut text, mut findings, mut reports, mut lost, mut open, mut isolates) =
-        (String::new(), Vec::new(), Vec::new(), 0.0, 0, true);
-    for side in sides {
-        diagnostics.extend(side.diagnostics.iter().cloned());
-        if !side.has_copper() {
-            diagnostics.push(Diagnostic::note("prove.no_copper").with("side", side.face.name()));
-            continue;
-        }
-        let asked = ProofOptions { face: side.face, measured: true, ..options(side.face) };
-        let verdict = proof::prove(&side.board, &side.programs, &asked);
-        let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
-        if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
-            return Err(Refusal::content(Diagnostic::error("proof.no_island").with("path", "JOB")));
-        }
-        lost += verdict.lost_mm2;
-        open += unread(&verdict.groups, accept);
-        isolates &= !verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated);
-        findings.extend(
-            verdict.findings.iter().map(|finding| with_face(finding_object(finding, accept), side.face)),
-        );
-        text += &sentences(side.face, &verdict, accept);
-        reports.push(side_object(side.face, &verdict, accept));
-    }
-    let done = Done::of(sides, asked, isolates || is_planned);
-    let unseen = done.unread(accept);
-    diagnostics.extend(done.diagnostics());
-    text += &diagnostic_lines(&diagnostics);
-    let mut object = json!({
-        "sides": reports,
-        "findings": findings,
-        "unread": open,
-        "copper_lost_mm2": rounded(lost),
-    });
-    if let Value::Object(rows) = &mut object {
-        rows.extend(done.rows());
-        rows.insert("diagnostics".to_owned(), diagnostic_objects(&diagnostics).into());
-    }
-    if open + unseen == 0 {
-        return Ok(Answer { object, text, exit: Exit::Done });
-    }
-    let why = Diagnostic::error("proof.unread_findings").with("count", open + unseen);
-    Ok(Answer::refused(object, &text, why))
-}
-
-fn with_face(mut finding: Value, face: Face) -> Value {
-    if let Value::Object(rows) = &mut finding {
-        rows.insert("face".to_owned(), face.name().into());
-    }
-    finding
-}
-
-fn side_object(face: Face, verdict: &Verdict, accept: &[String]) -> Value {
-    json!({
-        "face": face.name(),
-        "islands": verdict.islands,
-        "nets": verdict.nets,
-        "pieces_left": verdict.left.islands.len(),
-        "groups": groups_object(&verdict.groups, accept),
-        "whole": verdict.whole.as_ref().map(whole_object),
-        "more": verdict.more,
-    })
-}
-
-fn sentences(face: Face, verdict: &Verdict, accept: &[String]) -> String {
-    let unread = unread(&verdict.groups, accept);
-    let words = [
-        ("side", face.name().to_owned()),
-        ("islands", verdict.islands.to_string()),
-        ("nets", verdict.nets.to_string()),
-        ("findings", (verdict.findings.len() + verdict.more as usize).to_string()),
-        ("unread", unread.to_string()),
-        ("lost", format!("{:.3}", verdict.lost_mm2)),
-    ];
-    let words = words.map(|(name, value)| (name.to_owned(), value));
-    let head = locale::text("en", "prove.report.side", &words) + "\n";
-    head + &finding_lines(&verdict.groups, &verdict.findings, accept) + &whole_lines(verdict.whole.as_ref())
 }

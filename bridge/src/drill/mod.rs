@@ -92,15 +92,13 @@ impl Drill {
         }
         let unwritable = |error: std::io::Error| unwritable(folder, &error);
         own::root(folder).and_then(|()| own::mend(&folder.join(JOURNAL))).map_err(unwritable)?;
-        let (journal, contents) = journal::open(&folder.join(JOURNAL)).map_err(Refusal::surroundings)?;
+        let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
+        let holes = holes.iter().filter(|byte| **byte == b'\n').count();
+        let used = holes > 0 || store::has_any(folder);
+        let (journal, contents) =
+            journal::open(&folder.join(JOURNAL), used).map_err(Refusal::surroundings)?;
         own::mend(&folder.join(JOURNAL)).map_err(unwritable)?;
-        let damaged = contents.damage.as_ref().map(|damage| {
-            let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
-            let holes = holes.iter().filter(|byte| **byte == b'\n').count();
-            let job = damage.job.as_deref().unwrap_or("?");
-            let why = Diagnostic::error("journal.damaged").with("file", &damage.file);
-            why.with("job", job).with("holes", holes)
-        });
+        let damaged = contents.damage.as_ref().map(|damage| damage.told(holes));
         Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))
     }
 

@@ -10,8 +10,6 @@
 //! not know tasks. A rehearsal file moves nothing: the same code then writes the same bytes into it.
 
 mod parallel;
-#[cfg(target_os = "linux")]
-mod ppdev;
 mod registers;
 pub(crate) mod rehearsal;
 mod wires;

@@ -87,7 +87,7 @@ fn is_port(found: &Metadata) -> bool {
     const MEMORY: (u32, u32) = (1, 4);
     let device = found.rdev();
     found.file_type().is_char_device()
-        && ((major(device), minor(device)) == MEMORY || major(device) == super::ppdev::MAJOR)
+        && ((major(device), minor(device)) == MEMORY || major(device) == super::parallel::MAJOR)
 }
 
 /// Elsewhere there is none that is known.

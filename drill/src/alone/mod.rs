@@ -15,12 +15,11 @@ mod slots;
 #[cfg(test)]
 mod tests;
 
-use crate::board;
 use crate::executor::{Report, Shared, Time};
 use crate::files::{File, Files};
 use crate::journal::{sealed, unsealed};
 use crate::line::{self, Line};
-use crate::owner::{Message, Owner, Parts};
+use crate::owner::{Message, Owner, Parts, board};
 use crate::prepare::{at_feed, prepare};
 use crate::recording::Recording;
 use crate::ticket::{Ticket, Tickets};
@@ -91,10 +90,7 @@ impl<F: Files> Alone<F> {
             drilled.clear();
             let _ = slots.files.write(File::Drilled, &[]);
         }
-        let alarm = contents.damage.as_ref().map(|damage| {
-            let why = Diagnostic::error("journal.damaged").with("file", &damage.file);
-            why.with("job", damage.job.as_deref().unwrap_or("?")).with("holes", drilled.lines().count())
-        });
+        let alarm = contents.damage.as_ref().map(|damage| damage.told(drilled.lines().count()));
         let job = contents.job.as_ref().map(|(job, _)| job.key.clone());
         let programs = job.zip(program).into_iter().collect();
         let (messages, inbox) = channel();

@@ -2,8 +2,7 @@
 //!
 //! Comes in: asks of `wire`. Goes out: what the engine is asked, or why not. Does not know who has control.
 
-use super::before::Armed;
-use super::order::Order;
+use super::order::{Armed, Order};
 use super::station::{Station, Work, Zero};
 use super::status::set_there;
 use crate::files::Files;

@@ -17,16 +17,6 @@ use std::sync::Arc;
 /// How far zero of Z may be from where it was: the last digit of a report.
 const SAME_HEIGHT_MM: f64 = 0.001_5;
 
-/// A job that was compared.
-pub(super) struct Armed {
-    /// The job.
-    pub(super) order: Order,
-    /// The leg that was asked for.
-    pub(super) from_leg: u32,
-    /// What the engine is asked for.
-    pub(super) start: EngineStart,
-}
-
 impl<F: Files> Station<F> {
     /// What the engine is asked for to run `order` from section `from` on.
     pub(super) fn start_of(&self, order: &Order, from: usize) -> EngineStart {

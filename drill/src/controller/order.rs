@@ -8,7 +8,7 @@
 //! Comes in: a program's bytes, the machine that it is for. Goes out: an [`Order`]. Moves nothing.
 
 use crate::prepare::made;
-use annulus_core::controller::{self, Routine, SectionKind, TipPlace};
+use annulus_core::controller::{self, EngineStart, Routine, SectionKind, TipPlace};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Briefing, Command, Mark, Program};
@@ -37,6 +37,16 @@ pub(super) struct Order {
     pub(super) routine: Arc<Routine>,
     /// The leg of each section.
     legs: Vec<usize>,
+}
+
+/// A job that was compared.
+pub(super) struct Armed {
+    /// The job.
+    pub(super) order: Order,
+    /// The leg that was asked for.
+    pub(super) from_leg: u32,
+    /// What the engine is asked for.
+    pub(super) start: EngineStart,
 }
 
 impl Order {

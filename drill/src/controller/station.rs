@@ -4,9 +4,8 @@
 //! durable before it is told. Does not know a browser.
 
 use super::attended::{Attended, AttendedJob, Due, Told};
-use super::before::Armed;
 use super::ledger::{Bringing, Ledger};
-use super::order::Order;
+use super::order::{Armed, Order};
 use crate::executor::Time;
 use crate::files::Files;
 use crate::line::{Asked, Line};

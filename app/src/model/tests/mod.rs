@@ -17,3 +17,4 @@ mod lab_rows;
 mod link_rows;
 mod planning_rows;
 mod play_rows;
+mod settings_rows;

@@ -7,7 +7,7 @@ use crate::i18n::say;
 use crate::keys::Tab;
 use crate::model::DrawEvent;
 use crate::page::{frame, open_drawing, send};
-use crate::screens::stage::{Picture, with_view};
+use crate::screens::canvas::{Picture, with_view};
 use crate::view::{Palette, PointerStroke, Touch};
 use annulus_core::board::drawing::Layer;
 use leptos::prelude::*;

@@ -2,9 +2,10 @@
 //!
 //! Comes in: a row of the table. Goes out: a field that writes into the draft.
 
-use super::Draft;
 use crate::i18n::{self, advice, message, t};
-use crate::page::open_board;
+use crate::model::SettingsEvent;
+use crate::page::link::link;
+use crate::page::{open_board, send};
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{IN_FILE_ONLY, Setting, Value, ValueKind};
@@ -16,8 +17,8 @@ fn id(setting: &Setting) -> String {
     format!("setting-{}", setting.key.replace('.', "-"))
 }
 
-fn shown(setting: &'static Setting, draft: Draft) -> String {
-    let typed = draft.with(|draft| draft.get(setting.key).cloned());
+fn shown(setting: &'static Setting) -> String {
+    let typed = link().draft.with(|draft| draft.typed.get(setting.key).cloned());
     typed.unwrap_or_else(|| match open_board().machine.with(|machine| setting.value(machine)) {
         Value::Text(text) => text,
         numbers => i18n::number(numbers.to_string()),
@@ -25,27 +26,23 @@ fn shown(setting: &'static Setting, draft: Draft) -> String {
 }
 
 /// The field.
-pub(crate) fn field(
-    setting: &'static Setting,
-    draft: Draft,
-    refused: Memo<Vec<Diagnostic>>,
-) -> impl IntoView {
+pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let why = Memo::new(move |_| {
         let about = |diagnostic: &&Diagnostic| {
             diagnostic.args.iter().any(|(name, value)| name == "key" && value == setting.key)
         };
         refused.with(|diagnostics| diagnostics.iter().find(about).cloned())
     });
-    let changed = move || draft.with(|draft| draft.contains_key(setting.key));
+    let changed = move || link().draft.with(|draft| draft.typed.contains_key(setting.key));
     let (help_id, described) = (format!("{}-help", id(setting)), format!("{}-help", id(setting)));
     let fixed = IN_FILE_ONLY.contains(&setting.key);
-    let write = move |text: String| draft.update(|draft| drop(draft.insert(setting.key, text)));
+    let write = move |text: String| send(SettingsEvent::Type { key: setting.key, text });
     let entry = match setting.kind {
         ValueKind::Choice(words) if !fixed => {
             let options = words
                 .iter()
                 .copied()
-                .map(|word| menu_word(word, move || shown(setting, draft) == word, move || word.to_owned()));
+                .map(|word| menu_word(word, move || shown(setting) == word, move || word.to_owned()));
             select()
                 .attr("id", id(setting))
                 .attr("aria-describedby", described)
@@ -60,7 +57,7 @@ pub(crate) fn field(
             .attr("inputmode", if matches!(setting.kind, ValueKind::Text(_)) { "text" } else { "decimal" })
             .attr("aria-describedby", described)
             .attr("aria-invalid", move || why.with(Option::is_some).then_some("true"))
-            .prop("value", move || shown(setting, draft))
+            .prop("value", move || shown(setting))
             .on(ev::input, move |event| write(event_target_value(&event)))
             .into_any(),
     };

@@ -1,31 +1,21 @@
 //! Settings of the machine (A11): every field of the machine's table, staged, refused with a sentence, applied at once.
 //!
-//! ```text
-//! field ─▶ draft (key → text) ─▶ changes ─▶ machine::apply ─▶ refusals beside their fields
-//!                                                       └──▶ Apply ─▶ Ask::Configure
-//! ```
-//!
-//! Comes in: the machine. Goes out: `Configure`. Knows no single setting: the table does.
+//! Comes in: the machine, the draft of it. Goes out: what is typed, and what is to become of it. Knows no single setting: the table
+//! does.
 
 mod clock;
 mod field;
 
 use crate::i18n::{self, key, message, say, t};
-use crate::model::LinkEvent;
-use crate::page::{frame, open_board};
-use crate::page::{link, send};
-use crate::screens::top_bar::{languages, theme_word, themes};
+use crate::model::SettingsEvent;
+use crate::page::{link, open_board, send};
+use crate::screens::top_bar::{languages, themes};
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, SECTIONS, Setting, Value, ValueKind};
-use annulus_core::wire::Ask;
+use annulus_core::machine::{self, SECTIONS, Value};
 use leptos::ev;
 use leptos::html::{button, dd, div, dl, dt, h2, label, nav, p, section, span};
 use leptos::prelude::*;
-use std::collections::BTreeMap;
-
-/// What was typed and not applied, by key.
-pub(crate) type Draft = RwSignal<BTreeMap<&'static str, String>>;
 
 fn section_name(section: &str) -> &'static str {
     match section {
@@ -44,40 +34,19 @@ fn section_name(section: &str) -> &'static str {
     }
 }
 
-/// What was typed, as a value of the setting; text that is no number stays text and is refused as such.
-fn value(setting: &Setting, typed: &str) -> Value {
-    match setting.kind {
-        ValueKind::Text(_) | ValueKind::Choice(_) => Value::Text(typed.to_owned()),
-        ValueKind::Number(..) | ValueKind::Whole(..) => {
-            crate::format::typed(typed).map_or_else(|| Value::Text(typed.to_owned()), Value::Number)
-        }
-        ValueKind::Numbers(..) | ValueKind::Wholes(..) => {
-            let words: Option<Vec<_>> = typed.split_whitespace().map(crate::format::typed).collect();
-            words.map_or_else(|| Value::Text(typed.to_owned()), Value::Numbers)
-        }
-    }
-}
-
 /// What would change, in the order of the table.
-fn changes(draft: &BTreeMap<&'static str, String>) -> Vec<(String, Value)> {
+fn changes() -> Vec<(String, Value)> {
     let machine = open_board().machine.get();
-    let staged = machine::settings().filter_map(|setting| {
-        let value = value(setting, draft.get(setting.key)?);
-        (value != setting.value(&machine)).then(|| (setting.key.to_owned(), value))
-    });
-    staged.collect()
-}
-
-fn refusals(draft: Draft) -> Vec<Diagnostic> {
-    let changes = draft.with(changes);
-    machine::apply(&open_board().machine.get(), &changes).err().unwrap_or_default()
+    link::link().draft.with(|draft| draft.changes(&machine))
 }
 
 /// The screen.
 pub(crate) fn settings() -> impl IntoView {
-    let draft: Draft = RwSignal::new(BTreeMap::new());
     let shown = RwSignal::new(SECTIONS[0].0);
-    let refused = Memo::new(move |_| refusals(draft));
+    let refused = Memo::new(move |_| {
+        let machine = open_board().machine.get();
+        link::link().draft.with(|draft| draft.refusals(&machine))
+    });
     let tabs = SECTIONS.iter().map(|(section, _)| {
         let this = *section;
         button()
@@ -90,7 +59,7 @@ pub(crate) fn settings() -> impl IntoView {
     let fields = move || {
         let rows =
             SECTIONS.iter().find(|(section, _)| *section == shown.get()).map_or(&[][..], |(_, rows)| rows);
-        rows.iter().map(|setting| field::field(setting, draft, refused).into_any()).collect::<Vec<_>>()
+        rows.iter().map(|setting| field::field(setting, refused).into_any()).collect::<Vec<_>>()
     };
     div().class("whole").child(div().class("settings").child((
         nav().attr("aria-label", t!("page.settings.sections")).child((
@@ -104,7 +73,7 @@ pub(crate) fn settings() -> impl IntoView {
             refused_by_bridge(),
             div().class("setting-grid").child(fields),
             move || (shown.get() == "card").then(clock::clock),
-            diff(draft, refused),
+            diff(refused),
         )),
     )))
 }
@@ -115,16 +84,10 @@ fn refused_by_bridge() -> impl IntoView {
     move || refused.get().map(|why| p().class("refusal").attr("role", "alert").child(message(&why)))
 }
 
-fn apply(draft: Draft) {
-    send(LinkEvent::Close { notice: link::Notice::Refused });
-    link::ask(Ask::Configure { changes: draft.with_untracked(changes) });
-    draft.set(BTreeMap::new());
-}
-
 /// What will change, and the two buttons. Refused while the machine moves, and then it says so.
-fn diff(draft: Draft, refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
+fn diff(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let line = link::link();
-    let staged = Memo::new(move |_| draft.with(changes));
+    let staged = Memo::new(move |_| changes());
     let list = move || {
         let machine = open_board().machine.get();
         let rows = staged.get().into_iter().map(|(key, value)| {
@@ -153,33 +116,9 @@ fn diff(draft: Draft, refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
                 .child((
                     dl().class("facts grow").child(list),
                     p().class("quiet").child(why),
-                    push("button", t!("page.settings.discard"), move |_| draft.set(BTreeMap::new())),
-                    push_if("button primary", may, t!("page.settings.apply"), move |_| apply(draft)),
+                    push("button", t!("page.settings.discard"), |_| send(SettingsEvent::Discard)),
+                    push_if("button primary", may, t!("page.settings.apply"), |_| send(SettingsEvent::Apply)),
                 ))
         })
     }
-}
-
-/// The chosen colours over a reload, and on the root of the page.
-pub(crate) fn keep_theme() {
-    let theme = frame().theme;
-    Effect::new(move |_| {
-        let word = theme_word(theme.get());
-        let root = document().document_element();
-        if let Some(root) = root {
-            let _ = if word == "auto" {
-                root.remove_attribute("data-theme")
-            } else {
-                root.set_attribute("data-theme", word)
-            };
-        }
-        if let Ok(Some(storage)) = window().local_storage() {
-            let _ = storage.set_item("annulus.theme", word);
-        }
-    });
-}
-
-/// The colours chosen last time.
-pub(crate) fn kept_theme() -> Option<String> {
-    window().local_storage().ok()??.get_item("annulus.theme").ok()?
 }

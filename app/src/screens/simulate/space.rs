@@ -9,8 +9,8 @@
 
 use crate::keys::Tab;
 use crate::page::{frame, open_board, play};
+use crate::screens::canvas::{Picture, with_view};
 use crate::screens::shown::Shown;
-use crate::screens::stage::{Picture, with_view};
 use crate::view::{Cutting, PATCH, Patch, Relief};
 use annulus_core::board::COPPER_THICKNESS;
 use annulus_core::job::{Bit, Cutter};

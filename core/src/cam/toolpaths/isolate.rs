@@ -19,7 +19,7 @@ use super::route::{Rules, arranged};
 use super::{BitTask, PlanContext, PlannedOperation};
 use super::{shared, slivers};
 use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, voronoi};
 use crate::job::{Bit, Cutter};
 use crate::locale;
@@ -239,6 +239,7 @@ fn cured(
     let wider = bits.0.width_at(context.depth());
     let mut alike: Vec<(Bit, Length, Vec<Path>)> = Vec::new();
     let mut fitted: Vec<(Bit, Length, BTreeSet<Island>)> = Vec::new();
+    let mut taken = Vec::new();
     for cure in &isolate.cures {
         context.go_on()?;
         let Some(Remedied { cure, bit, depth, fits }) = remedied(context, bits, cure) else { continue };
@@ -259,17 +260,17 @@ fn cured(
         let toolpaths = narrow::centred(isolated.copper, isolated.islands(), neck, cure);
         let gap = Length::from_mm(cure.from.distance_mm(cure.to));
         let lost = (half(bit.width_at(depth)) - half(gap)).max(Length::ZERO);
-        let (code, severity) = match toolpaths.is_empty() {
-            true => ("cam.cure_in_vain", Severity::Warning),
-            false => ("cam.cure_takes", Severity::Note),
-        };
-        let said = Diagnostic::new(severity, code).with("x", x).with("y", y);
-        context.report(said.with("lost", format!("{:.3}", lost.mm())));
+        if toolpaths.is_empty() {
+            context.report(Diagnostic::warning("cam.cure_in_vain").with("x", x).with("y", y));
+        } else {
+            taken.push((lost, x, y));
+        }
         match alike.iter_mut().find(|(known, deep, _)| (known, *deep) == (&bit, depth)) {
             Some((_, _, known)) => known.extend(toolpaths),
             None => alike.push((bit, depth, toolpaths)),
         }
     }
+    tell_taken(context, taken);
     let fitted = fitted.into_iter().map(|(bit, depth, necks)| {
         let necks: Vec<Island> = necks.into_iter().collect();
         let toolpaths = narrow::paths_in(isolated.copper, &necks, bit.width_at(depth));
@@ -277,6 +278,15 @@ fn cured(
     });
     let all: Vec<(Bit, Length, Vec<Path>)> = fitted.chain(alike).collect();
     Ok(all.into_iter().filter_map(|cut| at_depth(context, isolated, isolate, cut)).collect())
+}
+
+/// Tells once of all the places where a centred pass takes copper on each side: how many, and the worst.
+fn tell_taken(context: &mut PlanContext<'_>, taken: Vec<(Length, String, String)>) {
+    let count = taken.len();
+    if let Some((most, x, y)) = taken.into_iter().rev().max_by_key(|(lost, ..)| *lost) {
+        let note = Diagnostic::note("cam.cure_takes").with("count", count);
+        context.report(note.with("lost", format!("{:.3}", most.mm())).with("x", x).with("y", y));
+    }
 }
 
 /// Single toolpaths of a bit at a depth of their own.

@@ -3,46 +3,42 @@
 //! Comes in: asks, reports, troubles. Goes out: actions done, tells. The only place that changes the session. Does not know
 //! what segments a move is made of.
 
-use crate::begin::Starting;
-use crate::board::Judged;
+mod arming;
+mod begin;
+pub(crate) mod board;
+mod configure;
+mod faster;
+mod hands;
+mod homing;
+mod moves;
+mod outputs;
+mod queue;
+mod status;
+
+use self::begin::Starting;
+use self::board::Judged;
+use self::hands::Hands;
+use self::moves::{Doing, Work, ruler};
+use self::outputs::ManualOutputs;
+use self::queue::Lab;
+use self::status::HEARTBEAT;
 use crate::executor::{Executor, Report, Shared, Time};
-use crate::hands::Hands;
-use crate::journal::{Contents, JobRecord, Progress, Record, WorkZero};
-use crate::moves::{Doing, Work, ruler};
-use crate::outputs::ManualOutputs;
+use crate::journal::{Contents, Damage, JobRecord, Progress, Record, WorkZero};
 use crate::outside::Outside;
 use crate::prepare::{Context, Prepared};
-use crate::queue::Lab;
-use crate::status::HEARTBEAT;
 use crate::ticket::{Ticket, Tickets};
 use annulus_core::control::{Action, Event, Session, State, Timing, Trust, step};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Bit;
-use annulus_core::machine::{self, IN_FILE_ONLY, Machine, Output, Steps, Value};
+use annulus_core::machine::{Machine, Steps};
 use annulus_core::pins::AxisSet;
 use annulus_core::queue::Mode;
-use annulus_core::virtual_drill::{DrilledBoard, Faults, VirtualDrill};
+use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Status, Tell};
 use std::collections::VecDeque;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
-
-/// Settings that say how a machine is wired and where its places are: when one changes, it must be homed. What else a virtual
-/// drill is built from, it says itself.
-const BUILT_FROM: [&str; 11] = [
-    "x.",
-    "y.",
-    "z.",
-    "drive.",
-    "card.",
-    "adapter.",
-    "machine.output",
-    "stroke.end",
-    "stroke.surface",
-    "stroke.board_thickness",
-    "stroke.breakthrough",
-];
 
 /// What reaches the owner.
 pub enum Message {
@@ -297,7 +293,7 @@ impl Owner {
                 if self.executor.is_gone() {
                     self.renew_executor()?;
                 }
-                let damaged = self.session.alarm.as_ref().is_some_and(|why| why.code == "journal.damaged");
+                let damaged = self.session.alarm.as_ref().is_some_and(Damage::is_told_by);
                 self.try_event(Event::Acknowledge)?;
                 if damaged {
                     self.outside.record(Record::DamageRead);
@@ -389,55 +385,6 @@ impl Owner {
             }
             Action::Refuse(why) => return Err(why),
         }
-        Ok(())
-    }
-
-    fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
-        // Which hardware is touched is said in the machine's file alone, whoever asks.
-        if let Some((key, _)) = changes.iter().find(|(key, _)| IN_FILE_ONLY.contains(&key.as_str())) {
-            return Err(diagnostic("control.in_file_only").with("key", key));
-        }
-        let changed = machine::apply(&self.machine, changes)
-            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| diagnostic("control.busy")))?;
-        let wired = machine::settings().any(|setting| {
-            let differs = setting.value(&self.machine) != setting.value(&changed);
-            differs && BUILT_FROM.iter().any(|start| setting.key.starts_with(start))
-        });
-        let moved =
-            changed.output == Output::Virtual && !VirtualDrill::is_the_same_for(&self.machine, &changed);
-        let rebuilt = wired || moved;
-        if let [Action::Refuse(why)] =
-            step(&self.session, Event::Disarmed { position_lost: rebuilt }).1.as_slice()
-        {
-            return Err(why.clone());
-        }
-        self.outside.keep_settings(&changed)?;
-        self.try_event(Event::Disarmed { position_lost: rebuilt })?;
-        if ruler(&self.machine) != ruler(&changed) {
-            // The work zero was counted in the old steps.
-            self.session.zeros.clear();
-            self.outside.record(Record::Zero(None));
-        }
-        self.machine = changed;
-        (self.prepared, self.lab) = (None, None);
-        self.lock_outputs();
-        if rebuilt {
-            self.renew_executor()?;
-        }
-        self.tell(self.machine_tell());
-        self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
-        self.tell(self.outputs_tell());
-        Ok(())
-    }
-
-    /// Another executor in the place of this one, for the machine as it is now. It knows no position.
-    fn renew_executor(&mut self) -> Result<(), Diagnostic> {
-        let shared = Arc::clone(&self.executor.shared);
-        self.executor.finish();
-        let measured = self.timing.as_ref().map(|timing| timing.lateness.clone());
-        let (executor, timing) = self.hands.executor(&self.machine, measured, shared, &*self.outside)?;
-        (self.executor, self.timing) = (executor, timing);
-        (self.position, self.down, self.in_spindle) = (Steps::default(), 0, None);
         Ok(())
     }
 }

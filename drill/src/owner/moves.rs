@@ -7,12 +7,12 @@
 //!
 //! Comes in: actions and reports. Goes out: tasks and events. Does not know asks.
 
+use super::Owner;
 use crate::executor::{Ended, Report, Task};
 use crate::journal::Record;
 use crate::journal::{Progress, Ruler};
-use crate::owner::Owner;
 use crate::prepare::Prepared;
-use annulus_core::control::{Alarm, Event, State, Trust, lateness};
+use annulus_core::control::{Event, State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
@@ -417,11 +417,6 @@ impl Owner {
         self.give(Doing::Safe, segments_up);
     }
 
-    /// Something went wrong, at rest; what is left of the trust in the position.
-    fn fail(&mut self, alarm: Alarm, left: Trust) {
-        self.pending.push_back(Event::Failed { alarm, left });
-    }
-
     /// What a report means.
     pub(crate) fn reported(&mut self, report: &Report) {
         if report.id != self.task {
@@ -437,7 +432,7 @@ impl Owner {
                 if doing == Doing::Queue {
                     return self.queue_ran_dry(why);
                 }
-                self.fail(why, self.session.trust);
+                self.fails(why, self.session.trust);
             }
             (Doing::Queue, _) => self.queue_reported(report),
             (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
@@ -449,19 +444,19 @@ impl Owner {
             // The hand that moved it let go, or is gone: it rests on its way.
             (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
             (_, Ended::Stopped | Ended::RanDry) => self.pending.push_back(Event::Rested),
-            (_, Ended::Starved) => self.fail(alarm("control.starved"), self.session.trust),
-            (Doing::Homing(homing), _) => self.homed(homing, report),
-            (_, Ended::Late { ticks }) => {
-                self.fail(late(ticks), Trust::Suspect);
+            (_, Ended::Starved) => {
+                self.fails(alarm("control.starved"), self.session.trust);
             }
+            (Doing::Homing(homing), _) => self.homed(homing, report),
+            (_, Ended::Late { ticks }) => self.fails(late(ticks), Trust::Suspect),
             (_, Ended::Guarded(input)) => {
                 let why = alarm("control.end_sensor").with("sensor", name(input));
-                self.fail(why, Trust::Suspect);
+                self.fails(why, Trust::Suspect);
             }
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);
                 let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
-                self.fail(why.with("seconds", us / 1e6), self.session.trust);
+                self.fails(why.with("seconds", us / 1e6), self.session.trust);
             }
             (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => {
                 if let (Ended::Gated(at), Some(work)) = (report.ended, &mut self.work) {
@@ -471,7 +466,7 @@ impl Owner {
                     return self.pending.push_back(Event::Rested);
                 }
                 if let Err(why) = self.rejoin() {
-                    self.fail(why, self.session.trust);
+                    self.fails(why, self.session.trust);
                 }
             }
             (Doing::Leg, Ended::Completed) => {
@@ -488,5 +483,10 @@ impl Owner {
             }
             (_, _) => self.pending.push_back(Event::Arrived),
         }
+    }
+
+    /// What is done fails: the alarm that tells of it, and what the position is worth afterwards.
+    fn fails(&mut self, alarm: Diagnostic, left: Trust) {
+        self.pending.push_back(Event::Failed { alarm, left });
     }
 }

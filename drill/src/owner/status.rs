@@ -2,8 +2,8 @@
 //!
 //! Comes in: the owner's state and the executor's latest glimpse. Goes out: tells. Changes nothing but what was told.
 
-use crate::moves::Doing;
-use crate::owner::Owner;
+use super::Owner;
+use super::moves::Doing;
 use annulus_core::job::{Command, Mark};
 use annulus_core::machine::{self, Steps, phases};
 use annulus_core::steps::{Stage, TICK_HZ};

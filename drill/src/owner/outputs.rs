@@ -7,7 +7,7 @@
 //!
 //! Comes in: asks and the time. Goes out: calls on the executor, tells. Does not know which wire an output is.
 
-use crate::owner::Owner;
+use super::Owner;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Outputs, Tell};

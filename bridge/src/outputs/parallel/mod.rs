@@ -9,6 +9,12 @@
 //! Here a 1 is always a high pin: what the port turns round is turned back. Comes in: bytes. Goes out: what is to be on
 //! the three registers. Does not know who can reach them: registers by address, or the system's driver.
 
+#[cfg(target_os = "linux")]
+mod ppdev;
+
+#[cfg(target_os = "linux")]
+pub(super) use ppdev::MAJOR;
+
 use super::Port;
 use super::registers::{get, put};
 use annulus_core::machine::Machine;
@@ -22,7 +28,7 @@ const TURNED_OUT: u8 = 0b1011;
 const TURNED_IN: u8 = 0x80;
 
 /// The three registers.
-pub(super) trait Lines: Send {
+trait Lines: Send {
     /// The eight data lines.
     fn data(&mut self, value: u8) -> io::Result<()>;
     /// The control register.
@@ -32,7 +38,7 @@ pub(super) trait Lines: Send {
 }
 
 /// A parallel port behind any lines.
-pub(super) struct Parallel<L>(pub(super) L);
+struct Parallel<L>(L);
 
 impl<L: Lines> Port for Parallel<L> {
     fn write(&mut self, byte: usize, value: u8) -> io::Result<()> {
@@ -53,7 +59,7 @@ impl<L: Lines> Port for Parallel<L> {
 }
 
 /// The registers at an address: data, status, control.
-pub(super) struct Addressed<F> {
+struct Addressed<F> {
     file: F,
     base: u64,
 }
@@ -75,8 +81,8 @@ impl<F: Read + Write + Seek + Send> Lines for Addressed<F> {
 /// The port behind `file`: the system's driver where it is one, else registers at `machine.card_address`.
 pub(super) fn open(file: File, machine: &Machine) -> io::Result<Box<dyn Port>> {
     #[cfg(target_os = "linux")]
-    if super::ppdev::is_driver(&file)? {
-        return Ok(Box::new(Parallel(super::ppdev::Driver::claim(file)?)));
+    if ppdev::is_driver(&file)? {
+        return Ok(Box::new(Parallel(ppdev::Driver::claim(file)?)));
     }
     Ok(Box::new(Parallel(Addressed { file, base: u64::from(machine.card_address) })))
 }

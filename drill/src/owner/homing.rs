@@ -2,9 +2,9 @@
 //!
 //! Comes in: reports of single segments. Goes out: tasks, corrections of the count, events. Does not know sensors.
 
+use super::Owner;
+use super::moves::{Doing, segments};
 use crate::executor::Report;
-use crate::moves::{Doing, segments};
-use crate::owner::Owner;
 use annulus_core::control::{Event, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::cycles;

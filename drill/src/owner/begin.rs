@@ -8,10 +8,10 @@
 //! Comes in: a start that was asked for, the journal's answer. Goes out: the job in work, and how it ended. Does not know how
 //! anything moves.
 
+use super::moves::{Work, ruler};
+use super::{Message, Owner, diagnostic, zero_of};
 use crate::journal::JobRecord;
 use crate::journal::Record;
-use crate::moves::{Work, ruler};
-use crate::owner::{Message, Owner, diagnostic, zero_of};
 use crate::ticket::Ticket;
 use annulus_core::control::{Action, Ending, Event, step};
 use annulus_core::diagnostic::Diagnostic;

@@ -2,7 +2,7 @@
 //!
 //! Comes in: asks for the context, prepared jobs. Goes out: verdicts. Does not know how a job is checked.
 
-use crate::owner::{Owner, diagnostic, zero_of};
+use super::{Owner, diagnostic, zero_of};
 use crate::prepare::{Context, Prepared};
 use annulus_core::control::Event;
 use annulus_core::diagnostic::Diagnostic;

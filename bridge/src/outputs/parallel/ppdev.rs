@@ -4,14 +4,14 @@
 //! tried where there is no such port: what is above it is tried on a file.
 #![expect(unsafe_code, reason = "a request number and the type behind it can only be vouched for by hand")]
 
-use super::parallel::Lines;
+use super::Lines;
 use rustix::fs::{FileType, fstat, major};
 use rustix::ioctl::{Getter, NoArg, Setter, ioctl, opcode};
 use std::fs::File;
 use std::io;
 
 /// Major number of the driver's devices.
-pub(super) const MAJOR: u32 = 99;
+pub(in crate::outputs) const MAJOR: u32 = 99;
 
 /// `PPCLAIM`, `_IO('p', 0x8b)`.
 const CLAIM: rustix::ioctl::Opcode = opcode::none(b'p', 0x8b);

@@ -3,7 +3,7 @@
 //! Comes in: a machine. Goes out: an executor that is ready, and what its clock is worth where time is real. Does not know
 //! what it is given to do, nor where it sits.
 
-use crate::board::Board;
+use super::board::Board;
 use crate::executor::{Executor, Shared};
 use crate::outside::Outside;
 use annulus_core::control::{Lateness, Timing};

@@ -8,9 +8,9 @@
 //!
 //! Comes in: asks and reports. Goes out: tasks, events for the session, tells. Does not know what a row means; `core` does.
 
+use super::Owner;
+use super::moves::Doing;
 use crate::executor::{Ended, Report};
-use crate::moves::Doing;
-use crate::owner::Owner;
 use annulus_core::control::{Event, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::cycles;

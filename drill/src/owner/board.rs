@@ -11,8 +11,8 @@
 //! Comes in: every hole and broken bit as it happens, and which legs were run. Goes out: what differs, for everybody, and an
 //! alarm where something does. Real machines keep no such record. Does not know the journal.
 
-use crate::moves::Work;
-use crate::owner::Owner;
+use super::Owner;
+use super::moves::Work;
 use annulus_core::control::{Event, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Output;

@@ -8,8 +8,8 @@
 //!
 //! Comes in: a percentage, and the plan made for it. Goes out: the plan in work. Does not know how a plan is made.
 
-use crate::moves::Work;
-use crate::owner::Owner;
+use super::Owner;
+use super::moves::Work;
 use crate::prepare::Prepared;
 use annulus_core::diagnostic::Diagnostic;
 use std::sync::Arc;

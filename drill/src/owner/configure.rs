@@ -1,0 +1,120 @@
+//! Settings that change while the drill stands: kept first, then in force; where it is built from them, it is built anew.
+//!
+//! Comes in: keys and values that somebody asked for. Goes out: the changed machine, kept and told; perhaps another executor. Does
+//! not know where settings are kept.
+
+use super::moves::ruler;
+use super::{Owner, diagnostic};
+use crate::journal::Record;
+use annulus_core::control::{Action, Event, step};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::{self, IN_FILE_ONLY, Output, Steps, Value};
+use annulus_core::virtual_drill::VirtualDrill;
+use std::sync::Arc;
+
+/// Settings that say how a machine is wired and where its places are: when one changes, it must be homed. What else a virtual
+/// drill is built from, it says itself.
+const BUILT_FROM: [&str; 13] = [
+    "machine.output",
+    "machine.card_address",
+    "machine.spindles",
+    "x.",
+    "y.",
+    "z.",
+    "drive.",
+    "card.",
+    "adapter.",
+    "stroke.end",
+    "stroke.surface",
+    "stroke.board_thickness",
+    "stroke.breakthrough",
+];
+
+/// Whether a drill is built from the setting `key`.
+fn is_built_from(key: &str) -> bool {
+    BUILT_FROM.iter().any(|start| key.starts_with(start))
+}
+
+impl Owner {
+    pub(super) fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
+        // Which hardware is touched is said in the machine's file alone, whoever asks.
+        if let Some((key, _)) = changes.iter().find(|(key, _)| IN_FILE_ONLY.contains(&key.as_str())) {
+            return Err(diagnostic("control.in_file_only").with("key", key));
+        }
+        let changed = machine::apply(&self.machine, changes)
+            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| diagnostic("control.busy")))?;
+        let wired = machine::settings().any(|setting| {
+            let differs = setting.value(&self.machine) != setting.value(&changed);
+            differs && is_built_from(setting.key)
+        });
+        let moved =
+            changed.output == Output::Virtual && !VirtualDrill::is_the_same_for(&self.machine, &changed);
+        let rebuilt = wired || moved;
+        if let [Action::Refuse(why)] =
+            step(&self.session, Event::Disarmed { position_lost: rebuilt }).1.as_slice()
+        {
+            return Err(why.clone());
+        }
+        self.outside.keep_settings(&changed)?;
+        self.try_event(Event::Disarmed { position_lost: rebuilt })?;
+        if ruler(&self.machine) != ruler(&changed) {
+            // The work zero was counted in the old steps.
+            self.session.zeros.clear();
+            self.outside.record(Record::Zero(None));
+        }
+        self.machine = changed;
+        (self.prepared, self.lab) = (None, None);
+        self.lock_outputs();
+        if rebuilt {
+            self.renew_executor()?;
+        }
+        self.tell(self.machine_tell());
+        self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
+        self.tell(self.outputs_tell());
+        Ok(())
+    }
+
+    /// Another executor in the place of this one, for the machine as it is now. It knows no position.
+    pub(super) fn renew_executor(&mut self) -> Result<(), Diagnostic> {
+        let shared = Arc::clone(&self.executor.shared);
+        self.executor.finish();
+        let measured = self.timing.as_ref().map(|timing| timing.lateness.clone());
+        let (executor, timing) = self.hands.executor(&self.machine, measured, shared, &*self.outside)?;
+        (self.executor, self.timing) = (executor, timing);
+        (self.position, self.down, self.in_spindle) = (Steps::default(), 0, None);
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What every other setting is for: how it moves and in which order, nothing that it is built from.
+    const KEPT: [&str; 11] = [
+        "machine.name",
+        "machine.description",
+        "motion.",
+        "overlap.",
+        "stroke.longest_drilling",
+        "stroke.settle",
+        "stroke.safe_height",
+        "stroke.feed",
+        "stroke.dwell_bottom",
+        "spindle.",
+        "rack.",
+    ];
+
+    #[test]
+    fn of_every_setting_it_is_said_whether_the_drill_is_built_from_it() {
+        let keys: Vec<&str> = machine::settings().map(|setting| setting.key).collect();
+        for key in &keys {
+            let kept = KEPT.iter().any(|start| key.starts_with(start));
+            assert!(is_built_from(key) != kept, "{key}: built from it {}, kept {kept}", is_built_from(key));
+        }
+        for start in BUILT_FROM.iter().chain(&KEPT) {
+            assert!(keys.iter().any(|key| key.starts_with(start)), "no setting begins with {start}");
+        }
+        assert!(IN_FILE_ONLY.iter().all(|key| is_built_from(key)), "which hardware is touched");
+    }
+}
