@@ -38,7 +38,7 @@ pub fn tab_storage() -> Option<Storage> {
 }
 
 /// An answer to a request.
-pub struct Answer {
+pub struct HttpAnswer {
     /// HTTP status.
     pub status: u16,
     /// Its body.
@@ -51,7 +51,7 @@ pub async fn request(
     path: &str,
     headers: &[(&str, &str)],
     body: Option<&[u8]>,
-) -> Option<Answer> {
+) -> Option<HttpAnswer> {
     let names = Headers::new().ok()?;
     for (name, value) in headers {
         names.append(name, value).ok()?;
@@ -65,5 +65,5 @@ pub async fn request(
     let answer = JsFuture::from(window().fetch_with_str_and_init(path, &init)).await.ok()?;
     let answer: Response = answer.dyn_into().ok()?;
     let bytes = JsFuture::from(answer.array_buffer().ok()?).await.ok()?;
-    Some(Answer { status: answer.status(), body: Uint8Array::new(&bytes).to_vec() })
+    Some(HttpAnswer { status: answer.status(), body: Uint8Array::new(&bytes).to_vec() })
 }

@@ -1,6 +1,6 @@
 //! Which key means what, and where. No key starts or resumes motion.
 //!
-//! Comes in: a key press as plain data. Goes out: an [`Action`]. Knows no browser.
+//! Comes in: a key press as plain data. Goes out: an [`KeyAction`]. Knows no browser.
 
 use crate::drawing::keys::{self as draw, QUARTER_MDEG, StepSize};
 use crate::drawing::{Act, DrawKey, Tool};
@@ -78,7 +78,7 @@ pub struct Press {
 
 /// What a press asks for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Action {
+pub enum KeyAction {
     /// STOP.
     Stop,
     /// Close what is open and pause; twice stops.
@@ -90,7 +90,10 @@ pub enum Action {
     /// Millimetres or inches.
     Units,
     /// Next region of the page; backwards with Shift.
-    Region(bool),
+    Region {
+        /// To the next, else to the one before.
+        onwards: bool,
+    },
     /// Whole board.
     Fit,
     /// The other side of the board.
@@ -114,7 +117,10 @@ pub enum Action {
     /// To its end.
     End,
     /// Slower or faster.
-    Faster(bool),
+    Faster {
+        /// Faster, else slower.
+        more: bool,
+    },
     /// Pause the job.
     Pause,
     /// Let keys move the machine by hand, or no longer.
@@ -122,7 +128,10 @@ pub enum Action {
     /// Read the position out.
     Speak,
     /// Back by an edit of the Lab, or on again.
-    Undo(bool),
+    Undo {
+        /// Back, else on again.
+        back: bool,
+    },
     /// Something of the Lab's queue.
     Queue(QueueKey),
     /// Something of the job.
@@ -147,7 +156,7 @@ pub struct Shortcut {
     /// What it does, a key of the locale tables.
     pub name: &'static str,
     /// The same for the program.
-    pub action: Action,
+    pub action: KeyAction,
 }
 
 impl Shortcut {
@@ -165,36 +174,36 @@ impl Shortcut {
     }
 }
 
-const fn shortcut(tab: Option<Tab>, keys: &'static str, name: &'static str, action: Action) -> Shortcut {
+const fn shortcut(tab: Option<Tab>, keys: &'static str, name: &'static str, action: KeyAction) -> Shortcut {
     Shortcut { tab, keys, name, action }
 }
 
 const fn drawn(keys: &'static str, name: &'static str, key: DrawKey) -> Shortcut {
-    shortcut(Some(Tab::Draw), keys, name, Action::Draw(key))
+    shortcut(Some(Tab::Draw), keys, name, KeyAction::Draw(key))
 }
 
 /// Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
 pub const SHORTCUTS: [Shortcut; 75] = [
-    shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), Action::Stop),
-    shortcut(None, "Escape", key!("page.key.escape"), Action::Escape),
-    shortcut(None, "0", key!("page.key.draw"), Action::Show(Tab::Draw)),
-    shortcut(None, "1", key!("page.key.board"), Action::Show(Tab::Board)),
-    shortcut(None, "2", key!("page.key.cam"), Action::Show(Tab::Cam)),
-    shortcut(None, "3", key!("page.key.simulate"), Action::Show(Tab::Simulate)),
-    shortcut(None, "4", key!("page.key.machine"), Action::Show(Tab::Machine)),
-    shortcut(None, "5", key!("page.key.lab"), Action::Show(Tab::Lab)),
-    shortcut(None, "6", key!("page.key.settings"), Action::Show(Tab::Settings)),
-    shortcut(None, "Ctrl+o", key!("page.key.open"), Action::Open),
-    shortcut(None, "Ctrl+s", key!("page.key.save"), Action::Save),
-    shortcut(None, "Ctrl+u", key!("page.key.units"), Action::Units),
-    shortcut(None, "Ctrl+k", key!("page.key.palette"), Action::Palette),
-    shortcut(None, "F1", key!("page.key.help"), Action::Help),
-    shortcut(None, "F6", key!("page.key.region"), Action::Region(true)),
-    shortcut(None, "Shift+w", key!("page.key.speak"), Action::Speak),
-    shortcut(None, "Shift+1", key!("page.key.fit"), Action::Fit),
-    shortcut(None, "Shift++", key!("page.key.closer"), Action::ZoomIn),
-    shortcut(None, "Shift+_", key!("page.key.further"), Action::ZoomOut),
-    shortcut(None, "f", key!("page.key.flip"), Action::Flip),
+    shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), KeyAction::Stop),
+    shortcut(None, "Escape", key!("page.key.escape"), KeyAction::Escape),
+    shortcut(None, "0", key!("page.key.draw"), KeyAction::Show(Tab::Draw)),
+    shortcut(None, "1", key!("page.key.board"), KeyAction::Show(Tab::Board)),
+    shortcut(None, "2", key!("page.key.cam"), KeyAction::Show(Tab::Cam)),
+    shortcut(None, "3", key!("page.key.simulate"), KeyAction::Show(Tab::Simulate)),
+    shortcut(None, "4", key!("page.key.machine"), KeyAction::Show(Tab::Machine)),
+    shortcut(None, "5", key!("page.key.lab"), KeyAction::Show(Tab::Lab)),
+    shortcut(None, "6", key!("page.key.settings"), KeyAction::Show(Tab::Settings)),
+    shortcut(None, "Ctrl+o", key!("page.key.open"), KeyAction::Open),
+    shortcut(None, "Ctrl+s", key!("page.key.save"), KeyAction::Save),
+    shortcut(None, "Ctrl+u", key!("page.key.units"), KeyAction::Units),
+    shortcut(None, "Ctrl+k", key!("page.key.palette"), KeyAction::Palette),
+    shortcut(None, "F1", key!("page.key.help"), KeyAction::Help),
+    shortcut(None, "F6", key!("page.key.region"), KeyAction::Region { onwards: true }),
+    shortcut(None, "Shift+w", key!("page.key.speak"), KeyAction::Speak),
+    shortcut(None, "Shift+1", key!("page.key.fit"), KeyAction::Fit),
+    shortcut(None, "Shift++", key!("page.key.closer"), KeyAction::ZoomIn),
+    shortcut(None, "Shift+_", key!("page.key.further"), KeyAction::ZoomOut),
+    shortcut(None, "f", key!("page.key.flip"), KeyAction::Flip),
     drawn("v", key!("page.key.draw_select"), DrawKey::Tool(Tool::Select)),
     drawn("x", key!("page.key.draw_track"), DrawKey::Tool(Tool::Track)),
     drawn("p", key!("page.key.draw_pad"), DrawKey::Tool(Tool::Pad)),
@@ -202,18 +211,26 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     drawn("n", key!("page.key.draw_node"), DrawKey::Tool(Tool::Node)),
     drawn("d", key!("page.key.draw_measure"), DrawKey::Tool(Tool::Measure)),
     drawn("m", key!("page.key.draw_move"), DrawKey::Move),
-    drawn("ArrowRight", key!("page.key.draw_step"), DrawKey::Step(1, 0, StepSize::Grid)),
-    drawn("Shift+ArrowRight", key!("page.key.draw_step_far"), DrawKey::Step(1, 0, StepSize::Far)),
-    drawn("Ctrl+ArrowRight", key!("page.key.draw_step_fine"), DrawKey::Step(1, 0, StepSize::Fine)),
+    drawn("ArrowRight", key!("page.key.draw_step"), DrawKey::Step { x: 1, y: 0, size: StepSize::Grid }),
+    drawn(
+        "Shift+ArrowRight",
+        key!("page.key.draw_step_far"),
+        DrawKey::Step { x: 1, y: 0, size: StepSize::Far },
+    ),
+    drawn(
+        "Ctrl+ArrowRight",
+        key!("page.key.draw_step_fine"),
+        DrawKey::Step { x: 1, y: 0, size: StepSize::Fine },
+    ),
     drawn("Enter", key!("page.key.draw_place"), DrawKey::Place),
     drawn("End", key!("page.key.draw_end_track"), DrawKey::End),
     drawn("Backspace", key!("page.key.draw_back_piece"), DrawKey::Back),
-    drawn("c", key!("page.key.draw_type"), DrawKey::Type(false)),
-    drawn("@", key!("page.key.draw_type_by"), DrawKey::Type(true)),
+    drawn("c", key!("page.key.draw_type"), DrawKey::Type { from_last: false }),
+    drawn("@", key!("page.key.draw_type_by"), DrawKey::Type { from_last: true }),
     drawn("e", key!("page.key.draw_numbers"), DrawKey::Numbers),
     drawn("F2", key!("page.key.draw_rename"), DrawKey::Rename),
     drawn("h", key!("page.key.draw_dim"), DrawKey::Act(Act::Dim)),
-    drawn("r", key!("page.key.draw_turn"), DrawKey::Act(Act::Turn(QUARTER_MDEG))),
+    drawn("r", key!("page.key.draw_turn"), DrawKey::Act(Act::Turn { mdeg: QUARTER_MDEG })),
     drawn("b", key!("page.key.draw_mirror"), DrawKey::Act(Act::Mirror { x: true })),
     drawn("Shift+b", key!("page.key.draw_mirror_y"), DrawKey::Act(Act::Mirror { x: false })),
     drawn("Ctrl+a", key!("page.key.draw_all"), DrawKey::Act(Act::All)),
@@ -224,47 +241,52 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     drawn("Delete", key!("page.key.draw_delete"), DrawKey::Act(Act::Delete)),
     drawn("Ctrl+g", key!("page.key.draw_group"), DrawKey::Group),
     drawn("Ctrl+Shift+g", key!("page.key.draw_ungroup"), DrawKey::Act(Act::Ungroup)),
-    drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Act(Act::Undo(true))),
-    drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo(false))),
+    drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Act(Act::Undo { back: true })),
+    drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo { back: false })),
     drawn("g", key!("page.key.draw_snap"), DrawKey::Act(Act::Snap)),
     drawn("Shift+g", key!("page.key.draw_next_grid"), DrawKey::Act(Act::NextGrid)),
-    drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side(true)),
-    drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side(false)),
-    shortcut(Some(Tab::Cam), "a", key!("page.key.add"), Action::Cam(CamKey::Add)),
-    shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), Action::Cam(CamKey::Move(true))),
-    shortcut(Some(Tab::Cam), "Alt+ArrowDown", key!("page.key.down"), Action::Cam(CamKey::Move(false))),
-    shortcut(Some(Tab::Cam), "Delete", key!("page.key.remove"), Action::Cam(CamKey::Remove)),
-    shortcut(Some(Tab::Cam), "Ctrl+z", key!("page.key.undo"), Action::Cam(CamKey::Undo(true))),
-    shortcut(Some(Tab::Cam), "Ctrl+y", key!("page.key.redo"), Action::Cam(CamKey::Undo(false))),
-    shortcut(Some(Tab::Cam), "F8", key!("page.key.problem"), Action::Cam(CamKey::Problem(true))),
-    shortcut(Some(Tab::Cam), "s", key!("page.key.simulate"), Action::Show(Tab::Simulate)),
-    shortcut(Some(Tab::Simulate), "Space", key!("page.key.play"), Action::Play),
+    drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side { upper: true }),
+    drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side { upper: false }),
+    shortcut(Some(Tab::Cam), "a", key!("page.key.add"), KeyAction::Cam(CamKey::Add)),
+    shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), KeyAction::Cam(CamKey::Move { up: true })),
+    shortcut(
+        Some(Tab::Cam),
+        "Alt+ArrowDown",
+        key!("page.key.down"),
+        KeyAction::Cam(CamKey::Move { up: false }),
+    ),
+    shortcut(Some(Tab::Cam), "Delete", key!("page.key.remove"), KeyAction::Cam(CamKey::Remove)),
+    shortcut(Some(Tab::Cam), "Ctrl+z", key!("page.key.undo"), KeyAction::Cam(CamKey::Undo { back: true })),
+    shortcut(Some(Tab::Cam), "Ctrl+y", key!("page.key.redo"), KeyAction::Cam(CamKey::Undo { back: false })),
+    shortcut(Some(Tab::Cam), "F8", key!("page.key.problem"), KeyAction::Cam(CamKey::Problem { next: true })),
+    shortcut(Some(Tab::Cam), "s", key!("page.key.simulate"), KeyAction::Show(Tab::Simulate)),
+    shortcut(Some(Tab::Simulate), "Space", key!("page.key.play"), KeyAction::Play),
     shortcut(
         Some(Tab::Simulate),
         "ArrowRight",
         key!("page.key.segment"),
-        Action::Step(Stride::Segment(true)),
+        KeyAction::Step(Stride::Segment { onwards: true }),
     ),
     shortcut(
         Some(Tab::Simulate),
         "Shift+ArrowRight",
         key!("page.key.hole"),
-        Action::Step(Stride::Hole(true)),
+        KeyAction::Step(Stride::Hole { onwards: true }),
     ),
     shortcut(
         Some(Tab::Simulate),
         "Ctrl+ArrowRight",
         key!("page.key.hundredth"),
-        Action::Step(Stride::Percent(true)),
+        KeyAction::Step(Stride::Percent { onwards: true }),
     ),
-    shortcut(Some(Tab::Simulate), ".", key!("page.key.faster"), Action::Faster(true)),
-    shortcut(Some(Tab::Simulate), "Home", key!("page.key.beginning"), Action::Beginning),
-    shortcut(Some(Tab::Simulate), "End", key!("page.key.end"), Action::End),
-    shortcut(Some(Tab::Machine), "Space", key!("page.key.pause"), Action::Pause),
-    shortcut(Some(Tab::Machine), "j", key!("page.key.arm"), Action::ArmKeys),
-    shortcut(Some(Tab::Lab), "F8", key!("page.key.run"), Action::Queue(QueueKey::Run)),
-    shortcut(Some(Tab::Lab), "F9", key!("page.key.break"), Action::Queue(QueueKey::Break)),
-    shortcut(Some(Tab::Lab), "F10", key!("page.key.step"), Action::Queue(QueueKey::Step)),
+    shortcut(Some(Tab::Simulate), ".", key!("page.key.faster"), KeyAction::Faster { more: true }),
+    shortcut(Some(Tab::Simulate), "Home", key!("page.key.beginning"), KeyAction::Beginning),
+    shortcut(Some(Tab::Simulate), "End", key!("page.key.end"), KeyAction::End),
+    shortcut(Some(Tab::Machine), "Space", key!("page.key.pause"), KeyAction::Pause),
+    shortcut(Some(Tab::Machine), "j", key!("page.key.arm"), KeyAction::ArmKeys),
+    shortcut(Some(Tab::Lab), "F8", key!("page.key.run"), KeyAction::Queue(QueueKey::Run)),
+    shortcut(Some(Tab::Lab), "F9", key!("page.key.break"), KeyAction::Queue(QueueKey::Break)),
+    shortcut(Some(Tab::Lab), "F10", key!("page.key.step"), KeyAction::Queue(QueueKey::Step)),
 ];
 
 /// What a key asks of the job.
@@ -273,13 +295,22 @@ pub enum CamKey {
     /// Add an operation.
     Add,
     /// The chosen operation up or down.
-    Move(bool),
+    Move {
+        /// Up, else down.
+        up: bool,
+    },
     /// Back by an edit, or on again.
-    Undo(bool),
+    Undo {
+        /// Back, else on again.
+        back: bool,
+    },
     /// Take the chosen operation out.
     Remove,
     /// Show the next finding, or the one before.
-    Problem(bool),
+    Problem {
+        /// The next, else the one before.
+        next: bool,
+    },
 }
 
 /// What a key asks of the queue. It runs in this page's own drill, unless the person chose the machine and it is still.
@@ -297,11 +328,20 @@ pub enum QueueKey {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stride {
     /// To the next segment.
-    Segment(bool),
+    Segment {
+        /// Onwards, else back.
+        onwards: bool,
+    },
     /// To the next hole.
-    Hole(bool),
+    Hole {
+        /// Onwards, else back.
+        onwards: bool,
+    },
     /// A hundredth of the whole.
-    Percent(bool),
+    Percent {
+        /// Onwards, else back.
+        onwards: bool,
+    },
 }
 
 /// Whether a key is the one that is held for more.
@@ -315,31 +355,31 @@ pub fn is_escape(key: &str) -> bool {
 }
 
 /// What `press` asks for on `tab`.
-pub fn action(press: &Press, tab: Tab) -> Option<Action> {
+pub fn action(press: &Press, tab: Tab) -> Option<KeyAction> {
     if press.composing {
         return None;
     }
     let key = press.key.as_str();
     if press.ctrl && press.shift && !press.alt && (key.eq_ignore_ascii_case("e") || press.code == "KeyE") {
-        return Some(Action::Stop);
+        return Some(KeyAction::Stop);
     }
     if key == "Escape" {
-        return (!press.repeat).then_some(Action::Escape);
+        return (!press.repeat).then_some(KeyAction::Escape);
     }
     if key == "F6" {
-        return Some(Action::Region(!press.shift));
+        return Some(KeyAction::Region { onwards: !press.shift });
     }
     if press.repeat && matches!(key, "F1" | "?") {
         return None;
     }
     if key == "F1" || (key == "?" && !press.in_text && !press.ctrl && !press.alt) {
-        return Some(Action::Help);
+        return Some(KeyAction::Help);
     }
     if press.ctrl && !press.alt && !press.shift {
         match key {
-            "k" | "K" | "/" => return Some(Action::Palette),
-            "s" | "S" => return Some(Action::Save),
-            "o" | "O" => return Some(Action::Open),
+            "k" | "K" | "/" => return Some(KeyAction::Palette),
+            "s" | "S" => return Some(KeyAction::Save),
+            "o" | "O" => return Some(KeyAction::Open),
             _ => {}
         }
     }
@@ -352,25 +392,25 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
     if tab == Tab::Cam
         && let Some(key) = in_cam(press, key)
     {
-        return Some(Action::Cam(key));
+        return Some(KeyAction::Cam(key));
     }
     if tab == Tab::Draw
         && let Some(key) = in_drawing(press, key)
     {
-        return Some(Action::Draw(key));
+        return Some(KeyAction::Draw(key));
     }
     if tab == Tab::Simulate && press.alt && !press.ctrl && press.code == "Digit3" {
-        return Some(Action::Space);
+        return Some(KeyAction::Space);
     }
     if press.in_text || press.alt {
         return None;
     }
     if press.ctrl {
         return match (tab, key) {
-            (_, "u" | "U") => Some(Action::Units),
-            (_, ",") => Some(Action::Show(Tab::Settings)),
+            (_, "u" | "U") => Some(KeyAction::Units),
+            (_, ",") => Some(KeyAction::Show(Tab::Settings)),
             (Tab::Simulate, "ArrowLeft" | "ArrowRight") => {
-                Some(Action::Step(Stride::Percent(key == "ArrowRight")))
+                Some(KeyAction::Step(Stride::Percent { onwards: key == "ArrowRight" }))
             }
             _ => None,
         };
@@ -379,15 +419,15 @@ pub fn action(press: &Press, tab: Tab) -> Option<Action> {
 }
 
 /// The Lab has one undo for all its fields.
-fn in_lab(press: &Press, key: &str) -> Option<Action> {
+fn in_lab(press: &Press, key: &str) -> Option<KeyAction> {
     match key.to_ascii_lowercase().as_str() {
         "f8" | "f9" | "f10" if press.repeat || press.ctrl || press.shift => None,
-        "f8" => Some(Action::Queue(QueueKey::Run)),
-        "f9" => Some(Action::Queue(QueueKey::Break)),
-        "f10" => Some(Action::Queue(QueueKey::Step)),
+        "f8" => Some(KeyAction::Queue(QueueKey::Run)),
+        "f9" => Some(KeyAction::Queue(QueueKey::Break)),
+        "f10" => Some(KeyAction::Queue(QueueKey::Step)),
         _ if press.in_lines => None,
-        "z" if press.ctrl => Some(Action::Undo(!press.shift)),
-        "y" if press.ctrl && !press.shift => Some(Action::Undo(false)),
+        "z" if press.ctrl => Some(KeyAction::Undo { back: !press.shift }),
+        "y" if press.ctrl && !press.shift => Some(KeyAction::Undo { back: false }),
         _ => None,
     }
 }
@@ -396,13 +436,13 @@ fn in_lab(press: &Press, key: &str) -> Option<Action> {
 fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
     if press.alt {
         let up = key == "ArrowUp";
-        return (!press.ctrl && (up || key == "ArrowDown")).then_some(CamKey::Move(up));
+        return (!press.ctrl && (up || key == "ArrowDown")).then_some(CamKey::Move { up });
     }
     match key.to_ascii_lowercase().as_str() {
-        "f8" if !press.ctrl => Some(CamKey::Problem(!press.shift)),
+        "f8" if !press.ctrl => Some(CamKey::Problem { next: !press.shift }),
         _ if press.in_text => None,
-        "z" if press.ctrl => Some(CamKey::Undo(!press.shift)),
-        "y" if press.ctrl && !press.shift => Some(CamKey::Undo(false)),
+        "z" if press.ctrl => Some(CamKey::Undo { back: !press.shift }),
+        "y" if press.ctrl && !press.shift => Some(CamKey::Undo { back: false }),
         "a" if !press.ctrl && !press.shift => Some(CamKey::Add),
         "delete" if !press.ctrl => Some(CamKey::Remove),
         _ => None,
@@ -418,46 +458,50 @@ fn in_drawing(press: &Press, key: &str) -> Option<DrawKey> {
     draw::of(key, press.ctrl, press.shift)
 }
 
-fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<Action> {
+fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<KeyAction> {
     if press.on_control {
         return None;
     }
     match (tab, key) {
-        (Tab::Cam, "s" | "S") if !press.shift => Some(Action::Show(Tab::Simulate)),
-        (Tab::Machine, " ") => (!press.repeat).then_some(Action::Pause),
-        (Tab::Simulate, " ") => (!press.repeat).then_some(Action::Play),
+        (Tab::Cam, "s" | "S") if !press.shift => Some(KeyAction::Show(Tab::Simulate)),
+        (Tab::Machine, " ") => (!press.repeat).then_some(KeyAction::Pause),
+        (Tab::Simulate, " ") => (!press.repeat).then_some(KeyAction::Play),
         (Tab::Simulate, "ArrowLeft" | "ArrowRight") => {
             let on = key == "ArrowRight";
-            Some(Action::Step(if press.shift { Stride::Hole(on) } else { Stride::Segment(on) }))
+            Some(KeyAction::Step(if press.shift {
+                Stride::Hole { onwards: on }
+            } else {
+                Stride::Segment { onwards: on }
+            }))
         }
-        (Tab::Simulate, "Home") => Some(Action::Beginning),
-        (Tab::Simulate, "End") => Some(Action::End),
-        (Tab::Simulate, "t" | "T") if !press.shift => Some(Action::FromAbove),
-        (Tab::Simulate, "h" | "H") if !press.shift => Some(Action::HomeView),
-        (Tab::Simulate, "," | ".") => Some(Action::Faster(key == ".")),
-        (Tab::Draw | Tab::Board | Tab::Cam | Tab::Machine, "Home") => Some(Action::Fit),
+        (Tab::Simulate, "Home") => Some(KeyAction::Beginning),
+        (Tab::Simulate, "End") => Some(KeyAction::End),
+        (Tab::Simulate, "t" | "T") if !press.shift => Some(KeyAction::FromAbove),
+        (Tab::Simulate, "h" | "H") if !press.shift => Some(KeyAction::HomeView),
+        (Tab::Simulate, "," | ".") => Some(KeyAction::Faster { more: key == "." }),
+        (Tab::Draw | Tab::Board | Tab::Cam | Tab::Machine, "Home") => Some(KeyAction::Fit),
         _ => None,
     }
 }
 
-fn anywhere(press: &Press, key: &str, tab: Tab) -> Option<Action> {
+fn anywhere(press: &Press, key: &str, tab: Tab) -> Option<KeyAction> {
     if press.shift {
         return match (key, press.code.as_str()) {
-            (_, "Digit1") => Some(Action::Fit),
-            ("+" | "=", _) | (_, "Equal") => Some(Action::ZoomIn),
-            ("_" | "-", _) | (_, "Minus") => Some(Action::ZoomOut),
-            ("W" | "w", _) => Some(Action::Speak),
+            (_, "Digit1") => Some(KeyAction::Fit),
+            ("+" | "=", _) | (_, "Equal") => Some(KeyAction::ZoomIn),
+            ("_" | "-", _) | (_, "Minus") => Some(KeyAction::ZoomOut),
+            ("W" | "w", _) => Some(KeyAction::Speak),
             _ => None,
         };
     }
     if tab == Tab::Machine && key == "j" {
-        return (!press.repeat).then_some(Action::ArmKeys);
+        return (!press.repeat).then_some(KeyAction::ArmKeys);
     }
     if matches!(key, "f" | "F") {
-        return Some(Action::Flip);
+        return Some(KeyAction::Flip);
     }
     let number = key.parse::<usize>().ok().filter(|_| key.len() == 1)?;
-    Tab::ALL.get(number).map(|tab| Action::Show(*tab))
+    Tab::ALL.get(number).map(|tab| KeyAction::Show(*tab))
 }
 
 #[cfg(test)]
@@ -485,67 +529,68 @@ mod tests {
 
     #[test]
     fn every_key_where_it_means_something() {
+        let far_down = KeyAction::Draw(DrawKey::Step { x: 0, y: -1, size: StepSize::Far });
         let rows = [
-            ("Ctrl+Shift+E", Tab::Board, Some(Action::Stop)),
-            ("text+Ctrl+Shift+E", Tab::Settings, Some(Action::Stop)),
-            ("text+Escape", Tab::Settings, Some(Action::Escape)),
+            ("Ctrl+Shift+E", Tab::Board, Some(KeyAction::Stop)),
+            ("text+Ctrl+Shift+E", Tab::Settings, Some(KeyAction::Stop)),
+            ("text+Escape", Tab::Settings, Some(KeyAction::Escape)),
             ("repeat+Escape", Tab::Machine, None),
             ("composing+Escape", Tab::Machine, None),
-            ("Space", Tab::Machine, Some(Action::Pause)),
-            ("Space", Tab::Simulate, Some(Action::Play)),
+            ("Space", Tab::Machine, Some(KeyAction::Pause)),
+            ("Space", Tab::Simulate, Some(KeyAction::Play)),
             ("Space", Tab::Board, None),
             ("control+Space", Tab::Machine, None),
             ("text+Space", Tab::Machine, None),
-            ("Shift+ArrowRight", Tab::Simulate, Some(Action::Step(Stride::Hole(true)))),
-            ("Ctrl+ArrowLeft", Tab::Simulate, Some(Action::Step(Stride::Percent(false)))),
-            ("2", Tab::Board, Some(Action::Show(Tab::Cam))),
-            ("4", Tab::Board, Some(Action::Show(Tab::Machine))),
-            ("5", Tab::Board, Some(Action::Show(Tab::Lab))),
-            ("f", Tab::Board, Some(Action::Flip)),
-            ("t", Tab::Simulate, Some(Action::FromAbove)),
-            ("h", Tab::Simulate, Some(Action::HomeView)),
+            ("Shift+ArrowRight", Tab::Simulate, Some(KeyAction::Step(Stride::Hole { onwards: true }))),
+            ("Ctrl+ArrowLeft", Tab::Simulate, Some(KeyAction::Step(Stride::Percent { onwards: false }))),
+            ("2", Tab::Board, Some(KeyAction::Show(Tab::Cam))),
+            ("4", Tab::Board, Some(KeyAction::Show(Tab::Machine))),
+            ("5", Tab::Board, Some(KeyAction::Show(Tab::Lab))),
+            ("f", Tab::Board, Some(KeyAction::Flip)),
+            ("t", Tab::Simulate, Some(KeyAction::FromAbove)),
+            ("h", Tab::Simulate, Some(KeyAction::HomeView)),
             ("t", Tab::Board, None),
             ("text+f", Tab::Board, None),
-            ("Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
-            ("text+Ctrl+z", Tab::Lab, Some(Action::Undo(true))),
+            ("Ctrl+z", Tab::Lab, Some(KeyAction::Undo { back: true })),
+            ("text+Ctrl+z", Tab::Lab, Some(KeyAction::Undo { back: true })),
             ("lines+Ctrl+z", Tab::Lab, None),
-            ("Ctrl+Shift+Z", Tab::Lab, Some(Action::Undo(false))),
-            ("Ctrl+y", Tab::Lab, Some(Action::Undo(false))),
+            ("Ctrl+Shift+Z", Tab::Lab, Some(KeyAction::Undo { back: false })),
+            ("Ctrl+y", Tab::Lab, Some(KeyAction::Undo { back: false })),
             ("Ctrl+z", Tab::Board, None),
-            ("Ctrl+z", Tab::Cam, Some(Action::Cam(CamKey::Undo(true)))),
+            ("Ctrl+z", Tab::Cam, Some(KeyAction::Cam(CamKey::Undo { back: true }))),
             ("text+Ctrl+z", Tab::Cam, None),
-            ("Alt+ArrowUp", Tab::Cam, Some(Action::Cam(CamKey::Move(true)))),
+            ("Alt+ArrowUp", Tab::Cam, Some(KeyAction::Cam(CamKey::Move { up: true }))),
             ("Alt+ArrowDown", Tab::Board, None),
-            ("Shift+F8", Tab::Cam, Some(Action::Cam(CamKey::Problem(false)))),
-            ("a", Tab::Cam, Some(Action::Cam(CamKey::Add))),
+            ("Shift+F8", Tab::Cam, Some(KeyAction::Cam(CamKey::Problem { next: false }))),
+            ("a", Tab::Cam, Some(KeyAction::Cam(CamKey::Add))),
             ("text+a", Tab::Cam, None),
-            ("Delete", Tab::Cam, Some(Action::Cam(CamKey::Remove))),
-            ("lines+F10", Tab::Lab, Some(Action::Queue(QueueKey::Step))),
+            ("Delete", Tab::Cam, Some(KeyAction::Cam(CamKey::Remove))),
+            ("lines+F10", Tab::Lab, Some(KeyAction::Queue(QueueKey::Step))),
             ("repeat+F10", Tab::Lab, None),
             ("F8", Tab::Machine, None),
             ("9", Tab::Board, None),
             ("Ctrl+Alt+u", Tab::Board, None),
             ("text+?", Tab::Board, None),
-            ("Shift+?", Tab::Lab, Some(Action::Help)),
-            ("text+F1", Tab::Settings, Some(Action::Help)),
-            ("text+Ctrl+k", Tab::Cam, Some(Action::Palette)),
+            ("Shift+?", Tab::Lab, Some(KeyAction::Help)),
+            ("text+F1", Tab::Settings, Some(KeyAction::Help)),
+            ("text+Ctrl+k", Tab::Cam, Some(KeyAction::Palette)),
             ("Ctrl+Alt+s", Tab::Cam, None),
             ("Enter", Tab::Machine, None),
-            ("j", Tab::Machine, Some(Action::ArmKeys)),
+            ("j", Tab::Machine, Some(KeyAction::ArmKeys)),
             ("text+j", Tab::Machine, None),
             ("j", Tab::Board, None),
-            ("0", Tab::Board, Some(Action::Show(Tab::Draw))),
+            ("0", Tab::Board, Some(KeyAction::Show(Tab::Draw))),
             ("7", Tab::Board, None),
-            ("x", Tab::Draw, Some(Action::Draw(DrawKey::Tool(Tool::Track)))),
+            ("x", Tab::Draw, Some(KeyAction::Draw(DrawKey::Tool(Tool::Track)))),
             ("text+x", Tab::Draw, None),
             ("x", Tab::Board, None),
             ("Ctrl+Alt+z", Tab::Draw, None),
-            ("Ctrl+Shift+z", Tab::Draw, Some(Action::Draw(DrawKey::Act(Act::Undo(false))))),
+            ("Ctrl+Shift+z", Tab::Draw, Some(KeyAction::Draw(DrawKey::Act(Act::Undo { back: false })))),
             ("control+Enter", Tab::Draw, None),
             ("control+ArrowUp", Tab::Draw, None),
-            ("control+Delete", Tab::Draw, Some(Action::Draw(DrawKey::Act(Act::Delete)))),
-            ("f", Tab::Draw, Some(Action::Flip)),
-            ("Shift+ArrowDown", Tab::Draw, Some(Action::Draw(DrawKey::Step(0, -1, StepSize::Far)))),
+            ("control+Delete", Tab::Draw, Some(KeyAction::Draw(DrawKey::Act(Act::Delete)))),
+            ("f", Tab::Draw, Some(KeyAction::Flip)),
+            ("Shift+ArrowDown", Tab::Draw, Some(far_down)),
         ];
         for (text, tab, expected) in rows {
             assert_eq!(action(&press(text), tab), expected, "{text} on {tab:?}");

@@ -12,7 +12,7 @@ use crate::view::{Colour, Palette};
 
 /// What a layer is, as far as its look goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Kind {
+pub enum LayerKind {
     /// Copper of the upper side.
     CopperTop,
     /// Copper of the lower side.
@@ -33,7 +33,7 @@ pub enum Kind {
     Outline,
 }
 
-impl Kind {
+impl LayerKind {
     /// Of a file's role and side.
     pub fn of(role: &str, side: Option<&str>) -> Self {
         match (role, side) {
@@ -68,7 +68,7 @@ impl Kind {
     }
 
     /// Height over the board's middle: the higher is drawn later when seen from above.
-    const fn height(self, side: Side) -> i32 {
+    const fn height(self, side: LayerSide) -> i32 {
         let over = match self {
             Self::CopperInner | Self::Other => 0,
             Self::CopperTop | Self::CopperBottom => 1,
@@ -78,13 +78,13 @@ impl Kind {
             Self::Outline => 5,
             Self::Holes => 6,
         };
-        if matches!(side, Side::Bottom) { -over } else { over }
+        if matches!(side, LayerSide::Bottom) { -over } else { over }
     }
 }
 
 /// Where a layer lies.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Side {
+pub enum LayerSide {
     /// Above.
     #[default]
     Top,
@@ -94,7 +94,7 @@ pub enum Side {
     Both,
 }
 
-impl Side {
+impl LayerSide {
     /// Of a file's side.
     pub fn of(word: Option<&str>) -> Self {
         match word {
@@ -107,13 +107,13 @@ impl Side {
 
 /// One line of the panel.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Look {
+pub struct LayerLook {
     /// Tells the layer from others, also when the files are read again.
     pub name: String,
     /// What it is.
-    pub kind: Kind,
+    pub kind: LayerKind,
     /// Where it lies.
-    pub side: Side,
+    pub side: LayerSide,
     /// Index of its triangles; none for holes and outline.
     pub mesh: Option<usize>,
     /// Whether it is seen.
@@ -139,9 +139,9 @@ pub enum Preset {
     Holes,
 }
 
-impl Look {
+impl LayerLook {
     /// A layer as it is seen first.
-    pub fn new(name: String, kind: Kind, side: Side, mesh: Option<usize>) -> Self {
+    pub fn new(name: String, kind: LayerKind, side: LayerSide, mesh: Option<usize>) -> Self {
         Self { name, kind, side, mesh, eye: kind.first_seen(), opacity: 100, colour: None }
     }
 
@@ -153,13 +153,19 @@ impl Look {
 
     /// Whether `preset` shows it.
     pub fn in_preset(&self, preset: Preset) -> bool {
-        let through = matches!(self.kind, Kind::Holes | Kind::Outline);
+        let through = matches!(self.kind, LayerKind::Holes | LayerKind::Outline);
         match preset {
             Preset::All => true,
-            Preset::Top => through || self.side == Side::Top,
-            Preset::Bottom => through || self.side == Side::Bottom,
+            Preset::Top => through || self.side == LayerSide::Top,
+            Preset::Bottom => through || self.side == LayerSide::Bottom,
             Preset::Copper => {
-                matches!(self.kind, Kind::CopperTop | Kind::CopperBottom | Kind::CopperInner | Kind::Outline)
+                matches!(
+                    self.kind,
+                    LayerKind::CopperTop
+                        | LayerKind::CopperBottom
+                        | LayerKind::CopperInner
+                        | LayerKind::Outline
+                )
             }
             Preset::Holes => through,
         }
@@ -167,17 +173,17 @@ impl Look {
 }
 
 /// What the person chose before is kept for layers that are still there.
-pub fn kept(fresh: Vec<Look>, before: &[Look]) -> Vec<Look> {
-    let keep = |look: Look| match before.iter().find(|old| old.name == look.name) {
-        Some(old) => Look { eye: old.eye, opacity: old.opacity, colour: old.colour, ..look },
+pub fn kept(fresh: Vec<LayerLook>, before: &[LayerLook]) -> Vec<LayerLook> {
+    let keep = |look: LayerLook| match before.iter().find(|old| old.name == look.name) {
+        Some(old) => LayerLook { eye: old.eye, opacity: old.opacity, colour: old.colour, ..look },
         None => look,
     };
     fresh.into_iter().map(keep).collect()
 }
 
 /// The looks in the order of drawing, the lowest first.
-pub fn drawn(looks: &[Look], from_below: bool) -> Vec<&Look> {
-    let mut order: Vec<&Look> = looks.iter().filter(|look| look.eye && look.opacity > 0).collect();
+pub fn drawn(looks: &[LayerLook], from_below: bool) -> Vec<&LayerLook> {
+    let mut order: Vec<&LayerLook> = looks.iter().filter(|look| look.eye && look.opacity > 0).collect();
     order.sort_by_key(|look| {
         let height = look.kind.height(look.side);
         if from_below { -height } else { height }
@@ -189,18 +195,18 @@ pub fn drawn(looks: &[Look], from_below: bool) -> Vec<&Look> {
 mod tests {
     use super::*;
 
-    fn looks() -> Vec<Look> {
+    fn looks() -> Vec<LayerLook> {
         let rows = [
-            ("top", Kind::CopperTop, Side::Top, Some(0)),
-            ("bottom", Kind::CopperBottom, Side::Bottom, Some(1)),
-            ("legend", Kind::Silk, Side::Top, Some(2)),
-            ("holes", Kind::Holes, Side::Both, None),
-            ("outline", Kind::Outline, Side::Both, None),
+            ("top", LayerKind::CopperTop, LayerSide::Top, Some(0)),
+            ("bottom", LayerKind::CopperBottom, LayerSide::Bottom, Some(1)),
+            ("legend", LayerKind::Silk, LayerSide::Top, Some(2)),
+            ("holes", LayerKind::Holes, LayerSide::Both, None),
+            ("outline", LayerKind::Outline, LayerSide::Both, None),
         ];
-        rows.map(|(name, kind, side, mesh)| Look::new(name.to_owned(), kind, side, mesh)).into()
+        rows.map(|(name, kind, side, mesh)| LayerLook::new(name.to_owned(), kind, side, mesh)).into()
     }
 
-    fn names(order: &[&Look]) -> String {
+    fn names(order: &[&LayerLook]) -> String {
         order
             .iter()
             .filter(|look| look.mesh.is_some())

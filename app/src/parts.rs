@@ -11,7 +11,7 @@ use annulus_core::job::{Mark, Program};
 
 /// A stretch of the same work.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Part {
+pub struct WorkPart {
     /// Holes are drilled; else toolpaths are milled.
     pub drills: bool,
     /// The bit, an index into the program's bits.
@@ -26,7 +26,7 @@ pub struct Part {
 
 /// Where a leg lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Place {
+pub struct LegPlace {
     /// Which part, from 0.
     pub at: usize,
     /// Holes or toolpaths of the part before this leg.
@@ -34,8 +34,8 @@ pub struct Place {
 }
 
 /// The parts of `program`; `operations` has the operation of each toolpath, by its index.
-pub fn parts(program: &Program, operations: &[u16]) -> Vec<Part> {
-    let mut parts: Vec<Part> = Vec::new();
+pub fn parts(program: &Program, operations: &[u16]) -> Vec<WorkPart> {
+    let mut parts: Vec<WorkPart> = Vec::new();
     let mut bit = None;
     for (leg, mark) in (0..).zip(program.legs.iter().map(|leg| leg.mark)) {
         let (drills, operation) = match mark {
@@ -51,20 +51,20 @@ pub fn parts(program: &Program, operations: &[u16]) -> Vec<Part> {
             Some(last) if (last.drills, last.bit, last.operation) == (drills, bit, operation) => {
                 last.count += 1;
             }
-            _ => parts.push(Part { drills, bit, operation, from_leg: leg, count: 1 }),
+            _ => parts.push(WorkPart { drills, bit, operation, from_leg: leg, count: 1 }),
         }
     }
     parts
 }
 
 /// Where leg `leg` lies; before the first part it is the first that comes.
-pub fn place(program: &Program, parts: &[Part], leg: u32) -> Option<Place> {
+pub fn place(program: &Program, parts: &[WorkPart], leg: u32) -> Option<LegPlace> {
     let at = parts.partition_point(|part| part.from_leg <= leg).saturating_sub(1);
     let part = parts.get(at)?;
     let legs = program.legs.get(part.from_leg as usize..(leg as usize).min(program.legs.len()));
     let stops =
         legs.unwrap_or_default().iter().filter(|leg| matches!(leg.mark, Mark::Hole(_) | Mark::Toolpath(_)));
-    Some(Place { at, done: (stops.count() as u32).min(part.count) })
+    Some(LegPlace { at, done: (stops.count() as u32).min(part.count) })
 }
 
 #[cfg(test)]
@@ -127,7 +127,7 @@ mod tests {
             (9, 3, 1),
         ];
         for (leg, at, done) in rows {
-            assert_eq!(place(&program, &parts, leg), Some(Place { at, done }), "leg {leg}");
+            assert_eq!(place(&program, &parts, leg), Some(LegPlace { at, done }), "leg {leg}");
         }
         assert_eq!(super::parts(&program, &[]).len(), 3, "without operations by bit and kind alone");
         assert_eq!(place(&program, &[], 3), None);

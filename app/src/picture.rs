@@ -9,8 +9,8 @@
 //! Comes in: a [`Board`], an order of holes. Goes out: a [`Scene`] in millimetres from the board's lower left corner, so
 //! that 32-bit numbers are as fine as 30 nm. Does not know who looks.
 
-use crate::toolpaths::{Cut, Toolpaths, Travel};
-use crate::view::{Colour, Disc, Line, Palette, Plate, Scene, Slot, State, UNORDERED, Width};
+use crate::toolpaths::{ToolpathPiece, Toolpaths, Travel};
+use crate::view::{Colour, Disc, HoleState, Line, Palette, Plate, Scene, SceneSlot, UNORDERED, Width};
 use annulus_core::board::Board;
 use annulus_core::geometry::{Bounds, Path, Point};
 use annulus_core::units::Length;
@@ -83,13 +83,13 @@ pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
             centre_mm: place(origin, hole.at),
             radius_mm: size.mm() as f32 / 2.0,
             colour: colour(size),
-            state: State::Planned,
+            state: HoleState::Planned,
             order: UNORDERED,
         }
     };
     let slot = |slot: &annulus_core::board::Slot| {
         let width = slot.width.unwrap_or(UNSIZED);
-        Slot {
+        SceneSlot {
             path_mm: slot.path.iter().map(|point| place(origin, *point)).collect(),
             width_mm: width.mm() as f32,
             colour: colour(width),
@@ -164,11 +164,11 @@ pub fn toolpaths(
     with_travel: bool,
 ) -> Vec<Line> {
     let line = |a_mm, b_mm, width, colour, order| Line { a_mm, b_mm, width, colour, order };
-    let swath = |cut: &Cut| {
+    let swath = |cut: &ToolpathPiece| {
         let tint = colour(cut.stop).mixed(palette.plate, SWATH_SHARE);
         line(cut.a_mm, cut.b_mm, Width::Mm(cut.width_mm), tint, cut.stop)
     };
-    let middle = |cut: &Cut| line(cut.a_mm, cut.b_mm, Width::Px(1.0), colour(cut.stop), cut.stop);
+    let middle = |cut: &ToolpathPiece| line(cut.a_mm, cut.b_mm, Width::Px(1.0), colour(cut.stop), cut.stop);
     let travel =
         |travel: &Travel| line(travel.a_mm, travel.b_mm, Width::Px(TRAVEL_PX), palette.travel, travel.stop);
     let wide = toolpaths.cuts.iter().filter(|cut| cut.width_mm > 0.0);

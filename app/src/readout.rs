@@ -2,7 +2,7 @@
 //!
 //! Comes in: a [`Plot`] and an x. Goes out: numbers and text. Knows no pixels and no browser.
 
-use annulus_core::plot::{Look, Panel, Plot, Series};
+use annulus_core::plot::{Plot, PlotPanel, Series, SeriesLook};
 
 /// Rows of the table of a plot.
 const ROWS: usize = 25;
@@ -10,13 +10,13 @@ const ROWS: usize = 25;
 /// The value of `series` at `x`: on the line between two points, or held since the last. None outside and in gaps;
 /// bars have none.
 pub fn value_at(series: &Series, x: f64) -> Option<f64> {
-    if matches!(series.look, Look::Bars) {
+    if matches!(series.look, SeriesLook::Bars) {
         return None;
     }
     let behind = series.points.partition_point(|point| point[0] <= x);
     let left = *series.points.get(behind.checked_sub(1)?)?;
     let value = match (series.look, series.points.get(behind)) {
-        (Look::Stairs, _) => left[1],
+        (SeriesLook::Stairs, _) => left[1],
         (_, None) if left[0] == x => left[1],
         (_, None) => return None,
         (_, Some(right)) => {
@@ -62,7 +62,7 @@ pub fn reach(plot: &Plot) -> Option<[f64; 2]> {
 }
 
 /// The value of every line of `panel` at `x`: name and number with its unit.
-pub fn at_cursor(panel: &Panel, x: f64) -> Vec<(String, String)> {
+pub fn at_cursor(panel: &PlotPanel, x: f64) -> Vec<(String, String)> {
     let lines = panel.series.iter().filter_map(|series| {
         let value = value_at(series, x)?;
         let name = if series.name.is_empty() { &panel.y.label } else { &series.name };
@@ -80,7 +80,7 @@ pub fn with_unit(value: f64, unit: &str) -> String {
 pub fn summary(plot: &Plot) -> String {
     let mut parts = Vec::new();
     for panel in &plot.panels {
-        for series in panel.series.iter().filter(|series| !matches!(series.look, Look::Bars)) {
+        for series in panel.series.iter().filter(|series| !matches!(series.look, SeriesLook::Bars)) {
             let values = series.points.iter().map(|point| point[1]).filter(|value| value.is_finite());
             let (low, high) =
                 values.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), v| (low.min(v), high.max(v)));
@@ -95,7 +95,7 @@ pub fn summary(plot: &Plot) -> String {
 }
 
 /// A table of `panel`: the x of each row with the values of every line there.
-pub fn rows(panel: &Panel, reach: [f64; 2]) -> Vec<(f64, Vec<Option<f64>>)> {
+pub fn rows(panel: &PlotPanel, reach: [f64; 2]) -> Vec<(f64, Vec<Option<f64>>)> {
     let [low, high] = reach;
     let xs = (0..ROWS).map(|row| {
         let share = row as f64 / (ROWS - 1) as f64;
@@ -107,7 +107,7 @@ pub fn rows(panel: &Panel, reach: [f64; 2]) -> Vec<(f64, Vec<Option<f64>>)> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::plot::Axis;
+    use annulus_core::plot::PlotAxis;
 
     fn ramp() -> Series {
         Series::line("ramp", vec![[0.0, 0.0], [2.0, 4.0], [2.0, 10.0], [4.0, 10.0]])
@@ -126,7 +126,7 @@ mod tests {
         for (x, value) in rows {
             assert_eq!(value_at(&ramp(), x), value, "{x}");
         }
-        let stairs = ramp().looking(Look::Stairs);
+        let stairs = ramp().looking(SeriesLook::Stairs);
         assert_eq!(value_at(&stairs, 1.9), Some(0.0));
         assert_eq!(value_at(&stairs, 99.0), Some(10.0));
         let gap = Series::line("", vec![[0.0, 1.0], [1.0, f64::NAN], [2.0, 1.0]]);
@@ -153,7 +153,8 @@ mod tests {
 
     #[test]
     fn a_plot_in_words_and_as_a_table() {
-        let panel = Panel { y: Axis::new("speed", "mm/s"), series: vec![ramp()], ..Panel::default() };
+        let panel =
+            PlotPanel { y: PlotAxis::new("speed", "mm/s"), series: vec![ramp()], ..PlotPanel::default() };
         let plot = Plot { title: String::new(), panels: vec![panel.clone()] };
         assert_eq!(summary(&plot), "speed ramp: 0 … 10 mm/s");
         assert_eq!(reach(&plot), Some([0.0, 4.0]));

@@ -23,7 +23,7 @@ pub struct Toolpaths {
     /// Holes and toolpaths in the order in which they are made: the stops.
     pub stops: Vec<Mark>,
     /// Straight pieces of all toolpaths.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<ToolpathPiece>,
     /// From stop to stop.
     pub travels: Vec<Travel>,
     /// For each leg of the program, how many stops lie before it.
@@ -34,7 +34,7 @@ pub struct Toolpaths {
 
 /// A straight piece of a toolpath.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Cut {
+pub struct ToolpathPiece {
     /// From here …
     pub a_mm: [f32; 2],
     /// … to here.
@@ -146,7 +146,7 @@ impl Head<'_> {
             if self.toolpaths.cuts.len() < MOST_CUTS {
                 let (a_mm, b_mm) = (self.place(self.at), self.place(to));
                 let stop = self.toolpaths.stops.len() as u32;
-                self.toolpaths.cuts.push(Cut { a_mm, b_mm, width_mm, stop, bit: self.bit });
+                self.toolpaths.cuts.push(ToolpathPiece { a_mm, b_mm, width_mm, stop, bit: self.bit });
             }
             self.at = to;
         }

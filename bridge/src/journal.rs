@@ -43,16 +43,20 @@ pub(crate) enum Trouble {
     Disk(String),
 }
 
-/// The journal at `path` and what it holds. A damaged one is moved aside.
-pub(crate) fn open(path: &Path) -> Result<(Journal, Contents), Diagnostic> {
+/// The journal at `path` and what it holds. A damaged one is moved aside; where `used` says that a drill worked here before, one that
+/// is not there is gone.
+pub(crate) fn open(path: &Path, used: bool) -> Result<(Journal, Contents), Diagnostic> {
     if !path.exists() {
+        if used {
+            return begin_anew(path, Damage { file: None, job: None });
+        }
         create(path)?;
     }
     match try_open(path) {
         Ok(found) => Ok(found),
         Err(Trouble::Damaged(_)) => {
             let aside = free_name(path);
-            let damage = Damage { file: aside.display().to_string(), job: salvaged(path) };
+            let damage = Damage { file: Some(aside.display().to_string()), job: salvaged(path) };
             fs::rename(path, &aside)
                 .map_err(|error| cannot("journal.cannot_open", path, &error.to_string()))?;
             begin_anew(path, damage).inspect_err(|_| {

@@ -6,7 +6,7 @@
 use crate::own;
 use crate::refusal::Refusal;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, Kind, Machine, SECTIONS, Setting, Value};
+use annulus_core::machine::{self, Machine, SECTIONS, Setting, Value, ValueKind};
 use annulus_core::project::text;
 use std::env;
 use std::fmt::Write as _;
@@ -268,10 +268,12 @@ fn explain(row: &Setting) -> String {
     let sentence = annulus_core::locale::text("en", &row.sentence_key(), &[]);
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
     match row.kind {
-        Kind::Text(longest) => format!("{sentence} At most {longest} characters."),
-        Kind::Number(low, high) | Kind::Whole(low, high) => format!("{sentence} {low} … {high}{unit}."),
-        Kind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
-        Kind::Numbers(low, high) | Kind::Wholes(low, high) => {
+        ValueKind::Text(longest) => format!("{sentence} At most {longest} characters."),
+        ValueKind::Number(low, high) | ValueKind::Whole(low, high) => {
+            format!("{sentence} {low} … {high}{unit}.")
+        }
+        ValueKind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
+        ValueKind::Numbers(low, high) | ValueKind::Wholes(low, high) => {
             format!("{sentence} Each {low} … {high}{unit}, at most 64.")
         }
     }

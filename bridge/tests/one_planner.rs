@@ -1,13 +1,13 @@
 //! One planner: whatever asks for a drill job gets the same program and the same figures. `plan`, `export`, `simulate`, `run`
 //! and `cam` as real processes and the worker of the page beside them, on every board of ours and of the corpus (S5, N9, N24).
 
-use annulus_app::engine::messages::{Answer, Planned, Request, Settings, ToPlan, ToRead};
+use annulus_app::engine::messages::{Answer, PlanReady, Request, Settings, ToPlan, ToRead};
 use annulus_app::engine::{Cache, perform};
-use annulus_core::cam::Order;
+use annulus_core::cam::HoleOrder;
 use annulus_core::cam::work::Work;
 use annulus_core::job::Program;
 use annulus_core::machine::virtual_drill;
-use annulus_core::project::saved::Said;
+use annulus_core::project::saved::SaidOfFiles;
 use annulus_core::wire::program;
 use serde_json::Value;
 use std::collections::BTreeSet;
@@ -55,19 +55,19 @@ fn answer(home: &Path, arguments: &[&str], given: &BTreeSet<String>) -> (i32, Va
 }
 
 /// What the worker of the page makes of the same files.
-fn page(files: &[(String, Vec<u8>)], accept: &BTreeSet<String>) -> Option<Planned> {
+fn page(files: &[(String, Vec<u8>)], accept: &BTreeSet<String>) -> Option<PlanReady> {
     let mut cache = Cache::default();
     let machine = Settings::of(&virtual_drill());
     let wanted = ToRead {
         files: files.to_vec(),
-        said: Said::default(),
+        said: SaidOfFiles::default(),
         machine: Some(machine.clone()),
         ..ToRead::default()
     };
     let Ok(Answer::Read(reading)) = perform(Request::Read(wanted), &mut cache, &mut |_, _| {}) else {
         panic!("reading is no trouble")
     };
-    let work = Work::drilling(&reading.board, &virtual_drill(), Order::Shortest);
+    let work = Work::drilling(&reading.board, &virtual_drill(), HoleOrder::Shortest);
     let accept = accept.iter().cloned().collect();
     let plan = ToPlan { board_key: 0, machine, work, loaded: None, accept, laid: None };
     match perform(Request::Plan(plan), &mut cache, &mut |_, _| {}) {

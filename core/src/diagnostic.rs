@@ -31,7 +31,7 @@ impl Severity {
 
 /// Where in a file. Lines and columns count from 1; 0 means the file as a whole.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct Place {
+pub struct Location {
     /// Name of the file as it was given, for example `board.zip!/drill.drl`.
     pub file: String,
     /// Line, from 1.
@@ -49,7 +49,7 @@ pub struct Diagnostic {
     /// Stable code, a key of the locale tables.
     pub code: String,
     /// Where it was found, if in a file.
-    pub place: Option<Place>,
+    pub place: Option<Location>,
     /// Arguments of the sentence, by name.
     pub args: Vec<(String, String)>,
 }
@@ -84,7 +84,7 @@ impl Diagnostic {
     /// The same at a place.
     #[must_use]
     pub fn at(mut self, file: &str, line: u32, column: u32) -> Self {
-        self.place = Some(Place { file: file.to_owned(), line, column });
+        self.place = Some(Location { file: file.to_owned(), line, column });
         self
     }
 

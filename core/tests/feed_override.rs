@@ -4,7 +4,7 @@ use annulus_core::chance::Chance;
 use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Output, Steps, virtual_drill};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Clock, Line, Motors, Operator, Order, Outcome, Recorder, Written, play};
+use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Playhead, Recorder, Written, play};
 use annulus_core::steps::{Segment, TICK_HZ, replay, segment};
 
 /// Time that is always on time, or late by chance.
@@ -51,7 +51,7 @@ fn travel(machine: &Machine, to: [i64; 2]) -> Segment {
 
 struct Played {
     outcome: Outcome,
-    line: Line,
+    line: Playhead,
     pins: Recorder,
 }
 
@@ -62,7 +62,7 @@ fn run(
     pins: Recorder,
     late_by: u64,
 ) -> Played {
-    let (mut line, mut pins) = (Line::default(), pins);
+    let (mut line, mut pins) = (Playhead::default(), pins);
     let mut clock = TestClock { late_by, chance: Chance::new(3), now: 0 };
     let outcome =
         play(segment, &Motors::of(machine), &mut line, &mut pins, &mut clock, &mut Script(orders, 0));
@@ -72,7 +72,7 @@ fn run(
 /// Ticks of the steps of one axis.
 fn ticks(pins: &Recorder, axis: usize) -> Vec<u64> {
     let steps = pins.written.iter().filter_map(|call| match call {
-        Written::Step(tick, axes, _) if axes >> axis & 1 == 1 => Some(*tick),
+        Written::Step { tick, axes, .. } if axes >> axis & 1 == 1 => Some(*tick),
         _ => None,
     });
     steps.collect()
@@ -98,8 +98,9 @@ fn without_orders_every_pulse_comes_when_it_was_planned() {
     let travel = travel(&machine, [8_000, -3_000]);
     let played = run(&machine, &travel, vec![], Recorder::default(), 0);
     assert_eq!(played.outcome, Outcome::Completed);
-    let planned: Vec<_> =
-        replay(&travel).map(|pulse| Written::Step(pulse.tick, pulse.axes, pulse.forward)).collect();
+    let planned: Vec<_> = replay(&travel)
+        .map(|pulse| Written::Step { tick: pulse.tick, axes: pulse.axes, forward: pulse.forward })
+        .collect();
     assert_eq!(played.pins.written, planned);
     assert_eq!((played.line.position, played.line.tick), (travel.end, travel.duration_ticks));
 }
@@ -130,7 +131,7 @@ fn stops_and_holds_anywhere_stay_on_the_path_and_inside_the_limits() {
         // The path: the pulses are those planned, in their order, and nothing but later.
         let planned: Vec<_> = replay(&travel).collect();
         for (call, pulse) in played.pins.written.iter().zip(&planned) {
-            let Written::Step(tick, axes, forward) = call else { panic!("{trace}") };
+            let Written::Step { tick, axes, forward } = call else { panic!("{trace}") };
             assert_eq!((*axes, *forward), (pulse.axes, pulse.forward), "{trace}");
             assert!(*tick + 2 >= pulse.tick, "never early: {trace}");
         }
@@ -220,14 +221,14 @@ fn a_step_that_comes_too_late_for_a_turning_motor_ends_the_move() {
     };
     let mut outcome = |output: Output, at: u64, by: u64| {
         machine.output = output;
-        let (mut line, mut pins) = (Line::default(), Recorder::default());
+        let (mut line, mut pins) = (Playhead::default(), Recorder::default());
         let mut clock = LateOnce { at, by, now: 0 };
         let motors = Motors::of(&machine);
         let outcome = play(&travel, &motors, &mut line, &mut pins, &mut clock, &mut Script(vec![], 0));
         (outcome, line.position[0])
     };
     let (late, rest) = outcome(Output::Card, middle, 20 * interval);
-    assert_eq!(late, Outcome::Late(20 * interval));
+    assert_eq!(late, Outcome::Late { ticks: 20 * interval });
     assert!((10_000..20_000).contains(&rest), "it comes to rest on its way: {rest}");
     assert_eq!(outcome(Output::Card, middle, interval / 4).0, Outcome::Completed, "a little late");
     assert_eq!(outcome(Output::Card, 0, 20 * interval).0, Outcome::Completed, "late before the first step");
@@ -247,9 +248,9 @@ fn a_deadline_is_counted_in_planned_time() {
     });
     let pins = Recorder { script: vec![(half_way, Input::XMin.bit())], ..Recorder::default() };
     // At a feed override of a quarter the sensor turns on after twice the time that all of the move was planned to take.
-    let slow = run(&machine, &seek, vec![(0, Order::At(25))], pins, 0);
+    let slow = run(&machine, &seek, vec![(0, Order::At { percent: 25 })], pins, 0);
     assert!(matches!(slow.outcome, Outcome::Gated(_)), "{:?}", slow.outcome);
-    let never = run(&machine, &seek, vec![(0, Order::At(25))], Recorder::default(), 0);
+    let never = run(&machine, &seek, vec![(0, Order::At { percent: 25 })], Recorder::default(), 0);
     assert_eq!(never.outcome, Outcome::Unmet(seek.gate.unwrap()));
 }
 

@@ -2,10 +2,10 @@
 //! file, the same every time. And golden prints of one small board at every station (S5, N9).
 
 use annulus_core::board::{Board, Hole, Slot};
-use annulus_core::cam::figures::{Figures, Row, figures};
-use annulus_core::cam::toolpaths::{Means, Planned, Task, lower_work, plan_work};
+use annulus_core::cam::figures::{Figures, SizeRow, figures};
+use annulus_core::cam::toolpaths::{BitTask, Means, Planned, lower_work, plan_work};
 use annulus_core::cam::work::Work;
-use annulus_core::cam::{self, Group, Order, PlanOptions};
+use annulus_core::cam::{self, BitOrder, HoleOrder, PlanOptions};
 use annulus_core::chance::Chance;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
@@ -64,7 +64,7 @@ impl Made {
     fn drills(&self) -> Vec<Drill> {
         let tasks = self.planned.parts.iter().flat_map(|part| &part.tasks);
         let sizes = |n: usize| self.figures.rows.iter().filter(move |row| row.n == n).map(|row| row.size);
-        let drill = |(n, task): (usize, &Task)| Drill {
+        let drill = |(n, task): (usize, &BitTask)| Drill {
             bit: task.bit.diameter,
             sizes: sizes(n).collect(),
             holes: task.strokes.iter().filter_map(|stroke| stroke.hole).collect(),
@@ -76,8 +76,8 @@ impl Made {
 fn planned(
     board: &Board,
     machine: &Machine,
-    (order, options): (Order, &PlanOptions),
-    progress: &mut dyn FnMut(cam::Progress) -> bool,
+    (order, options): (HoleOrder, &PlanOptions),
+    progress: &mut dyn FnMut(cam::PlanningProgress) -> bool,
 ) -> Result<Made, Vec<Diagnostic>> {
     let work = Work::drilling(board, machine, order);
     let (planned, diagnostics) =
@@ -87,7 +87,7 @@ fn planned(
     Ok(Made { planned, diagnostics, figures, program })
 }
 
-fn plan(board: &Board, machine: &Machine, order: Order, options: &PlanOptions) -> Made {
+fn plan(board: &Board, machine: &Machine, order: HoleOrder, options: &PlanOptions) -> Made {
     planned(board, machine, (order, options), &mut |_| true).expect("a plan")
 }
 
@@ -105,7 +105,7 @@ fn round(zero: Point, places: &[Point], cost: impl Fn(Point, Point) -> f64) -> f
 }
 
 /// What must hold for every plan of every board.
-fn holds(board: &Board, made: &Made, order: Order) {
+fn holds(board: &Board, made: &Made, order: HoleOrder) {
     let (drills, figures, zero) = (made.drills(), &made.figures, made.planned.origin);
     let mut seen = vec![0; board.holes.len()];
     let at = |hole: &u32| board.holes[*hole as usize].at;
@@ -118,11 +118,11 @@ fn holds(board: &Board, made: &Made, order: Order) {
         before += round(zero, &file, Point::distance_mm);
         after += round(zero, &planned, Point::distance_mm);
         match order {
-            Order::File => assert_eq!(in_file, drill.holes),
-            Order::Shortest => {
+            HoleOrder::File => assert_eq!(in_file, drill.holes),
+            HoleOrder::Shortest => {
                 assert!(ring(&planned) <= ring(&file) + 1e-9, "{} > {}", ring(&planned), ring(&file));
             }
-            Order::Fastest => {
+            HoleOrder::Fastest => {
                 assert!(round(zero, &planned, rapid_time) <= round(zero, &file, rapid_time) + 1e-9);
             }
         }
@@ -154,9 +154,9 @@ fn holds(board: &Board, made: &Made, order: Order) {
     let close = |a: f64, b: f64| (a - b).abs() < 1e-6;
     assert!(close(figures.travel_before_mm, before) && close(figures.travel_after_mm, after));
     match order {
-        Order::Shortest => assert!(figures.travel_after_mm <= figures.travel_before_mm + 1e-9),
-        Order::Fastest => assert!(figures.hop_time_after_s <= figures.hop_time_before_s + 1e-9),
-        Order::File => assert!(
+        HoleOrder::Shortest => assert!(figures.travel_after_mm <= figures.travel_before_mm + 1e-9),
+        HoleOrder::Fastest => assert!(figures.hop_time_after_s <= figures.hop_time_before_s + 1e-9),
+        HoleOrder::File => assert!(
             (figures.travel_after_mm, figures.hop_time_after_s)
                 == (figures.travel_before_mm, figures.hop_time_before_s)
         ),
@@ -178,7 +178,7 @@ fn every_plan_of_many_small_boards_holds() {
     for seed in 0..BOARDS {
         let mut chance = Chance::new(seed);
         let board = board(&mut chance);
-        let order = [Order::Shortest, Order::Fastest, Order::File][chance.below(3)];
+        let order = [HoleOrder::Shortest, HoleOrder::Fastest, HoleOrder::File][chance.below(3)];
         let options =
             PlanOptions { seed, iterations: Some(chance.below(12) as u64), ..PlanOptions::default() };
         let one = std::panic::catch_unwind(|| {
@@ -225,12 +225,12 @@ fn few_holes_are_ordered_as_well_as_can_be() {
             made.drills()[0].holes.iter().map(|hole| board.holes[*hole as usize].at).collect()
         };
         // When the way in and back costs more than the order saves, the file's order stays.
-        let shortest = plan(&board, &machine, Order::Shortest, &options);
+        let shortest = plan(&board, &machine, HoleOrder::Shortest, &options);
         if shortest.figures.travel_after_mm < shortest.figures.travel_before_mm {
             let best = least(&mut places, 1, &ring);
             assert!(ring(&ordered(&shortest)) <= best + 1e-6, "seed {seed}");
         }
-        let fastest = plan(&board, &machine, Order::Fastest, &options);
+        let fastest = plan(&board, &machine, HoleOrder::Fastest, &options);
         if fastest.figures.hop_time_after_s < fastest.figures.hop_time_before_s {
             let zero = fastest.planned.origin;
             let best = least(&mut places, 0, &|places| way(zero, places.iter().copied(), rapid_time));
@@ -244,7 +244,7 @@ fn few_holes_are_ordered_as_well_as_can_be() {
 fn a_stop_is_obeyed_at_every_moment() {
     let board = cam::bench::scattered_board(3_000, 5);
     for ticks in [0, 1, 3, 9] {
-        for order in [Order::Shortest, Order::Fastest] {
+        for order in [HoleOrder::Shortest, HoleOrder::Fastest] {
             let mut left = ticks;
             let mut tick = |_| {
                 left -= 1;
@@ -263,13 +263,13 @@ fn progress_grows_to_what_was_promised() {
     let mut board = cam::bench::scattered_board(500, 5);
     board.holes[7].diameter = Some(Length::from_um(1_000));
     let (mut last, mut whole) = (0, 0);
-    let mut tick = |at: cam::Progress| {
+    let mut tick = |at: cam::PlanningProgress| {
         assert!(at.done >= last && at.done <= at.total);
         (last, whole) = (at.done, at.total);
         true
     };
     let options = PlanOptions { iterations: Some(2_000), ..PlanOptions::default() };
-    let made = planned(&board, &virtual_drill(), (Order::Shortest, &options), &mut tick)
+    let made = planned(&board, &virtual_drill(), (HoleOrder::Shortest, &options), &mut tick)
         .unwrap_or_else(|_| panic!());
     assert_eq!(made.figures.iterations, 2_000);
     assert!(last > whole * 3 / 4, "{last} of {whole}");
@@ -293,8 +293,8 @@ fn clusters_lines_and_crowds_are_no_trouble() {
     for (what, holes) in rows {
         let board = Board { holes, ..Board::default() };
         let options = PlanOptions { iterations: Some(500), ..PlanOptions::default() };
-        let made = plan(&board, &virtual_drill(), Order::Shortest, &options);
-        holds(&board, &made, Order::Shortest);
+        let made = plan(&board, &virtual_drill(), HoleOrder::Shortest, &options);
+        holds(&board, &made, HoleOrder::Shortest);
         assert!(made.figures.travel_after_mm <= made.figures.travel_before_mm, "{what}");
     }
 }
@@ -308,7 +308,7 @@ fn errors_are_told_until_they_are_seen() {
     let mut options = PlanOptions::default();
     let machine = virtual_drill();
     let codes = |board: &Board, options: &PlanOptions| -> Vec<String> {
-        let diagnostics = match planned(board, &machine, (Order::Shortest, options), &mut |_| true) {
+        let diagnostics = match planned(board, &machine, (HoleOrder::Shortest, options), &mut |_| true) {
             Ok(made) => made.diagnostics,
             Err(diagnostics) => diagnostics,
         };
@@ -322,13 +322,13 @@ fn errors_are_told_until_they_are_seen() {
     options.accept = vec!["cam.holes_missing".into()];
     assert_eq!(codes(&board, &options), ["plan.no_size"]);
     options.accept.push("plan.no_size".into());
-    let seen = plan(&board, &machine, Order::Shortest, &options);
+    let seen = plan(&board, &machine, HoleOrder::Shortest, &options);
     assert_eq!((seen.drills().len(), &seen.drills()[0].holes[..]), (1, &[0][..]));
     assert_eq!(seen.program.accepted, ["cam.holes_missing", "plan.no_size"]);
     // Errors of the files stand in the program too, those that were seen.
     options.lost = vec!["job.a".into(), "job.b".into()];
     options.accept.push("job.b".into());
-    let seen = plan(&board, &machine, Order::Shortest, &options);
+    let seen = plan(&board, &machine, HoleOrder::Shortest, &options);
     assert_eq!(seen.program.accepted, ["cam.holes_missing", "job.b", "plan.no_size"]);
     board.holes.remove(0);
     assert_eq!(codes(&board, &options), ["cam.nothing_to_do"]);
@@ -348,15 +348,16 @@ fn slots_and_wide_holes_are_milled() {
     let holes = vec![hole(0, 0, 800), hole(9_000, 5_000, 5_000), hole(4_000, 5_000, 5_000)];
     let mut board = Board { holes, slots: vec![slot(20_000, Some(1_000))], ..Board::default() };
     let machine = virtual_drill();
-    let made = plan(&board, &machine, Order::Shortest, &PlanOptions::default());
+    let made = plan(&board, &machine, HoleOrder::Shortest, &PlanOptions::default());
     assert!(
         made.diagnostics.iter().all(|diagnostic| !diagnostic.is_unacknowledged(&[])),
         "{:?}",
         made.diagnostics
     );
-    let told = |rows: &[Row]| -> Vec<(usize, f64, String, usize, usize, bool)> {
-        let row =
-            |row: &Row| (row.n, row.size.mm(), row.bit.name.clone(), row.holes, row.slots, row.toolpaths > 0);
+    let told = |rows: &[SizeRow]| -> Vec<(usize, f64, String, usize, usize, bool)> {
+        let row = |row: &SizeRow| {
+            (row.n, row.size.mm(), row.bit.name.clone(), row.holes, row.slots, row.toolpaths > 0)
+        };
         rows.iter().map(row).collect()
     };
     let rows = [
@@ -370,7 +371,7 @@ fn slots_and_wide_holes_are_milled() {
     // A board of slots alone lies at the corner of their middles; a slot without a width is told.
     board.holes.clear();
     board.slots.push(slot(30_000, None));
-    let made = plan(&board, &machine, Order::Shortest, &PlanOptions::default());
+    let made = plan(&board, &machine, HoleOrder::Shortest, &PlanOptions::default());
     let codes: Vec<_> = made.diagnostics.iter().map(|diagnostic| diagnostic.code.as_str()).collect();
     assert_eq!((made.planned.origin, codes), (Point::from_mm(20.0, 0.0), vec!["plan.slots_not_drilled"]));
 }
@@ -381,7 +382,7 @@ fn sizes_share_a_bit_and_a_hole_that_two_files_have_is_drilled_once() {
         [(0, 1_020), (5_000, 800), (10_000, 780), (15_000, 1_000), (5_000, 800), (5_001, 790), (0, 800)];
     let holes = rows.iter().map(|&(x, size)| hole(x, 0, size)).collect();
     let board = Board { holes, ..Board::default() };
-    let made = plan(&board, &virtual_drill(), Order::File, &PlanOptions::default());
+    let made = plan(&board, &virtual_drill(), HoleOrder::File, &PlanOptions::default());
     let um = Length::from_um;
     let drills: Vec<_> =
         made.drills().into_iter().map(|drill| (drill.bit, drill.sizes, drill.holes)).collect();
@@ -411,8 +412,8 @@ fn the_loaded_bit_can_go_first() {
     ];
     for (loaded, bits, code) in rows {
         let loaded = loaded.map(Length::from_um);
-        let options = PlanOptions { group: Group::LoadedFirst, loaded, ..PlanOptions::default() };
-        let made = plan(&board, &virtual_drill(), Order::Shortest, &options);
+        let options = PlanOptions { group: BitOrder::LoadedFirst, loaded, ..PlanOptions::default() };
+        let made = plan(&board, &virtual_drill(), HoleOrder::Shortest, &options);
         assert_eq!(
             made.drills().iter().map(|drill| drill.bit).collect::<Vec<_>>(),
             bits.map(Length::from_um)
@@ -425,7 +426,7 @@ fn small(machine: &Machine) -> Program {
     let rows = [(11_000, 21_000, 800), (10_000, 20_000, 1_000), (13_000, 20_000, 790), (11_000, 20_500, 800)];
     let holes = rows.iter().map(|&(x, y, size)| hole(x, y, size)).collect();
     let board = Board { name: "small".into(), holes, ..Board::default() };
-    plan(&board, machine, Order::Shortest, &PlanOptions::default()).program
+    plan(&board, machine, HoleOrder::Shortest, &PlanOptions::default()).program
 }
 
 fn print(program: &Program) -> String {

@@ -1,9 +1,9 @@
 //! The closed loop against reference numbers computed elsewhere (M2).
 
-use annulus_core::motion::profile::{Limits, Profile, Shape, plan};
+use annulus_core::motion::profile::{Limits, MotionLaw, Profile, plan};
 use annulus_core::servo::{
-    Controller, Fuzzy, Gains, Load, Moment, Plant, Reference, Rules, Stage, StepRun, StrokeRun, infer,
-    load_metrics, retuned_pid, staged_fuzzy, step_metrics, step_response, stroke,
+    CycleStage, Fuzzy, FuzzyRules, Gains, Load, Plant, Reference, ReferenceMoment, ServoController, StepRun,
+    StrokeRun, infer, load_metrics, retuned_pid, staged_fuzzy, step_metrics, step_response, stroke,
 };
 use serde_json::Value;
 
@@ -19,14 +19,14 @@ fn near(found: f64, expected: f64, room: f64, what: &str) {
     assert!((found - expected).abs() <= room, "{what}: {found} instead of {expected}");
 }
 
-fn controller(row: &Value) -> Controller {
+fn controller(row: &Value) -> ServoController {
     let gain = |name: &str| Gains {
         kp: number(row, &format!("{name}Kp")),
         ki: number(row, &format!("{name}Ki")),
         kd: number(row, &format!("{name}Kd")),
     };
     let base = Gains { kp: number(row, "Kp0"), ki: number(row, "Ki0"), kd: number(row, "Kd0") };
-    let rules = Rules::named(row["rules"].as_str().unwrap_or("even")).unwrap();
+    let rules = FuzzyRules::named(row["rules"].as_str().unwrap_or("even")).unwrap();
     let fuzzy = row["e_max"].is_number().then(|| Fuzzy {
         span: gain("d"),
         e_max_mm: number(row, "e_max"),
@@ -34,13 +34,13 @@ fn controller(row: &Value) -> Controller {
         e0_mm: number(row, "e0"),
         rules: *rules.tables(),
     });
-    Controller { gains: base, fuzzy, u_max_v: number(row, "u_max"), sample_s: number(row, "Ts") }
+    ServoController { gains: base, fuzzy, u_max_v: number(row, "u_max"), sample_s: number(row, "Ts") }
 }
 
 #[test]
 fn rules_and_inference_agree_with_the_reference() {
     let file = vectors();
-    for rules in [Rules::Even, Rules::Classic] {
+    for rules in [FuzzyRules::Even, FuzzyRules::Classic] {
         let tables = rules.tables();
         for (name, table) in [("Kp", &tables.kp), ("Ki", &tables.ki), ("Kd", &tables.kd)] {
             assert_eq!(serde_json::to_value(table).unwrap(), file["rules"][rules.name()][name]);
@@ -49,7 +49,7 @@ fn rules_and_inference_agree_with_the_reference() {
     let rows = file["inference"].as_array().unwrap();
     assert!(rows.len() > 50);
     for row in rows {
-        let tables = Rules::named(row["rules"].as_str().unwrap()).unwrap().tables();
+        let tables = FuzzyRules::named(row["rules"].as_str().unwrap()).unwrap().tables();
         for (name, table) in [("dKp", &tables.kp), ("dKi", &tables.ki), ("dKd", &tables.kd)] {
             near(infer(table, number(row, "E"), number(row, "EC")), number(row, name), 1e-12, name);
         }
@@ -68,9 +68,9 @@ fn closed_loops_agree_with_the_reference() {
             controller = controller.plain();
         }
         let stage = match case["stage"].as_str().unwrap() {
-            "xy" => Stage::Travel,
-            "z_approach" => Stage::Approach,
-            "z_cut" => Stage::Cut,
+            "xy" => CycleStage::Travel,
+            "z_approach" => CycleStage::Approach,
+            "z_cut" => CycleStage::Cut,
             other => panic!("{other}"),
         };
         let window = &case["disturbance_window"];
@@ -117,8 +117,8 @@ fn closed_loops_agree_with_the_reference() {
     }
 }
 
-fn moment(profile: &Profile, t: f64) -> Moment {
-    Moment {
+fn moment(profile: &Profile, t: f64) -> ReferenceMoment {
+    ReferenceMoment {
         s_mm: profile.position_mm(t),
         v_mm_per_s: profile.speed(t),
         a_mm_per_s2: profile.acceleration(t),
@@ -143,8 +143,8 @@ fn whole_strokes_agree_with_the_reference() {
             jerk_mm_per_s3: number(row, jerk),
         };
         let order = number(&case["down"], "alpha");
-        let down = plan(Shape::Power(order), height_mm + depth_mm, limits(&case["down"], "Jm")).unwrap();
-        let up = plan(Shape::SCurve, height_mm + depth_mm, limits(&case["up"], "J")).unwrap();
+        let down = plan(MotionLaw::Power(order), height_mm + depth_mm, limits(&case["down"], "Jm")).unwrap();
+        let up = plan(MotionLaw::SCurve, height_mm + depth_mm, limits(&case["up"], "J")).unwrap();
         let run = StrokeRun {
             controller,
             plant: Plant {
@@ -184,9 +184,9 @@ fn whole_strokes_agree_with_the_reference() {
     }
 }
 
-fn step(controller: Controller, plant: Plant, setpoint_mm: f64) -> StepRun {
+fn step(controller: ServoController, plant: Plant, setpoint_mm: f64) -> StepRun {
     let load = Load { volts: -0.05, ..Load::default() };
-    StepRun { controller, plant, stage: Stage::Travel, setpoint_mm, duration_s: 0.4, load }
+    StepRun { controller, plant, stage: CycleStage::Travel, setpoint_mm, duration_s: 0.4, load }
 }
 
 /// Part B2.4: with another gain or another delay of the axis the staged loop still overshoots less.

@@ -3,22 +3,22 @@
 
 use crate::programs::{machines, random_program};
 use annulus_core::chance::Chance;
-use annulus_core::machine::{self, Kind, Machine, Setting, Value};
+use annulus_core::machine::{self, Machine, Setting, Value, ValueKind};
 use annulus_core::{motion, steps};
 
 /// Values of a setting other than the one it has, nearest first.
 fn others(setting: &Setting, now: &Value) -> Vec<Value> {
     let number = |value: f64| Value::Number(value);
     match (setting.kind, now) {
-        (Kind::Text(_), _) => vec![Value::Text("another".into())],
-        (Kind::Choice(words), _) => words.iter().map(|word| Value::Text((*word).into())).collect(),
-        (Kind::Number(low, high), Value::Number(own)) => {
+        (ValueKind::Text(_), _) => vec![Value::Text("another".into())],
+        (ValueKind::Choice(words), _) => words.iter().map(|word| Value::Text((*word).into())).collect(),
+        (ValueKind::Number(low, high), Value::Number(own)) => {
             vec![number(own + 1.0), number(own - 1.0), number(0.5 * (own + low)), number(0.5 * (own + high))]
         }
-        (Kind::Whole(low, high), Value::Number(own)) => {
+        (ValueKind::Whole(low, high), Value::Number(own)) => {
             vec![number((own + 1.0).min(high)), number((own - 1.0).max(low)), number(low), number(high)]
         }
-        (Kind::Numbers(low, high) | Kind::Wholes(low, high), Value::Numbers(own)) => {
+        (ValueKind::Numbers(low, high) | ValueKind::Wholes(low, high), Value::Numbers(own)) => {
             let moved = |by: f64| own.iter().map(|own| (own + by).clamp(low, high)).collect();
             let mut turned = own.clone();
             turned.rotate_left(own.len().min(1));

@@ -72,7 +72,10 @@ pub enum Ended {
     /// A sensor that must not be reached turned on.
     Guarded(Input),
     /// A step came so many ticks too late for its motor.
-    Late(u64),
+    Late {
+        /// How late.
+        ticks: u64,
+    },
     /// Not begun: the tip was down in the board, this task did not come in time, and the tip was lifted.
     Starved,
     /// The path did not come in time, or the way to the pins was cut: it came to rest on the path, every step counted.
@@ -126,13 +129,22 @@ pub type Courier = Box<dyn Fn(Said) + Send>;
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Said {
     /// To be done after what was ordered before.
-    Order(Message),
+    Order(Instruction),
     /// Every task up to this one comes to rest, at once.
-    Stop(u64),
+    Stop {
+        /// Number of the last task that is meant.
+        upto: u64,
+    },
     /// So many legs are durable.
-    Durable(u32),
+    Durable {
+        /// How many.
+        legs: u32,
+    },
     /// Everything at so many percent of the planned feed.
-    FeedOverride(u8),
+    FeedOverride {
+        /// Of the planned feed.
+        percent: u8,
+    },
     /// A move by hand may go for a moment.
     Grant,
     /// It may not any more.
@@ -141,7 +153,7 @@ pub enum Said {
 
 /// What is ordered, one after the other.
 #[derive(Clone, Debug, Serialize, Deserialize)]
-pub enum Message {
+pub enum Instruction {
     /// Something to move.
     Task(Task),
     /// The count of an axis is off by so much.
@@ -152,9 +164,17 @@ pub enum Message {
         steps: i64,
     },
     /// The spindle's speed at rest.
-    Spindle(u32),
+    Spindle {
+        /// Its speed; 0 is off.
+        rpm: u32,
+    },
     /// An output by its place among the machine's names.
-    Output(u8, bool),
+    Output {
+        /// Its place among the machine's outputs.
+        place: u8,
+        /// On, else off.
+        on: bool,
+    },
     /// A new bit is in the spindles.
     Bit(Bit),
     /// It ends, and there is nobody who could still make the machine safe.
@@ -180,7 +200,7 @@ impl Shared {
     /// Every task up to `id` comes to rest.
     pub fn stop(&self, id: u64) {
         self.stop_upto.fetch_max(id, Ordering::SeqCst);
-        self.say(Said::Stop(id));
+        self.say(Said::Stop { upto: id });
     }
 
     /// Up to which task everything is to rest.
@@ -191,7 +211,7 @@ impl Shared {
     /// So many legs are on the disk.
     pub fn set_durable(&self, legs: u32) {
         self.durable.store(legs, Ordering::SeqCst);
-        self.say(Said::Durable(legs));
+        self.say(Said::Durable { legs });
     }
 
     /// How many legs are on the disk.
@@ -202,7 +222,7 @@ impl Shared {
     /// Everything goes at so many percent of the planned feed.
     pub fn set_feed_override(&self, percent: u8) {
         self.slower.store(100 - percent.min(100), Ordering::SeqCst);
-        self.say(Said::FeedOverride(percent));
+        self.say(Said::FeedOverride { percent });
     }
 
     /// Percent of the planned feed.
@@ -266,7 +286,7 @@ impl Shared {
 /// Where an executor sits: in a thread, in another process, or taken by turns with everything else.
 pub trait Seat: Send {
     /// Orders something. Never waits for it.
-    fn order(&self, message: Message);
+    fn order(&self, message: Instruction);
 
     /// Whether it died: nothing that is ordered will be reported.
     fn is_gone(&self) -> bool;
@@ -291,17 +311,17 @@ impl Executor {
 
     /// Gives it something to move. One task at a time is given.
     pub(crate) fn give(&self, task: Task) {
-        self.seat.order(Message::Task(task));
+        self.seat.order(Instruction::Task(task));
     }
 
     /// The count of `axis` is off by `steps`.
     pub(crate) fn correct(&self, axis: usize, steps: i64) {
-        self.seat.order(Message::Correct { axis, steps });
+        self.seat.order(Instruction::Correct { axis, steps });
     }
 
     /// Sets the spindle's speed at rest.
     pub(crate) fn spindle(&self, rpm: u32) {
-        self.seat.order(Message::Spindle(rpm));
+        self.seat.order(Instruction::Spindle { rpm });
     }
 
     /// Spindle off at rest. Where nobody is left to do it, everything off at once.
@@ -315,12 +335,12 @@ impl Executor {
 
     /// Switches an output, by its place among the machine's names, at rest.
     pub(crate) fn output(&self, place: u8, on: bool) {
-        self.seat.order(Message::Output(place, on));
+        self.seat.order(Instruction::Output { place, on });
     }
 
     /// A new bit of this kind is in the spindles.
     pub(crate) fn bit(&self, bit: Bit) {
-        self.seat.order(Message::Bit(bit));
+        self.seat.order(Instruction::Bit(bit));
     }
 
     /// Whether it died: nothing that is given will be reported.

@@ -6,6 +6,7 @@
 //!
 //! Comes in: values. Goes out: bytes, and values that are what was written. Does not know where they are kept.
 
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
 use annulus_core::wire::auth;
 use serde::{Deserialize, Serialize};
@@ -79,21 +80,50 @@ pub struct Contents {
     pub damage: Option<Damage>,
 }
 
-/// A journal that was damaged.
+/// A journal that was damaged, or is gone.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Damage {
-    /// Where it was moved to.
-    pub file: String,
+    /// Where it was moved to; one that is gone was not.
+    pub file: Option<String>,
     /// The last job that could still be read in it.
     pub job: Option<String>,
 }
 
+impl Damage {
+    /// The alarm that tells of it; the virtual drill's record has `holes` lines.
+    pub fn told(&self, holes: usize) -> Diagnostic {
+        let Some(file) = &self.file else { return Diagnostic::error(GONE).with("holes", holes) };
+        let told = Diagnostic::error(DAMAGED).with("file", file);
+        told.with("job", self.job.as_deref().unwrap_or("?")).with("holes", holes)
+    }
+
+    /// Whether `alarm` is one that tells of it.
+    pub(crate) fn is_told_by(alarm: &Diagnostic) -> bool {
+        [GONE, DAMAGED].contains(&alarm.code.as_str())
+    }
+}
+
+const DAMAGED: &str = "journal.damaged";
+const GONE: &str = "journal.gone";
+
 /// What is to be written, in its order.
 pub enum Record {
     /// A job begins; the owner hears when it is durable.
-    Begin(Box<JobRecord>, Progress, Vec<u8>),
+    Begin {
+        /// What the job is.
+        job: Box<JobRecord>,
+        /// Where it stands.
+        progress: Progress,
+        /// The bytes of its program.
+        program: Vec<u8>,
+    },
     /// A leg is done, the next begun. With the place where a sensor ended the stroke of a leg.
-    Advance(Progress, Option<(u32, Steps)>),
+    Advance {
+        /// Where the job stands.
+        progress: Progress,
+        /// The leg whose stroke a sensor ended, and where.
+        stop: Option<(u32, Steps)>,
+    },
     /// The job is over or forgotten.
     Finish,
     /// The work zero in force.

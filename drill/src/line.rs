@@ -5,7 +5,7 @@
 
 use crate::owner::Message;
 use crate::ticket::{Ticket, Tickets};
-use annulus_core::control::lease::{Event, Lease, Outcome, Viewer};
+use annulus_core::control::lease::{Lease, LeaseEvent, LeaseOutcome, Viewer};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Tell, understand};
 use std::sync::Arc;
@@ -91,7 +91,7 @@ impl Line {
             self.answer(Err(Diagnostic::error("socket.too_large").with("limit", FRAME_LIMIT)));
             return Vec::new();
         }
-        let mut asked = self.control(Event::Heard(PAGE), now);
+        let mut asked = self.control(LeaseEvent::Heard(PAGE), now);
         match understand(text) {
             Ok(ask) => asked.extend(self.asked(ask, now)),
             Err(why) => self.answer(Err(why)),
@@ -105,8 +105,8 @@ impl Line {
             Ask::Hello { .. } => self.answer(Err(Diagnostic::error("socket.hello_again"))),
             _ if !self.welcome => self.answer(Err(Diagnostic::error("socket.first_frame"))),
             Ask::Ping { stamp } => self.say(&Tell::Pong { stamp }),
-            Ask::TakeControl { force } => return self.control(Event::Take { viewer: PAGE, force }, now),
-            Ask::ReleaseControl => return self.control(Event::Release(PAGE), now),
+            Ask::TakeControl { force } => return self.control(LeaseEvent::Take { viewer: PAGE, force }, now),
+            Ask::ReleaseControl => return self.control(LeaseEvent::Release(PAGE), now),
             Ask::Stop => {
                 self.tickets.stopped();
                 return vec![Asked::Message(Message::Stop)];
@@ -121,7 +121,7 @@ impl Line {
                 let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
                 let (reply, answer) = channel();
                 self.waiting.push(Waiting::Answer(answer, percent));
-                return vec![Asked::Message(Message::Ask(ask, Some(self.tickets.now()), reply))];
+                return vec![Asked::Message(Message::Ask { ask, ticket: Some(self.tickets.now()), reply })];
             }
         }
         Vec::new()
@@ -141,9 +141,9 @@ impl Line {
         self.say(&Tell::Control { yours, taken: yours, viewers: 1 });
     }
 
-    fn control(&mut self, event: Event, now: Duration) -> Vec<Asked> {
+    fn control(&mut self, event: LeaseEvent, now: Duration) -> Vec<Asked> {
         let now_ms = u64::try_from(now.as_millis()).unwrap_or(u64::MAX);
-        let Outcome { changed, refused, .. } = self.lease.step(event, now_ms);
+        let LeaseOutcome { changed, refused, .. } = self.lease.step(event, now_ms);
         if let Some(why) = refused {
             self.answer(Err(why));
         }
@@ -157,7 +157,7 @@ impl Line {
 
     /// Time went by: whoever was silent too long has no control any more.
     pub(crate) fn passed(&mut self, now: Duration) -> Vec<Asked> {
-        self.control(Event::Tick, now)
+        self.control(LeaseEvent::Tick, now)
     }
 
     /// Hands on the answers that have come; what is to be done after them.

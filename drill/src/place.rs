@@ -4,12 +4,12 @@
 //! Comes in: messages. Goes out: calls on pins, one report a task, the latest place. Does not know who gives the tasks, nor in
 //! which thread or process it is.
 
-use crate::executor::{Ended, Glimpse, Message, Report, Shared, Task};
+use crate::executor::{Ended, Glimpse, Instruction, Report, Shared, Task};
 use annulus_core::job::Mark;
 use annulus_core::machine::{Machine, Output, Steps};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Clock, Line, Motors, Operator, Order, Outcome, Pins, give_way, play_by_turns};
-use annulus_core::steps::{Effect, Pulse, Segment, Stage, TICK_HZ, replay, segment};
+use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Pins, Playhead, give_way, play_by_turns};
+use annulus_core::steps::{Pulse, Segment, Stage, Switching, TICK_HZ, replay, segment};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -23,7 +23,7 @@ const PATIENCE: Duration = Duration::from_secs(2);
 /// What comes of asking for the next order.
 pub enum Next {
     /// This one.
-    Order(Message),
+    Order(Instruction),
     /// None yet: to be asked again.
     None,
     /// None came in time.
@@ -46,7 +46,7 @@ pub struct Place {
     machine: Machine,
     motors: Motors,
     patience: Option<Duration>,
-    line: Line,
+    line: Playhead,
     pins: Box<dyn Pins + Send>,
     clock: Box<dyn Clock + Send>,
     shared: Arc<Shared>,
@@ -67,7 +67,7 @@ impl Place {
     ) -> Self {
         let motors = Motors::of(machine);
         let patience = (machine.output != Output::Virtual).then_some(PATIENCE);
-        let (machine, line) = (machine.clone(), Line::default());
+        let (machine, line) = (machine.clone(), Playhead::default());
         let (rpm, lift_to, follows) = (0, None, false);
         Self { machine, motors, patience, line, pins, clock, shared, rpm, lift_to, follows }
     }
@@ -95,27 +95,27 @@ impl Place {
                 }
             };
             match message {
-                Message::Task(task) if std::mem::take(&mut starved) => {
+                Instruction::Task(task) if std::mem::take(&mut starved) => {
                     report(self.report(&task, 0, Ended::Starved, self.line.tick));
                 }
-                Message::Task(task) => {
+                Instruction::Task(task) => {
                     let done = self.task(&task, &mut orders).await;
                     // Who hears the report also sees the place at which it ended.
                     self.leave(None);
                     report(done);
                 }
-                Message::Correct { axis, steps } => self.line.position[axis] += steps,
-                Message::Spindle(rpm) => {
+                Instruction::Correct { axis, steps } => self.line.position[axis] += steps,
+                Instruction::Spindle { rpm } => {
                     self.pins.spindle(self.line.tick, rpm);
                     self.rpm = rpm;
                 }
-                Message::Output(place, on) => self.pins.output(self.line.tick, place, on),
-                Message::Bit(bit) => self.pins.bit(self.line.tick, &bit),
-                Message::Abandon => {
+                Instruction::Output { place, on } => self.pins.output(self.line.tick, place, on),
+                Instruction::Bit(bit) => self.pins.bit(self.line.tick, &bit),
+                Instruction::Abandon => {
                     self.lift().await;
                     break;
                 }
-                Message::Finish => break,
+                Instruction::Finish => break,
             }
             self.leave(None);
         }
@@ -126,7 +126,7 @@ impl Place {
         let start = self.line.tick;
         let (mut completed, mut ended) = (0, Ended::Completed);
         for segment in &task.segments {
-            if let Effect::Spindle(rpm) = segment.effect {
+            if let Switching::Spindle { rpm } = segment.effect {
                 self.rpm = rpm;
             }
             self.leave(Some(segment));
@@ -141,7 +141,7 @@ impl Place {
             }
             completed += 1;
         }
-        let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::Late(_));
+        let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::Late { .. });
         self.lift_to = task.lift_to.filter(|_| foreseen);
         let surface = self.machine.z.scale.steps(self.machine.process.surface);
         let is_low = self.line.position.iter().skip(2).any(|z| *z < surface);
@@ -152,7 +152,7 @@ impl Place {
     fn report(&mut self, task: &Task, completed: usize, ended: Ended, since: u64) -> Report {
         let inputs = self.pins.inputs(self.line.tick);
         let ticks = self.line.tick - since;
-        let Line { position, down, .. } = self.line;
+        let Playhead { position, down, .. } = self.line;
         Report { id: task.id, completed, ended, position, down, inputs, ticks }
     }
 
@@ -203,7 +203,7 @@ impl Place {
             Outcome::Gated(at) => Ended::Gated(at),
             Outcome::Unmet(gate) => Ended::Unmet(gate),
             Outcome::Guarded(input) => Ended::Guarded(input),
-            Outcome::Late(ticks) => Ended::Late(ticks),
+            Outcome::Late { ticks } => Ended::Late { ticks },
             Outcome::Stopped => Ended::Stopped,
         }
     }
@@ -269,7 +269,7 @@ impl Operator for Counter<'_> {
         }
         match self.shared.feed_override() {
             100 => Order::Go,
-            percent => Order::At(percent),
+            percent => Order::At { percent },
         }
     }
 

@@ -9,8 +9,8 @@ use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
-use annulus_core::steps::{self, Effect, Packed, Segment, TICK_HZ};
-use annulus_core::wire::{PreflightRow, Tell, Verdict, program};
+use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
+use annulus_core::wire::{PreflightRow, RowVerdict, Tell, program};
 use std::thread;
 
 /// How the drill stands when a job is prepared.
@@ -70,7 +70,7 @@ impl Prepared {
 
     /// The first reason against starting.
     pub(crate) fn refusal(&self) -> Option<Diagnostic> {
-        self.checks.iter().find(|row| row.verdict == Verdict::Fail).map(|row| row.finding.clone())
+        self.checks.iter().find(|row| row.verdict == RowVerdict::Fail).map(|row| row.finding.clone())
     }
 
     /// Where leg `leg` starts when it is begun from rest, in machine steps: all spindles up.
@@ -140,9 +140,9 @@ impl Prepared {
         let (mut bit, mut rpm) = (None, 0);
         for effect in self.stream.effects_before(first) {
             match effect {
-                Effect::Spindle(speed) => rpm = speed,
-                Effect::AwaitBit(wanted) => bit = Some(wanted),
-                Effect::None => {}
+                Switching::Spindle { rpm: speed } => rpm = speed,
+                Switching::AwaitBit { bit: wanted } => bit = Some(wanted),
+                Switching::None => {}
             }
         }
         (bit, rpm)
@@ -163,7 +163,7 @@ pub(crate) fn made<'a>(legs: impl Iterator<Item = &'a Leg>) -> (u32, u32) {
     })
 }
 
-pub(crate) fn row(verdict: Verdict, finding: Diagnostic) -> PreflightRow {
+pub(crate) fn row(verdict: RowVerdict, finding: Diagnostic) -> PreflightRow {
     PreflightRow { finding, verdict }
 }
 
@@ -187,30 +187,35 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     let left_s = left_ticks.get(from_leg as usize).copied().unwrap_or(0) as f64 / TICK_HZ as f64;
     let mut checks = standing(context, plane);
     checks.push(if program.machine == machine.fingerprint() {
-        row(Verdict::Pass, note("preflight.same_machine"))
+        row(RowVerdict::Pass, note("preflight.same_machine"))
     } else {
-        row(Verdict::Fail, Diagnostic::error("preflight.other_machine"))
+        row(RowVerdict::Fail, Diagnostic::error("preflight.other_machine"))
     });
     let (digest, verdict) = judged(stream, machine, plane.map(|_| zero));
     match verdict {
-        Some(Ok(())) => checks.push(row(Verdict::Pass, note("preflight.stream_safe"))),
-        Some(Err(reasons)) => checks.extend(reasons.into_iter().take(20).map(|why| row(Verdict::Fail, why))),
+        Some(Ok(())) => checks.push(row(RowVerdict::Pass, note("preflight.stream_safe"))),
+        Some(Err(reasons)) => {
+            checks.extend(reasons.into_iter().take(20).map(|why| row(RowVerdict::Fail, why)));
+        }
         None => {}
     }
     checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
-    checks.extend(machine::warnings(machine).into_iter().map(|warning| row(Verdict::Warn, warning)));
-    checks.extend(unknown_bit(program).map(|why| row(Verdict::Fail, why)));
+    checks.extend(machine::warnings(machine).into_iter().map(|warning| row(RowVerdict::Warn, warning)));
+    checks.extend(unknown_bit(program).map(|why| row(RowVerdict::Fail, why)));
     let missing = missing_drills(program, machine);
     if !missing.is_empty() {
         let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
-        checks.push(row(Verdict::Warn, why));
+        checks.push(row(RowVerdict::Warn, why));
     }
     if let Some(bit) = bit_of_leg(program, from_leg as usize) {
-        checks.push(row(Verdict::Warn, note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK))));
+        checks.push(row(
+            RowVerdict::Warn,
+            note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK)),
+        ));
     }
     checks.extend(accepted(program));
-    checks.extend(given_up(key, from_leg, context).map(|why| row(Verdict::Warn, why)));
-    checks.push(row(Verdict::Pass, rest(program, from_leg as usize, left_s)));
+    checks.extend(given_up(key, from_leg, context).map(|why| row(RowVerdict::Warn, why)));
+    checks.push(row(RowVerdict::Pass, rest(program, from_leg as usize, left_s)));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
     Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })
 }
@@ -219,7 +224,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
 pub(crate) fn accepted(program: &Program) -> Option<PreflightRow> {
     let codes = program.accepted.join(", ");
     (!codes.is_empty())
-        .then(|| row(Verdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)))
+        .then(|| row(RowVerdict::Warn, Diagnostic::warning("preflight.accepted").with("codes", codes)))
 }
 
 /// What is given up when the job `key` begins at `from_leg`: another job that was broken off, or what is made of this one.
@@ -317,18 +322,18 @@ fn unknown_bit(program: &Program) -> Option<Diagnostic> {
 
 /// The rows about the drill itself.
 fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
-    let lost = |code| row(Verdict::Fail, Diagnostic::error(code));
+    let lost = |code| row(RowVerdict::Fail, Diagnostic::error(code));
     vec![
         match context.trust {
-            Trust::Trusted => row(Verdict::Pass, note("preflight.homed")),
+            Trust::Trusted => row(RowVerdict::Pass, note("preflight.homed")),
             Trust::Suspect | Trust::Lost => lost("preflight.not_homed"),
         },
         match context.state {
-            State::Ready | State::NotHomed => row(Verdict::Pass, note("preflight.at_rest")),
+            State::Ready | State::NotHomed => row(RowVerdict::Pass, note("preflight.at_rest")),
             _ => lost("preflight.busy"),
         },
         match plane {
-            Some(_) => row(Verdict::Pass, note("preflight.zero_set")),
+            Some(_) => row(RowVerdict::Pass, note("preflight.zero_set")),
             None => lost("preflight.no_zero"),
         },
     ]
@@ -338,11 +343,11 @@ fn standing(context: &Context, plane: Option<[i64; 2]>) -> Vec<PreflightRow> {
 fn in_time(stream: &Packed, safe_hz: f64) -> PreflightRow {
     let fastest = lateness::fastest_rate(stream.segments());
     match lateness::beyond(fastest, safe_hz) {
-        Some(why) => row(Verdict::Fail, why),
+        Some(why) => row(RowVerdict::Fail, why),
         None => {
             let hz = fastest.map_or(0.0, |(hz, _)| hz);
             let finding = note("preflight.in_time").with("hz", hz.ceil()).with("safe", safe_hz.floor());
-            row(Verdict::Pass, finding)
+            row(RowVerdict::Pass, finding)
         }
     }
 }

@@ -49,11 +49,11 @@ impl Recording {
         shared: &Shared,
         owner: impl Fn(Message),
     ) {
-        if self.refused && !matches!(record, Record::Advance(..)) {
+        if self.refused && !matches!(record, Record::Advance { .. }) {
             self.refused = keeper.again().is_err();
         }
         let written = match record {
-            Record::Begin(job, progress, program) => {
+            Record::Begin { job, progress, program } => {
                 let begun = keeper.begin(&job, progress, &program);
                 self.failed = begun.is_err();
                 self.refused |= self.failed;
@@ -63,8 +63,8 @@ impl Recording {
                 owner(Message::Begun(begun));
                 Ok(())
             }
-            Record::Advance(..) if self.failed => Ok(()),
-            Record::Advance(progress, stop) => {
+            Record::Advance { .. } if self.failed => Ok(()),
+            Record::Advance { progress, stop } => {
                 let advanced = keeper.advance(progress, stop);
                 match &advanced {
                     Ok(()) => shared.set_durable(progress.done),

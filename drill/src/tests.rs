@@ -3,7 +3,7 @@
 use annulus_core::board::{Board, Hole};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
-use annulus_core::cam::{Order, PlanOptions};
+use annulus_core::cam::{HoleOrder, PlanOptions};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::Machine;
@@ -26,7 +26,7 @@ pub(crate) fn holes(
         line: 1,
     };
     let board = Board { holes: (0..count).map(hole).collect(), ..Board::default() };
-    let work = Work::drilling(&board, machine, Order::Shortest);
+    let work = Work::drilling(&board, machine, HoleOrder::Shortest);
     let rapid_time = |from, to| motion::rapid_time_s(machine, from, to);
     let means = Means { options: &PlanOptions::default(), rapid_time: &rapid_time };
     let planned = plan_work(&board, &work, machine, &means, &mut |_| true).unwrap().0;

@@ -129,7 +129,7 @@ impl Place<'_> {
 
 /// The path that is left to be sent.
 #[derive(Clone, Debug)]
-pub struct Cutter<'a> {
+pub struct ChunkCutter<'a> {
     axes: [Place<'a>; AXES],
     at: u32,
     left: u64,
@@ -137,7 +137,7 @@ pub struct Cutter<'a> {
     index: [i32; AXES],
 }
 
-impl<'a> Cutter<'a> {
+impl<'a> ChunkCutter<'a> {
     /// The path of `runs`, `ticks` long, from `index` on. Its first chunk is number `number`.
     pub fn new(runs: [&'a [Run]; AXES], ticks: u64, number: u32, index: [i32; AXES]) -> Self {
         let axes = runs.map(|later| {

@@ -5,7 +5,7 @@ use crate::support::{PULSE, SETUP, path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::adapter::{Adapter, Inputs, OUTPUTS_US, Order};
 use annulus_link::cobs::Unstuffer;
-use annulus_link::cutter::{Cutter, Piece, Rule};
+use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open, seal};
 use annulus_link::message::{
     Ask, Beat, Begin, Chunk, Clear, Configure, Guard, Hello, Outputs, Place, Rate, Refusal, Refused, State,
@@ -185,7 +185,7 @@ fn a_bad_line_costs_time_and_never_a_step() {
         let (runs, ticks) = path(&mut chance, 3_000_000);
         let rule = Rule::resting_within(50_000);
         world.begin();
-        let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
+        let mut cutter = ChunkCutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
         let (mut next, mut asked) = (cutter.cut(&rule), false);
         world.until_played(&mut cutter, &mut next, &rule, &mut asked);
         let status = world.status.unwrap();
@@ -214,7 +214,7 @@ impl World {
     /// Sends what there is room for until everything is played or it starved.
     fn until_played(
         &mut self,
-        cutter: &mut Cutter<'_>,
+        cutter: &mut ChunkCutter<'_>,
         next: &mut Option<Piece>,
         rule: &Rule,
         asked: &mut bool,
@@ -264,7 +264,7 @@ fn a_new_session_ends_the_older_one_for_good() {
     let mut world = World::new(7, 0.0);
     world.begin();
     let (runs, ticks) = path(&mut Chance::new(7), 3_000_000);
-    let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
+    let mut cutter = ChunkCutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
     for _ in 0..8 {
         let piece = cutter.cut(&Rule::resting_within(20_000)).unwrap();
         assert!(world.offer(&piece).is_some());

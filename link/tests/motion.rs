@@ -4,7 +4,7 @@ use crate::machines::Machines;
 use crate::support::{PULSE, SETUP, meant, path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::chunk::{self, Before, SLICE};
-use annulus_link::cutter::{Cutter, Piece, Rule};
+use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::PAYLOAD;
 use annulus_link::message::{Configure, Refusal};
 use annulus_link::player::{End, Player};
@@ -22,7 +22,7 @@ const SETTINGS: Configure = Configure {
 };
 
 fn pieces(runs: &[Vec<Run>; AXES], ticks: u32, rule: &Rule) -> Vec<Piece> {
-    let mut cutter = Cutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
+    let mut cutter = ChunkCutter::new(runs.each_ref().map(Vec::as_slice), ticks.into(), 0, [0; AXES]);
     let mut pieces = Vec::new();
     while let Some(piece) = cutter.cut(rule) {
         pieces.push(piece);

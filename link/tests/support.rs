@@ -1,7 +1,7 @@
 //! What the tests share: paths of chance, what the step stream means by them, seeds.
 
 use annulus_core::chance::Chance;
-use annulus_core::job::{Effect, Stage};
+use annulus_core::job::{Stage, Switching};
 use annulus_core::steps;
 use annulus_link::AXES;
 use annulus_link::run::Run;
@@ -69,7 +69,7 @@ pub(crate) fn segment(runs: &[Vec<Run>; AXES], ticks: u32) -> steps::Segment {
         stage: Stage::Travel,
         duration_ticks: u64::from(ticks),
         runs: runs.iter().enumerate().flat_map(of).collect(),
-        effect: Effect::None,
+        effect: Switching::None,
         gate: None,
         end: [0; steps::AXES],
     }

@@ -4,7 +4,7 @@
 //! fuzzer run the same functions.
 
 use annulus_core::artwork::{
-    Artwork, Kind, MOST_HITS, MOST_KEPT, Overrides, nets, painted, painted_measures, read_drill, read_set,
+    Artwork, FileKind, MOST_HITS, MOST_KEPT, Overrides, nets, painted, painted_measures, read_drill, read_set,
 };
 use annulus_core::board::from_artwork;
 use annulus_core::cam::work::Work;
@@ -119,7 +119,7 @@ fn promises(artwork: &Artwork) {
     for file in &artwork.files {
         assert!(file.diagnostics.len() <= MOST_KEPT + 2_000, "{} diagnostics", file.diagnostics.len());
         file.diagnostics.iter().chain([&file.reason]).for_each(has_sentences);
-        if matches!(file.kind, Kind::Refused | Kind::Unknown) {
+        if matches!(file.kind, FileKind::Refused | FileKind::Unknown) {
             assert!(file.drill.is_none() && file.gerber.is_none(), "{} is half loaded", file.name);
         }
         let Some(drill) = &file.drill else { continue };

@@ -1,7 +1,7 @@
 //! The copper that is left on the carved board is the copper that the proof computes exactly: no place whose neighbours are all
 //! carved alike is otherwise there.
 
-use annulus_core::board::{Wanted, from_artwork_with};
+use annulus_core::board::{BoardWanted, from_artwork_with};
 use annulus_core::cam::PlanOptions;
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
@@ -52,13 +52,13 @@ fn the_carved_copper_of_four_boards_is_that_of_the_proof_within_a_cell() {
     let means = Means { options: &options, rapid_time: &rapid_time };
     for name in BOARDS {
         let artwork = read_folder(&corpus.join(name));
-        let wanted = Wanted { copper: true, aligned: true };
+        let wanted = BoardWanted { copper: true, aligned: true };
         let board = from_artwork_with(&artwork, &artwork.default_use(), wanted).0;
         let mut work = Work::default_for(&board, &machine);
         work.setup.face = work.faces()[0];
         let (planned, _) = plan_work(&board, &work, &machine, &means, &mut |_| true).expect("a plan");
         let program = lower_work(&planned, &work, &machine);
-        let asked = proof::Options { face: work.setup.face, ..proof::Options::default() };
+        let asked = proof::ProofOptions { face: work.setup.face, ..proof::ProofOptions::default() };
         let left = proof::prove(&planned.board, std::slice::from_ref(&program), &asked).left;
         let playback = Arc::new(Playback::new(motion::timeline(&program, &machine).expect("a timeline")));
         let total_s = playback.total_s();

@@ -1,16 +1,16 @@
 //! Boards of the corpus from files to a proved program: the usual job of each, planned, and proved from the program alone.
 //! Everything that the bit fits around is isolated, nothing of a net is lost, and no loose copper is thinner than holds.
 
-use annulus_core::board::{Board, Wanted, from_artwork_with};
+use annulus_core::board::{Board, BoardWanted, from_artwork_with};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
-use annulus_core::cam::{Order, PlanOptions};
+use annulus_core::cam::{HoleOrder, PlanOptions};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Program, Stage};
 use annulus_core::machine::{Machine, lab, virtual_drill};
 use annulus_core::motion;
 use annulus_core::pins::Pins;
-use annulus_core::proof::{self, Kind};
+use annulus_core::proof::{self, FindingKind};
 use annulus_core::steps::{self, StepStream};
 use annulus_core::virtual_drill::{Cause, Faults, Slip, VirtualDrill};
 use annulus_tests::{corpus, read_folder};
@@ -34,7 +34,7 @@ const SLIVERS: [(&str, usize, usize); 1] = [("kicad/2013-clockblock", 9, 1)];
 
 fn board(folder: &Path) -> Board {
     let artwork = read_folder(folder);
-    from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0
+    from_artwork_with(&artwork, &artwork.default_use(), BoardWanted { copper: true, aligned: true }).0
 }
 
 /// The first face's usual job of a board, or its holes alone, as a program on `machine`; its toolpaths at `feed_um_per_s` where
@@ -43,7 +43,7 @@ fn program_of(board: &Board, machine: &Machine, toolpaths: bool, feed: Option<u3
     let mut work = if toolpaths {
         Work::default_for(board, machine)
     } else {
-        Work::drilling(board, machine, Order::Shortest)
+        Work::drilling(board, machine, HoleOrder::Shortest)
     };
     work.setup.face = work.faces()[0];
     let options = PlanOptions::default();
@@ -165,9 +165,10 @@ fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
             let planned = plan_work(&board, &work, &machine, &means, &mut |_| true);
             let (planned, _) = planned.unwrap_or_else(|why| panic!("{name}: {why:?}"));
             let program = lower_work(&planned, &work, &machine);
-            let asked = proof::Options { face, owned: work.bits.clone(), ..proof::Options::default() };
+            let asked =
+                proof::ProofOptions { face, owned: work.bits.clone(), ..proof::ProofOptions::default() };
             let verdict = proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
-            let mut counts: BTreeMap<Kind, usize> = BTreeMap::new();
+            let mut counts: BTreeMap<FindingKind, usize> = BTreeMap::new();
             for finding in &verdict.findings {
                 *counts.entry(finding.kind).or_default() += 1;
             }
@@ -183,11 +184,18 @@ fn the_usual_job_of_real_boards_isolates_what_the_bit_can() {
                 planned.toolpaths_mm() / 1e3,
             );
             assert!(verdict.islands > 0, "{name} has no islands");
-            let never =
-                [Kind::Short, Kind::Break, Kind::Gone, Kind::Lost, Kind::NoBit, Kind::Shallow, Kind::Hit];
+            let never = [
+                FindingKind::Short,
+                FindingKind::Break,
+                FindingKind::Gone,
+                FindingKind::Lost,
+                FindingKind::NoBit,
+                FindingKind::Shallow,
+                FindingKind::Hit,
+            ];
             let bad = verdict.findings.iter().filter(|finding| never.contains(&finding.kind));
             wrong.extend(bad.map(|finding| format!("{name} {face:?}: {finding:?}")));
-            let slivers = verdict.findings.iter().filter(|finding| finding.kind == Kind::Sliver);
+            let slivers = verdict.findings.iter().filter(|finding| finding.kind == FindingKind::Sliver);
             let (of_nets, loose): (Vec<_>, Vec<_>) = slivers.partition(|finding| !finding.nets.is_empty());
             let (_, of_net, free) =
                 SLIVERS.iter().find(|(board, ..)| *board == name).copied().unwrap_or((name, 0, 0));

@@ -1,7 +1,9 @@
 //! Every drill file, list and zip of the corpus, read with its neighbours, against its expectation; the dialects of one
 //! board; hostile files within their limits.
 
-use annulus_core::artwork::{Artwork, DrillFile, FileRead, Kind, MOST_HITS, MOST_KEPT, Overrides, read_set};
+use annulus_core::artwork::{
+    Artwork, DrillFile, FileKind, FileRead, MOST_HITS, MOST_KEPT, Overrides, read_set,
+};
 use annulus_core::board::{Board, from_artwork};
 use annulus_core::diagnostic::Severity;
 use annulus_tests::{corpus, data, expectations, read_folder};
@@ -129,7 +131,7 @@ fn dialects_of_one_board_are_one_board() {
         artwork
             .files
             .iter()
-            .find(|file| matching(file) && file.kind == Kind::Drill)
+            .find(|file| matching(file) && file.kind == FileKind::Drill)
             .unwrap_or_else(|| panic!("no {start}"))
     };
     let reference = holes(&board_of(named("d01-")));
@@ -164,22 +166,22 @@ fn kept_bytes(drill: &DrillFile) -> usize {
 #[test]
 fn hostile_files_end_in_diagnostics_within_limits() {
     // file, kind, hits kept, code that must be among the diagnostics, its line
-    let rows: [(&str, Kind, usize, &str, u32); 15] = [
-        ("x01-repeat-bomb.drl", Kind::Refused, 0, "drill.too_many_repeats", 7),
-        ("x02-pattern-bomb.drl", Kind::Refused, 0, "drill.too_many_repeats", 2507),
-        ("x03-coordinate-overflow.drl", Kind::Drill, 0, "drill.bad_number", 6),
-        ("x04-tool-numbers.drl", Kind::Drill, 2, "drill.tool_number", 3),
-        ("x05-tool-diameters.drl", Kind::Drill, 6, "drill.tool_diameter", 3),
-        ("x06-truncated-header.drl", Kind::Drill, 0, "drill.header_never_ends", 5),
-        ("x07-truncated-number.drl", Kind::Drill, 36, "drill.cut_short", 46),
-        ("x08-binary-noise.drl", Kind::Refused, 0, "refused.binary", 0),
-        ("x09-one-long-line.drl", Kind::Drill, 0, "drill.bad_number", 6),
-        ("x10-html-error-page.drl", Kind::Refused, 0, "refused.web_page", 0),
-        ("x11-comment-injection.drl", Kind::Drill, 1, "", 0),
-        ("x12-empty.drl", Kind::Refused, 0, "refused.empty", 0),
-        ("x13-only-header.drl", Kind::Drill, 0, "", 0),
-        ("x30-zip-path-traversal.zip", Kind::Archive, 0, "archive.path_leads_out", 0),
-        ("x32-zip-nested.zip", Kind::Archive, 0, "archive.name_clash", 0),
+    let rows: [(&str, FileKind, usize, &str, u32); 15] = [
+        ("x01-repeat-bomb.drl", FileKind::Refused, 0, "drill.too_many_repeats", 7),
+        ("x02-pattern-bomb.drl", FileKind::Refused, 0, "drill.too_many_repeats", 2507),
+        ("x03-coordinate-overflow.drl", FileKind::Drill, 0, "drill.bad_number", 6),
+        ("x04-tool-numbers.drl", FileKind::Drill, 2, "drill.tool_number", 3),
+        ("x05-tool-diameters.drl", FileKind::Drill, 6, "drill.tool_diameter", 3),
+        ("x06-truncated-header.drl", FileKind::Drill, 0, "drill.header_never_ends", 5),
+        ("x07-truncated-number.drl", FileKind::Drill, 36, "drill.cut_short", 46),
+        ("x08-binary-noise.drl", FileKind::Refused, 0, "refused.binary", 0),
+        ("x09-one-long-line.drl", FileKind::Drill, 0, "drill.bad_number", 6),
+        ("x10-html-error-page.drl", FileKind::Refused, 0, "refused.web_page", 0),
+        ("x11-comment-injection.drl", FileKind::Drill, 1, "", 0),
+        ("x12-empty.drl", FileKind::Refused, 0, "refused.empty", 0),
+        ("x13-only-header.drl", FileKind::Drill, 0, "", 0),
+        ("x30-zip-path-traversal.zip", FileKind::Archive, 0, "archive.path_leads_out", 0),
+        ("x32-zip-nested.zip", FileKind::Archive, 0, "archive.name_clash", 0),
     ];
     let mut wrong = Vec::new();
     for (name, kind, hits, code, line) in rows {
@@ -233,13 +235,13 @@ fn every_sentence_about_the_corpus_is_filled() {
 
 #[test]
 fn zips_give_only_what_is_safe() {
-    let listed = |name: &str| -> Vec<(String, Kind)> {
+    let listed = |name: &str| -> Vec<(String, FileKind)> {
         let artwork = read_alone(&data().join("synthetic").join(name));
         let inside = |file: &FileRead| file.name.split_once("!/").map(|(_, inside)| inside.to_owned());
         artwork.files.iter().filter_map(|file| Some((inside(file)?, file.kind))).collect()
     };
-    let refused = |name: &str| (name.to_owned(), Kind::Refused);
-    let drill = |name: &str| (name.to_owned(), Kind::Drill);
+    let refused = |name: &str| (name.to_owned(), FileKind::Refused);
+    let drill = |name: &str| (name.to_owned(), FileKind::Drill);
     let traversal =
         [refused("../../evil.drl"), refused("/abs/evil.gbr"), refused("C:\\evil.drl"), drill("ok/board.drl")];
     assert_eq!(listed("x30-zip-path-traversal.zip"), traversal);
@@ -254,10 +256,10 @@ fn zips_give_only_what_is_safe() {
 fn what_must_be_refused_is_refused_with_a_reason() {
     let Some(corpus) = corpus() else { return };
     for (name, kind, code) in [
-        ("altium/protel-se-sg-if/SE_SG_IF_V2.DRL", Kind::Refused, "refused.eia_tape"),
-        ("cam350/ekf-rs274d/l1.off", Kind::Refused, "refused.gerber_without_format"),
-        ("broken/gerbonara/test_syntax_error.gbr", Kind::Gerber, "gerber.aperture_undefined"),
-        ("broken/gerbv-poc/parse_aperture_strtok.1.poc", Kind::Gerber, "gerber.include"),
+        ("altium/protel-se-sg-if/SE_SG_IF_V2.DRL", FileKind::Refused, "refused.eia_tape"),
+        ("cam350/ekf-rs274d/l1.off", FileKind::Refused, "refused.gerber_without_format"),
+        ("broken/gerbonara/test_syntax_error.gbr", FileKind::Gerber, "gerber.aperture_undefined"),
+        ("broken/gerbv-poc/parse_aperture_strtok.1.poc", FileKind::Gerber, "gerber.include"),
     ] {
         let artwork = read_alone(&corpus.join(name));
         let file = &artwork.files[0];

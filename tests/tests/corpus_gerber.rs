@@ -1,8 +1,8 @@
 //! Every Gerber layer of the corpus, read with its neighbours and painted, against its expectation; hostile layers within
 //! their limits.
 
-use annulus_core::artwork::{FileRead, Kind, Overrides, Role, Side, painted, painted_measures, read_set};
-use annulus_core::board::{Face, Wanted, from_artwork, from_artwork_with};
+use annulus_core::artwork::{FileKind, FileRead, Overrides, Role, Side, painted, painted_measures, read_set};
+use annulus_core::board::{BoardWanted, Face, from_artwork, from_artwork_with};
 use annulus_core::diagnostic::Severity;
 use annulus_core::geometry::Bounds;
 use annulus_tests::{corpus, data, expectations, read_folder};
@@ -184,7 +184,8 @@ fn holes_with_a_zero_point_of_their_own_are_moved_onto_the_copper_when_asked() {
     let artwork = read_folder(&corpus.join("ultiboard/pihpsdr"));
     let used = artwork.default_use();
     let (apart, said) = from_artwork(&artwork, &used);
-    let (board, told) = from_artwork_with(&artwork, &used, Wanted { aligned: true, ..Wanted::default() });
+    let (board, told) =
+        from_artwork_with(&artwork, &used, BoardWanted { aligned: true, ..BoardWanted::default() });
     let by = |index: usize| {
         let (from, to) = (apart.holes[index].at, board.holes[index].at);
         ((to.x - from.x).mm(), (to.y - from.y).mm())
@@ -232,14 +233,14 @@ fn old_gerber_is_read_with_the_list_beside_it_and_the_format_that_a_person_says(
     assert!(gerber.counts.total() > 1_000, "{:?}", gerber.counts);
     let found = painted_measures(&painted(gerber).unwrap());
     assert!(found.islands > 100 && found.area_mm2 > 100.0, "{found:?}");
-    assert_eq!(read_set(&files, &Overrides::default()).files[1].kind, Kind::Refused);
+    assert_eq!(read_set(&files, &Overrides::default()).files[1].kind, FileKind::Refused);
 }
 
 #[test]
 fn copper_has_the_nets_that_x2_says() {
     let Some(corpus) = corpus() else { return };
     let artwork = read_folder(&corpus.join("kicad/8.0-carte_test"));
-    let (board, _) = from_artwork_with(&artwork, &[], Wanted { copper: true, ..Wanted::default() });
+    let (board, _) = from_artwork_with(&artwork, &[], BoardWanted { copper: true, ..BoardWanted::default() });
     let [copper] = board.copper.as_slice() else { panic!("{} sides", board.copper.len()) };
     assert_eq!((copper.face, copper.nets.len()), (Face::Bottom, copper.region.islands.len()));
     let named = copper.nets.iter().flatten().count();
@@ -262,7 +263,7 @@ fn hostile_layers_stay_within_their_limits() {
         assert!(gravest >= Some(Severity::Warning), "{name} is not reported: {:?}", file.diagnostics);
         if name.starts_with("x28") {
             let codes: Vec<_> = file.diagnostics.iter().map(|diagnostic| diagnostic.code.as_str()).collect();
-            assert_eq!((file.kind, codes), (Kind::Gerber, vec!["gerber.contour_crosses"]));
+            assert_eq!((file.kind, codes), (FileKind::Gerber, vec!["gerber.contour_crosses"]));
         }
         if let Some(gerber) = &file.gerber {
             let islands = painted(gerber).map(|region| region.islands.len());

@@ -1,7 +1,7 @@
 //! In which unit drill files, lists and layers are: what they say, what lies beside them, and what is told where both differ.
 
 use crate::drill_everyday::{board, codes, set, width_mm};
-use annulus_core::artwork::{Kind, Overrides, read_set};
+use annulus_core::artwork::{FileKind, Overrides, read_set};
 use annulus_core::diagnostic::Severity;
 
 #[test]
@@ -134,7 +134,7 @@ fn units_of_lists_are_those_of_their_statements() {
     ] {
         let artwork = set(&[("holes.csv", text.as_bytes())]);
         let file = &artwork.files[0];
-        assert_eq!(file.kind, Kind::Drill, "{name}");
+        assert_eq!(file.kind, FileKind::Drill, "{name}");
         assert_eq!(codes(file, Severity::Error), errors, "{name}");
         assert!((width_mm(file) - width).abs() < 0.01, "{name}: {}", width_mm(file));
     }

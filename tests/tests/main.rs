@@ -15,6 +15,8 @@ mod hostile_gerber;
 mod languages;
 mod module_graph;
 mod mutations;
+mod named_fields;
+mod one_noun;
 mod page_floors;
 mod page_words;
 mod pairing;

@@ -3,12 +3,12 @@
 use annulus_core::artwork::{members, packed};
 use annulus_core::board::Face;
 use annulus_core::cam::usual::usual_bits;
-use annulus_core::cam::work::{Action, Operation, Remedy, Work};
+use annulus_core::cam::work::{Operation, OperationKind, Remedy, Work};
 use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
 use annulus_core::machine::virtual_drill;
 use annulus_core::project;
-use annulus_core::project::saved::{self, Project, Said};
+use annulus_core::project::saved::{self, Project, SaidOfFiles};
 use annulus_tests::{root, rounds, targets};
 use std::fs;
 
@@ -166,10 +166,11 @@ fn damaged_job(sample: &str, chance: &mut Chance) -> Vec<u8> {
 /// The job of the sample project: every kind of operation, and a cure.
 fn sample_job() -> String {
     let machine = virtual_drill();
-    let operations = Action::WORDS.iter().filter_map(|word| Operation::usual(word, Face::Top, &machine));
+    let operations =
+        OperationKind::WORDS.iter().filter_map(|word| Operation::usual(word, Face::Top, &machine));
     let mut work = Work { bits: usual_bits(), operations: operations.collect(), ..Work::default() };
     let isolate = work.operations.iter_mut().find_map(|operation| match &mut operation.action {
-        Action::Isolate(isolate) => Some(isolate),
+        OperationKind::Isolate(isolate) => Some(isolate),
         _ => None,
     });
     isolate.unwrap().cure(Point::from_mm(1.0, 1.0), Point::from_mm(1.1, 1.0), Remedy::Centred);
@@ -181,7 +182,8 @@ fn damaged_projects_and_jobs_break_no_promise() {
     let job = sample_job();
     let files = ["b/a.drl", "b/a.gbr"].map(str::to_owned).into_iter();
     let drill = b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n".to_vec();
-    let said = Said { used: Some(vec!["b/a.drl".to_owned()]), aligned: true, ..Said::default() };
+    let said =
+        SaidOfFiles { used: Some(vec!["b/a.drl".to_owned()]), aligned: true, ..SaidOfFiles::default() };
     let project =
         Project { files: files.zip([drill, LAYER.to_vec()]).collect(), said, job: Some(job.clone()) };
     let zip = saved::write(&project).unwrap();

@@ -3,9 +3,9 @@
 //! Comes in: the sources of the page. Goes out: a list of what is missing. Knows Rust only as far as string literals.
 
 use annulus_core::cam::parameters::{self, Parameter};
-use annulus_core::cam::work::Action;
+use annulus_core::cam::work::OperationKind;
 use annulus_core::locale;
-use annulus_core::machine::Kind;
+use annulus_core::machine::ValueKind;
 use annulus_tests::root;
 use proc_macro2::{TokenStream, TokenTree};
 use std::collections::BTreeSet;
@@ -168,7 +168,7 @@ fn no_screen_says_a_word_of_its_own() {
 /// The keys that the page puts together from the rows of a job's parameters and the words of their choices.
 fn keys_of<T>(rows: &[Parameter<T>]) -> impl Iterator<Item = String> {
     rows.iter().flat_map(|row| {
-        let words: &[&str] = if let Kind::Choice(words) = row.kind { words } else { &[] };
+        let words: &[&str] = if let ValueKind::Choice(words) = row.kind { words } else { &[] };
         let name = format!("page.cam.row.{}", row.key.replace('.', "_"));
         words.iter().map(|word| format!("page.cam.word.{word}")).chain([name]).collect::<Vec<_>>()
     })
@@ -183,7 +183,7 @@ fn no_sentence_of_the_page_is_left_over() {
     );
     // The name of a language is read when the tables are made.
     used.insert("page.language".to_owned());
-    used.extend(Action::WORDS.iter().map(|word| format!("page.cam.word.{word}")));
+    used.extend(OperationKind::WORDS.iter().map(|word| format!("page.cam.word.{word}")));
     let stem = |key: &str| {
         key.strip_suffix(".message").or_else(|| key.strip_suffix(".advice")).unwrap_or(key).to_owned()
     };

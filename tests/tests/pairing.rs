@@ -4,7 +4,7 @@
 //! under their own names and once under names that say nothing. A reading is wrong when its box is not the expected one, and
 //! silent when no warning and no error goes with it.
 
-use annulus_core::artwork::{FileRead, Kind, Overrides, Role, read_set};
+use annulus_core::artwork::{FileKind, FileRead, Overrides, Role, read_set};
 use annulus_core::diagnostic::Severity;
 use annulus_tests::{corpus, files_below};
 use serde_json::Value;
@@ -103,7 +103,7 @@ fn copper_of_another_board_never_changes_a_scale_in_silence() {
                     name(path),
                     file.evidence
                 );
-                let told = file.kind != Kind::Drill
+                let told = file.kind != FileKind::Drill
                     || file.diagnostics.iter().any(|r| r.severity >= Severity::Warning);
                 if told { doubted.push(row) } else { silent.push(row) }
             }

@@ -45,7 +45,7 @@ pub(crate) const SUITES: &[Suite] = &[
     check("page", &[], || this("site")),
     check("build", &[], || Ok(cargo("test", &["--no-run"]))),
     check("tools", &[], || this("tools")),
-    tests("native", &["build"], || Ok(cargo("test", &["--no-fail-fast", "--", "--show-output"]))),
+    tests("native", &["build"], native),
     tests("browser", &["build", "page"], pages),
     tests("grbl", &["build"], controllers),
     tests("adapter", &["build"], firmware::tests),
@@ -85,6 +85,13 @@ fn patient(eager: Command) -> Command {
 /// This program again, with another word.
 fn this(word: &str) -> Done<Command> {
     Ok(command(std::env::current_exe().map_err(|error| error.to_string())?, &[word]))
+}
+
+/// Three tests at a time for every core: those of the bridge mostly wait, as a person at a drill does.
+fn native() -> Done<Command> {
+    let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
+    let threads = format!("--test-threads={}", 3 * cores);
+    Ok(cargo("test", &["--no-fail-fast", "--", "--show-output", &threads]))
 }
 
 /// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds.

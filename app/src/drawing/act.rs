@@ -21,7 +21,10 @@ const BESIDE: Point = Point::new(Length::from_um(2_540), Length::from_um(-2_540)
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Act {
     /// Turned about its middle, in thousandths of a degree counter-clockwise.
-    Turn(i32),
+    Turn {
+        /// Thousandths of a degree, counter-clockwise.
+        mdeg: i32,
+    },
     /// Left becomes right, or lower becomes upper.
     Mirror {
         /// Left becomes right.
@@ -63,7 +66,10 @@ pub enum Act {
     /// What lies on other layers than the one that is drawn on is faint, or is not: the other of the two.
     Dim,
     /// Back by an edit, or on again.
-    Undo(bool),
+    Undo {
+        /// Back, else on again.
+        back: bool,
+    },
 }
 
 impl Editor {
@@ -71,7 +77,7 @@ impl Editor {
     pub fn act(&mut self, act: Act) {
         let ids = self.ids();
         match act {
-            Act::Turn(mdeg) => self.place_anew(mdeg, false),
+            Act::Turn { mdeg } => self.place_anew(mdeg, false),
             // A mirrored thing turned by half a turn is mirrored the other way.
             Act::Mirror { x } => self.place_anew(if x { 0 } else { 180_000 }, true),
             Act::Align(align) => {
@@ -104,7 +110,7 @@ impl Editor {
                 self.grid = super::Grid { on: true, step: next };
             }
             Act::Dim => self.dim = !self.dim,
-            Act::Undo(back) => {
+            Act::Undo { back } => {
                 self.leave();
                 self.step(back);
             }

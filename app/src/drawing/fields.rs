@@ -88,7 +88,7 @@ impl Field {
 
 /// What stands in a field; nothing where the things differ.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Value {
+pub enum FieldValue {
     /// A length.
     Length(Option<Length>),
     /// A length that follows from others.
@@ -109,11 +109,11 @@ pub enum Value {
 
 /// A field with its value.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Row {
+pub struct FieldRow {
     /// Which.
     pub field: Field,
     /// What stands in it.
-    pub value: Value,
+    pub value: FieldValue,
 }
 
 /// The value that all of them have.
@@ -123,11 +123,11 @@ fn shared<T: PartialEq>(mut values: impl Iterator<Item = T>) -> Option<T> {
 }
 
 /// The fields of what is chosen; of the drawing where nothing is.
-pub fn rows(editor: &Editor) -> Vec<Row> {
+pub fn rows(editor: &Editor) -> Vec<FieldRow> {
     let (drawing, ids) = (editor.drawing(), editor.ids());
-    let row = |field, value| Row { field, value };
+    let row = |field, value| FieldRow { field, value };
     if editor.chosen.is_empty() {
-        return vec![row(Field::Name, Value::Name(drawing.name().to_owned()))];
+        return vec![row(Field::Name, FieldValue::Name(drawing.name().to_owned()))];
     }
     if ids.is_empty() {
         return of_file(editor);
@@ -136,7 +136,7 @@ pub fn rows(editor: &Editor) -> Vec<Row> {
     let mut rows = places(drawing, &ids);
     let leaves: Vec<&Thing> = drawing.leaves(&ids).into_iter().filter_map(|id| drawing.thing(id)).collect();
     if let [Thing::Group { name }] = things.as_slice() {
-        rows.insert(0, row(Field::Name, Value::Name(name.clone())));
+        rows.insert(0, row(Field::Name, FieldValue::Name(name.clone())));
     }
     rows.extend(sizes(&leaves));
     let groups = drawing.things().filter_map(|(id, entry)| match &entry.thing {
@@ -146,16 +146,19 @@ pub fn rows(editor: &Editor) -> Vec<Row> {
     let groups: Vec<(Id, String)> = groups.collect();
     if !groups.is_empty() {
         let own = shared(ids.iter().filter_map(|id| drawing.get(*id)).map(|entry| entry.group));
-        rows.push(row(Field::Group, Value::Group(own, groups)));
+        rows.push(row(Field::Group, FieldValue::Group(own, groups)));
     }
     rows
 }
 
 /// Where it is.
-fn places(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<Row> {
+fn places(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<FieldRow> {
     let pair = |x: Field, y: Field, at: Option<Point>| {
-        let value = |length: Option<Length>| Value::Length(length);
-        [Row { field: x, value: value(at.map(|at| at.x)) }, Row { field: y, value: value(at.map(|at| at.y)) }]
+        let value = |length: Option<Length>| FieldValue::Length(length);
+        [
+            FieldRow { field: x, value: value(at.map(|at| at.x)) },
+            FieldRow { field: y, value: value(at.map(|at| at.y)) },
+        ]
     };
     let first = ids.first().filter(|_| ids.len() == 1);
     match first.and_then(|id| drawing.thing(*id)) {
@@ -164,7 +167,7 @@ fn places(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<Row> {
             let mut rows = Vec::from(pair(Field::FromX, Field::FromY, from));
             rows.extend(pair(Field::ToX, Field::ToY, to));
             let length = from.zip(to).map(|(from, to)| Length::from_mm(from.distance_mm(to)));
-            rows.push(Row { field: Field::Length, value: Value::Fixed(length) });
+            rows.push(FieldRow { field: Field::Length, value: FieldValue::Fixed(length) });
             rows
         }
         Some(Thing::Pad { node, .. } | Thing::Hole { node, .. }) => {
@@ -176,14 +179,14 @@ fn places(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<Row> {
 }
 
 /// Widths, sizes, forms, layers of all that have them.
-fn sizes(leaves: &[&Thing]) -> Vec<Row> {
+fn sizes(leaves: &[&Thing]) -> Vec<FieldRow> {
     let mut rows = Vec::new();
     let widths: Vec<Length> = leaves
         .iter()
         .filter_map(|thing| if let Thing::Track { width, .. } = thing { Some(*width) } else { None })
         .collect();
     if !widths.is_empty() {
-        rows.push(Row { field: Field::Width, value: Value::Length(shared(widths.into_iter())) });
+        rows.push(FieldRow { field: Field::Width, value: FieldValue::Length(shared(widths.into_iter())) });
     }
     let pads: Vec<(PadShape, Length, i32)> = leaves
         .iter()
@@ -198,9 +201,9 @@ fn sizes(leaves: &[&Thing]) -> Vec<Row> {
             shared(pads.iter().map(|pad| pad.1)),
             shared(pads.iter().map(|pad| pad.2)),
         );
-        rows.push(Row { field: Field::Shape, value: Value::Shape(shape) });
-        rows.push(Row { field: Field::Size, value: Value::Length(size) });
-        rows.push(Row { field: Field::Turn, value: Value::Turn(turn) });
+        rows.push(FieldRow { field: Field::Shape, value: FieldValue::Shape(shape) });
+        rows.push(FieldRow { field: Field::Size, value: FieldValue::Length(size) });
+        rows.push(FieldRow { field: Field::Turn, value: FieldValue::Turn(turn) });
     }
     let holes: Vec<(Length, bool)> = leaves
         .iter()
@@ -212,18 +215,18 @@ fn sizes(leaves: &[&Thing]) -> Vec<Row> {
     if !holes.is_empty() {
         let (diameter, plated) =
             (shared(holes.iter().map(|hole| hole.0)), shared(holes.iter().map(|hole| hole.1)));
-        rows.push(Row { field: Field::Diameter, value: Value::Length(diameter) });
-        rows.push(Row { field: Field::Plated, value: Value::Flag(plated) });
+        rows.push(FieldRow { field: Field::Diameter, value: FieldValue::Length(diameter) });
+        rows.push(FieldRow { field: Field::Plated, value: FieldValue::Flag(plated) });
     }
     let layers: Vec<Layer> = leaves.iter().filter_map(|thing| thing.layer()).collect();
     if !layers.is_empty() {
-        rows.push(Row { field: Field::Layer, value: Value::Layer(shared(layers.into_iter())) });
+        rows.push(FieldRow { field: Field::Layer, value: FieldValue::Layer(shared(layers.into_iter())) });
     }
     rows
 }
 
 /// What can be said of something that a file draws: by how much it is moved.
-fn of_file(editor: &Editor) -> Vec<Row> {
+fn of_file(editor: &Editor) -> Vec<FieldRow> {
     let by = |catch: &Catch| {
         let Catch::Imported(of) = catch else { return None };
         let one = editor.finder().imported().get(*of as usize)?;
@@ -232,8 +235,8 @@ fn of_file(editor: &Editor) -> Vec<Row> {
     };
     let by = shared(editor.chosen.iter().filter_map(by));
     vec![
-        Row { field: Field::ByX, value: Value::Length(by.map(|by| by.x)) },
-        Row { field: Field::ByY, value: Value::Length(by.map(|by| by.y)) },
+        FieldRow { field: Field::ByX, value: FieldValue::Length(by.map(|by| by.x)) },
+        FieldRow { field: Field::ByY, value: FieldValue::Length(by.map(|by| by.y)) },
     ]
 }
 
@@ -251,12 +254,12 @@ pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edi
         }
         Field::X | Field::Y => {
             let now = rows(editor).into_iter().find(|row| row.field == field)?.value;
-            let Value::Length(Some(now)) = now else { return None };
+            let FieldValue::Length(Some(now)) = now else { return None };
             Some(moved(drawing, &ids, along(field == Field::X, length(text, unit)? - now)))
         }
         Field::ByX | Field::ByY => {
             let now = of_file(editor).into_iter().find(|row| row.field == field)?.value;
-            let Value::Length(Some(now)) = now else { return None };
+            let FieldValue::Length(Some(now)) = now else { return None };
             let by = along(field == Field::ByX, length(text, unit)? - now);
             Some(super::imported::moved(drawing, &ids, &editor.of_files(), by))
         }

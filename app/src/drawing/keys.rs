@@ -12,7 +12,14 @@ pub enum DrawKey {
     /// Take what is under the cross-hair, to be moved.
     Move,
     /// Cross-hair, or what is chosen, by so many steps in X and Y.
-    Step(i8, i8, StepSize),
+    Step {
+        /// So many steps to the right.
+        x: i8,
+        /// So many steps up.
+        y: i8,
+        /// How far a step goes.
+        size: StepSize,
+    },
     /// Place, or choose, where the tool aims.
     Place,
     /// The track ends.
@@ -24,13 +31,19 @@ pub enum DrawKey {
     /// Into a group.
     Group,
     /// Draw on the upper side, or on the lower one.
-    Side(bool),
+    Side {
+        /// On the upper side, else on the lower one.
+        upper: bool,
+    },
     /// Go to the numbers of what is chosen.
     Numbers,
     /// Go to the name of what is chosen.
     Rename,
     /// Go to where places are typed; with the sign for places that count from the last one.
-    Type(bool),
+    Type {
+        /// Places count from the last one.
+        from_last: bool,
+    },
 }
 
 /// A quarter turn counter-clockwise, in thousandths of a degree.
@@ -54,19 +67,19 @@ pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
         (false, true) => StepSize::Far,
         _ => StepSize::Grid,
     };
-    let step = |x, y| (!(ctrl && shift)).then_some(DrawKey::Step(x, y, size));
+    let step = |x, y| (!(ctrl && shift)).then_some(DrawKey::Step { x, y, size });
     match key {
         "ArrowLeft" => return step(-1, 0),
         "ArrowRight" => return step(1, 0),
         "ArrowUp" => return step(0, 1),
         "ArrowDown" => return step(0, -1),
-        "@" => return (!ctrl).then_some(DrawKey::Type(true)),
+        "@" => return (!ctrl).then_some(DrawKey::Type { from_last: true }),
         _ => {}
     }
     let letter = key.to_ascii_lowercase();
     match (letter.as_str(), ctrl, shift) {
-        ("z", true, _) => Some(DrawKey::Act(Act::Undo(!shift))),
-        ("y", true, false) => Some(DrawKey::Act(Act::Undo(false))),
+        ("z", true, _) => Some(DrawKey::Act(Act::Undo { back: !shift })),
+        ("y", true, false) => Some(DrawKey::Act(Act::Undo { back: false })),
         ("c", true, false) => Some(DrawKey::Act(Act::Copy)),
         ("x", true, false) => Some(DrawKey::Act(Act::Cut)),
         ("v", true, false) => Some(DrawKey::Act(Act::Paste)),
@@ -75,7 +88,9 @@ pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
         ("m", true, true) => Some(DrawKey::Tool(Tool::Measure)),
         ("g", true, _) => Some(if shift { DrawKey::Act(Act::Ungroup) } else { DrawKey::Group }),
         (_, true, _) => None,
-        ("r", _, _) => Some(DrawKey::Act(Act::Turn(if shift { -QUARTER_MDEG } else { QUARTER_MDEG }))),
+        ("r", _, _) => {
+            Some(DrawKey::Act(Act::Turn { mdeg: if shift { -QUARTER_MDEG } else { QUARTER_MDEG } }))
+        }
         ("b", _, _) => Some(DrawKey::Act(Act::Mirror { x: !shift })),
         ("g", _, true) => Some(DrawKey::Act(Act::NextGrid)),
         (_, _, true) => None,
@@ -90,13 +105,13 @@ pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
         ("h", ..) => Some(DrawKey::Act(Act::Dim)),
         ("e", ..) => Some(DrawKey::Numbers),
         ("f2", ..) => Some(DrawKey::Rename),
-        ("c", ..) => Some(DrawKey::Type(false)),
+        ("c", ..) => Some(DrawKey::Type { from_last: false }),
         ("enter", ..) => Some(DrawKey::Place),
         ("end", ..) => Some(DrawKey::End),
         ("backspace", ..) => Some(DrawKey::Back),
         ("delete", ..) => Some(DrawKey::Act(Act::Delete)),
-        ("pageup", ..) => Some(DrawKey::Side(true)),
-        ("pagedown", ..) => Some(DrawKey::Side(false)),
+        ("pageup", ..) => Some(DrawKey::Side { upper: true }),
+        ("pagedown", ..) => Some(DrawKey::Side { upper: false }),
         _ => None,
     }
 }

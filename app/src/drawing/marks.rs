@@ -18,7 +18,7 @@ const COARSE_MM: f64 = 0.03;
 
 /// What a mark means.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum MarkMeaning {
     /// The rim of what is chosen.
     Chosen,
     /// Copper, or an edge, that is not there yet.
@@ -35,7 +35,7 @@ pub enum Kind {
 
 /// A stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mark {
+pub struct DrawnMark {
     /// From here …
     pub a_mm: [f32; 2],
     /// … to here.
@@ -43,14 +43,14 @@ pub struct Mark {
     /// How wide on the board; none for a line that is the same at every zoom.
     pub width_mm: Option<f32>,
     /// What it means.
-    pub kind: Kind,
+    pub kind: MarkMeaning,
 }
 
 /// What is chosen, as it lies over the drawing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chosen {
     /// Its rims.
-    pub rims: Vec<Mark>,
+    pub rims: Vec<DrawnMark>,
     /// Its triangles.
     pub mesh: Arc<Mesh>,
     /// Holes of it, by their places in the sheet.
@@ -61,7 +61,7 @@ pub struct Chosen {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Marks {
     /// Strokes.
-    pub strokes: Vec<Mark>,
+    pub strokes: Vec<DrawnMark>,
     /// The cross-hair.
     pub cross: Option<[f32; 2]>,
 }
@@ -99,24 +99,27 @@ impl Marks {
     pub fn new(editor: &Editor) -> Self {
         let mut marks = Self::default();
         let aim = editor.aim.at();
-        let line = |a: Point, b: Point, kind| Mark { a_mm: spot(a), b_mm: spot(b), width_mm: None, kind };
+        let line =
+            |a: Point, b: Point, kind| DrawnMark { a_mm: spot(a), b_mm: spot(b), width_mm: None, kind };
         match &editor.doing {
-            Doing::Track { from, .. } => marks.strokes.push(Mark {
+            Doing::Track { from, .. } => marks.strokes.push(DrawnMark {
                 width_mm: Some(editor.pen.width.mm() as f32),
-                ..line(*from, aim, Kind::Coming(editor.pen.layer))
+                ..line(*from, aim, MarkMeaning::Coming(editor.pen.layer))
             }),
             Doing::Box { from, to, .. } => {
                 let corners = [*from, Point::new(to.x, from.y), *to, Point::new(from.x, to.y), *from];
-                marks.strokes.extend(corners.windows(2).map(|two| line(two[0], two[1], Kind::Box)));
+                marks.strokes.extend(corners.windows(2).map(|two| line(two[0], two[1], MarkMeaning::Box)));
             }
             Doing::Measure { from, to } => {
-                marks.strokes.push(line(*from, to.unwrap_or(aim), Kind::Measure));
+                marks.strokes.push(line(*from, to.unwrap_or(aim), MarkMeaning::Measure));
             }
             Doing::Drag { .. } | Doing::Nothing => marks.strokes.extend(coming(editor)),
         }
         match editor.aim {
-            Snap::Node(at, _) | Snap::Imported(at, _) => marks.strokes.push(line(at, at, Kind::Caught)),
-            Snap::Middle(at, _) => marks.strokes.push(line(at, at, Kind::Middle)),
+            Snap::Node(at, _) | Snap::Imported(at, _) => {
+                marks.strokes.push(line(at, at, MarkMeaning::Caught));
+            }
+            Snap::Middle(at, _) => marks.strokes.push(line(at, at, MarkMeaning::Middle)),
             Snap::Free(_) | Snap::Grid(_) => {}
         }
         marks.cross = Some(spot(aim));
@@ -125,24 +128,24 @@ impl Marks {
 }
 
 /// The pad or the hole that a press would place.
-fn coming(editor: &Editor) -> Vec<Mark> {
+fn coming(editor: &Editor) -> Vec<DrawnMark> {
     let (at, pen) = (spot(editor.aim.at()), editor.pen);
-    let disc = |size: Length, kind| Mark { a_mm: at, b_mm: at, width_mm: Some(size.mm() as f32), kind };
+    let disc = |size: Length, kind| DrawnMark { a_mm: at, b_mm: at, width_mm: Some(size.mm() as f32), kind };
     match editor.tool {
-        Tool::Pad => vec![disc(pen.size, Kind::Coming(pen.layer))],
-        Tool::Hole => vec![disc(pen.diameter, Kind::Measure)],
+        Tool::Pad => vec![disc(pen.size, MarkMeaning::Coming(pen.layer))],
+        Tool::Hole => vec![disc(pen.diameter, MarkMeaning::Measure)],
         _ => Vec::new(),
     }
 }
 
-fn rim(strokes: &mut Vec<Mark>, body: &Body) {
+fn rim(strokes: &mut Vec<DrawnMark>, body: &Body) {
     for path in body.outline() {
         let points = path.flattened(0.01);
-        let stroke = |two: &[Point]| Mark {
+        let stroke = |two: &[Point]| DrawnMark {
             a_mm: spot(two[0]),
             b_mm: spot(two[1]),
             width_mm: None,
-            kind: Kind::Chosen,
+            kind: MarkMeaning::Chosen,
         };
         strokes.extend(points.windows(2).map(stroke));
     }

@@ -29,7 +29,8 @@ pub use tools::{Doing, Pointer, Tool};
 
 use crate::said::Text;
 use annulus_core::board::drawing::{
-    Catch, Drawing, Edit, Figures, Finder, History, Id, Imported, Layer, PadShape, Smallest, Snap, Thing,
+    Catch, Drawing, DrawingFigures, Edit, Finder, History, Id, Imported, Layer, PadShape, Smallest, Snap,
+    Thing,
 };
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
@@ -98,7 +99,7 @@ pub struct Grid {
 pub struct Editor {
     history: History,
     finder: Finder,
-    figures: Figures,
+    figures: DrawingFigures,
     pieces: Pieces,
     tree: Tree,
     /// What has another body since the figures were measured.
@@ -143,7 +144,7 @@ impl Editor {
     /// A drawing over what is imported.
     pub fn new(history: History, imported: Arc<Vec<Imported>>) -> Self {
         let finder = Finder::new(history.now(), imported);
-        let figures = Figures::new(history.now(), &finder);
+        let figures = DrawingFigures::new(history.now(), &finder);
         let smallest = figures.smallest();
         let pieces = Pieces::new(history.now(), &finder);
         let tree = Tree::new(history.now(), &finder);

@@ -25,7 +25,7 @@ const LAYERS: [Layer; 3] = [Layer::Bottom, Layer::Top, Layer::Edge];
 
 /// A hole as it is seen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drilled {
+pub struct HolePiece {
     /// What it is.
     pub catch: Catch,
     /// Its centre.
@@ -40,7 +40,7 @@ pub struct Sheet {
     /// Triangles by layer, the lowest first. Pieces that nothing touched are the same as before.
     pub areas: Vec<(Layer, Arc<Mesh>)>,
     /// Holes.
-    pub holes: Vec<Drilled>,
+    pub holes: Vec<HolePiece>,
     /// Nodes.
     pub nodes: Vec<[f32; 2]>,
     /// Middle lines of the board's edge: seen however narrow they are.
@@ -55,7 +55,7 @@ type Key = (bool, u32);
 #[derive(Clone, Debug, Default)]
 struct Piece {
     meshes: [Arc<Mesh>; 3],
-    holes: Vec<Drilled>,
+    holes: Vec<HolePiece>,
     nodes: Vec<[f32; 2]>,
     edges: Vec<[[f32; 2]; 2]>,
     bounds_mm: Option<[[f32; 2]; 2]>,
@@ -147,7 +147,7 @@ fn piece((drawn, number): Key, drawing: &Drawing, finder: &Finder) -> Piece {
                 piece.nodes.push(spot(*at));
             }
             (None, Some(at)) => {
-                piece.holes.push(Drilled { catch, at_mm: spot(*at), diameter: body.radius * 2 });
+                piece.holes.push(HolePiece { catch, at_mm: spot(*at), diameter: body.radius * 2 });
             }
             (None, None) => {}
         }

@@ -3,9 +3,11 @@
 //! Comes in: a [`Sheet`], what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on. Goes out: a [`Scene`] whose zero
 //! point is that of the drawing, and the lines over it. Does not know who looks.
 
-use super::marks::{Kind, Mark};
+use super::marks::{DrawnMark, MarkMeaning};
 use super::{Chosen, Marks, Sheet};
-use crate::view::{Colour, Disc, Layer as Area, Line, Palette, Plate, Scene, State, UNORDERED, Width};
+use crate::view::{
+    Colour, Disc, FilledLayer as Area, HoleState, Line, Palette, Plate, Scene, UNORDERED, Width,
+};
 use annulus_core::board::drawing::Layer;
 use annulus_core::units::Length;
 
@@ -52,11 +54,11 @@ pub fn scene(
     let mut sizes: Vec<Length> = sheet.holes.iter().map(|hole| hole.diameter).collect();
     sizes.sort_unstable();
     sizes.dedup();
-    let disc = |hole: &super::pieces::Drilled| Disc {
+    let disc = |hole: &super::pieces::HolePiece| Disc {
         centre_mm: hole.at_mm,
         radius_mm: hole.diameter.mm() as f32 / 2.0,
         colour: palette.tool(sizes.partition_point(|size| *size < hole.diameter)),
-        state: State::Planned,
+        state: HoleState::Planned,
         order: UNORDERED,
     };
     let node = |at: &[f32; 2]| line(*at, *at, Width::Px(4.0), palette.silk.alpha(150));
@@ -89,14 +91,14 @@ fn line(a_mm: [f32; 2], b_mm: [f32; 2], width: Width, colour: Colour) -> Line {
     Line { a_mm, b_mm, width, colour, order: UNORDERED }
 }
 
-fn stroke(mark: &Mark, palette: &Palette) -> Line {
+fn stroke(mark: &DrawnMark, palette: &Palette) -> Line {
     let (px, colour) = match mark.kind {
-        Kind::Chosen => (1.75, palette.selected),
-        Kind::Coming(layer) => (2.0, own(layer, palette).alpha(150)),
-        Kind::Box => (1.5, palette.current),
-        Kind::Measure => (2.0, palette.head),
-        Kind::Caught => (10.0, palette.current.alpha(200)),
-        Kind::Middle => (7.0, palette.current.alpha(160)),
+        MarkMeaning::Chosen => (1.75, palette.selected),
+        MarkMeaning::Coming(layer) => (2.0, own(layer, palette).alpha(150)),
+        MarkMeaning::Box => (1.5, palette.current),
+        MarkMeaning::Measure => (2.0, palette.head),
+        MarkMeaning::Caught => (10.0, palette.current.alpha(200)),
+        MarkMeaning::Middle => (7.0, palette.current.alpha(160)),
     };
     line(mark.a_mm, mark.b_mm, mark.width_mm.map_or(Width::Px(px), Width::Mm), colour)
 }

@@ -11,7 +11,7 @@
 
 use super::Editor;
 use crate::view::Touch;
-use annulus_core::board::drawing::{Catch, End, Snap, hole, node, pad, track};
+use annulus_core::board::drawing::{Catch, Snap, TrackEnd, hole, node, pad, track};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
@@ -124,8 +124,8 @@ fn in_eighths(from: Point, to: Point) -> Point {
 }
 
 /// The node that the drawing would use at a place, or a new one.
-fn end(at: Point) -> End {
-    End::At(at)
+fn end(at: Point) -> TrackEnd {
+    TrackEnd::At(at)
 }
 
 impl Editor {

@@ -2,7 +2,7 @@
 //!
 //! Comes in: bytes of a program. Goes out: its key. Does not know what it does.
 
-use crate::browser::{Answer, request};
+use crate::browser::{HttpAnswer, request};
 use crate::model::StartEvent;
 use crate::page;
 use crate::said::key;
@@ -25,7 +25,7 @@ struct Said {
     advice: String,
 }
 
-fn refused(answer: &Answer) -> Diagnostic {
+fn refused(answer: &HttpAnswer) -> Diagnostic {
     match serde_json::from_slice::<Refusal>(&answer.body) {
         Ok(Refusal { error }) => {
             failed(key!("page.link.said")).with("message", error.message).with("advice", error.advice)

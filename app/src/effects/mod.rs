@@ -20,7 +20,7 @@ mod store;
 mod worker;
 
 use crate::browser;
-use crate::model::{Clock, Effect, LabEvent, LinkEvent, PlayEvent};
+use crate::model::{Clocks, Effect, LabEvent, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
 use leptos::prelude::{request_animation_frame, set_timeout};
@@ -32,7 +32,7 @@ use worker::Workers;
 pub fn surroundings() -> Surroundings {
     let (workers, line) = (Workers::default(), Line::default());
     line.serial.listen();
-    let clock = || Clock { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
+    let clock = || Clocks { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
     Surroundings { run: Box::new(move |effect| run(&workers, &line, effect)), clock }
 }
 

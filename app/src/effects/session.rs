@@ -8,7 +8,7 @@
 //! Comes in: the address. Goes out: a session: id and key. Knows no socket.
 
 use crate::browser::{request, tab_storage, window};
-use annulus_core::wire::{Pair, Paired};
+use annulus_core::wire::{PairBody, Paired};
 
 const KEPT_AS: &str = "annulus.session";
 /// Stands there while this tab holds on to control.
@@ -28,7 +28,7 @@ pub(super) fn token_from_address() -> Option<String> {
 
 /// Exchanges `token` for a session.
 pub(super) async fn pair(token: String) -> Option<Paired> {
-    let body = serde_json::to_vec(&Pair { token }).ok()?;
+    let body = serde_json::to_vec(&PairBody { token }).ok()?;
     let headers = [("content-type", "application/json")];
     let answer = request("POST", "/api/pair", &headers, Some(&body)).await?;
     if answer.status != 200 {

@@ -5,7 +5,7 @@
 //! was made of it when another one is read.
 
 use annulus_core::board::Board;
-use annulus_core::cam::toolpaths::{Part, Planned};
+use annulus_core::cam::toolpaths::{Planned, PlannedOperation};
 use annulus_core::diagnostic::Diagnostic;
 use std::collections::VecDeque;
 
@@ -35,7 +35,7 @@ pub struct Cache {
     /// The last plan, with the board as it lies for it.
     last: Option<Last>,
     /// The latest last.
-    parts: VecDeque<(String, Part)>,
+    parts: VecDeque<(String, PlannedOperation)>,
     /// What must be read of programs that were proved, by the key of the program. The latest last.
     proofs: VecDeque<(String, Vec<String>)>,
 }
@@ -83,12 +83,12 @@ impl Cache {
     }
 
     /// The part that was planned under `key`.
-    pub(super) fn part(&self, key: &str) -> Option<Part> {
+    pub(super) fn part(&self, key: &str) -> Option<PlannedOperation> {
         self.parts.iter().find(|(kept, _)| kept == key).map(|(_, part)| part.clone())
     }
 
     /// Keeps a part; of those kept before, only the latest stay when there are more than a job of `operations` needs.
-    pub(super) fn keep_part(&mut self, key: String, part: Part, operations: usize) {
+    pub(super) fn keep_part(&mut self, key: String, part: PlannedOperation, operations: usize) {
         self.parts.retain(|(kept, _)| *kept != key);
         self.parts.push_back((key, part));
         while self.parts.len() > operations + MORE_PARTS {

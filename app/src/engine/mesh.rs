@@ -43,13 +43,13 @@ fn ring(path: &Path, origin: Point) -> LineString<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::geometry::{Island, Segment};
+    use annulus_core::geometry::{Island, PathSegment};
     use std::f64::consts::PI;
 
     /// A circle, counter-clockwise or as a hole.
     fn circle(x: f64, y: f64, radius: f64, clockwise: bool) -> Path {
         let (start, centre) = (Point::from_mm(x + radius, y), Point::from_mm(x, y));
-        Path { start, segments: vec![Segment::Arc { to: start, centre, clockwise }] }
+        Path { start, segments: vec![PathSegment::Arc { to: start, centre, clockwise }] }
     }
 
     fn square(side: f64) -> Path {

@@ -13,7 +13,7 @@ use annulus_core::job::Briefing;
 use annulus_core::machine::{self, Machine, Value};
 use annulus_core::motion::Timeline;
 use annulus_core::post::{self, OutputFile, RunSheet};
-use annulus_core::project::saved::{Project, Said};
+use annulus_core::project::saved::{Project, SaidOfFiles};
 use annulus_core::proof::{Finding, Group, Whole};
 use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
@@ -67,7 +67,7 @@ pub struct ToRead {
     /// Names and bytes; zips are opened. Drawings among them are laid over the others.
     pub files: Vec<(String, Vec<u8>)>,
     /// What a person says of them.
-    pub said: Said,
+    pub said: SaidOfFiles,
     /// The job file of a saved project; without it the board opens with what fits it.
     pub job: Option<String>,
     /// The machine, for the job that the board opens with; none for the virtual drill.
@@ -326,7 +326,7 @@ pub struct Laid {
 
 /// A plan and its program.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Planned {
+pub struct PlanReady {
     /// The place in the files' coordinates that becomes the work zero.
     pub origin: Point,
     /// For every way of the program, the operation that it belongs to.
@@ -364,7 +364,7 @@ pub struct PlannedBit {
     pub holes: Vec<u32>,
 }
 
-impl Planned {
+impl PlanReady {
     /// All holes in order of drilling.
     pub fn order(&self) -> Vec<u32> {
         self.bits.iter().flat_map(|bit| bit.holes.iter().copied()).collect()
@@ -419,7 +419,7 @@ impl Settings {
 
 /// What the worker says.
 #[derive(Debug, Serialize, Deserialize)]
-pub enum Report {
+pub enum WorkerReport {
     /// How far a request is.
     Progress {
         /// Which.
@@ -452,7 +452,7 @@ pub enum Answer {
     /// To [`Request::Trace`].
     Traced(Vec<Imported>),
     /// To [`Request::Plan`].
-    Planned(Box<Planned>),
+    Planned(Box<PlanReady>),
     /// To [`Request::Prove`].
     Proved(Proved),
     /// To [`Request::Export`].

@@ -6,16 +6,16 @@
 //!                                        └─ … ─▶ assemble ─▶ lower ─▶ program
 //! ```
 //!
-//! Comes in: what to plan, the cache. Goes out: [`Planned`]. Does not know workers.
+//! Comes in: what to plan, the cache. Goes out: [`PlanReady`]. Does not know workers.
 
 use super::cache::{Cache, Last};
 use super::copper::layers;
-use super::messages::{Laid, Planned, PlannedBit, ToPlan};
+use super::messages::{Laid, PlanReady, PlannedBit, ToPlan};
 use crate::picture;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam;
 use annulus_core::cam::figures::figures;
-use annulus_core::cam::toolpaths::{self, Means, Part, Scene, Stroke};
+use annulus_core::cam::toolpaths::{self, DrillCycle, Means, PlacedBoard, PlannedOperation};
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Program;
@@ -39,9 +39,9 @@ pub(super) fn side(
 ) -> Result<Side, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
-    let scene = Scene::of(cache.board(wanted.board_key)?, work);
+    let scene = PlacedBoard::of(cache.board(wanted.board_key)?, work);
     let options = cam::PlanOptions {
-        group: if wanted.loaded.is_some() { cam::Group::LoadedFirst } else { cam::Group::Ascending },
+        group: if wanted.loaded.is_some() { cam::BitOrder::LoadedFirst } else { cam::BitOrder::Ascending },
         loaded: wanted.loaded,
         accept: wanted.accept.clone(),
         lost: cache.lost(),
@@ -54,7 +54,7 @@ pub(super) fn side(
     for (done, &index) in operations.iter().enumerate() {
         progress(done as u64, operations.len() as u64);
         let key = format!("{}|{:?}", toolpaths::key(work, index, &machine), wanted.loaded);
-        let known = cache.part(&key).map(|part| Part { operation: index as u32, ..part });
+        let known = cache.part(&key).map(|part| PlannedOperation { operation: index as u32, ..part });
         let part = match known {
             Some(part) => part,
             None => {
@@ -75,7 +75,7 @@ pub(super) fn plan(
     wanted: &ToPlan,
     cache: &mut Cache,
     progress: &mut dyn FnMut(u64, u64),
-) -> Result<Planned, Vec<Diagnostic>> {
+) -> Result<PlanReady, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
     let Side { planned, program, diagnostics } = side(wanted, cache, progress)?;
@@ -89,7 +89,7 @@ pub(super) fn plan(
         let count: usize = part.tasks.iter().map(|task| task.toolpaths.len()).sum();
         std::iter::repeat_n(part.operation as u16, count)
     });
-    let answer = Planned {
+    let answer = PlanReady {
         origin: planned.origin,
         toolpath_operations: toolpath_operations.collect(),
         bits,
@@ -123,10 +123,10 @@ fn laid(board: &Board, work: &Work) -> Laid {
 }
 
 /// The bits that drill, in order of use, with the holes of the board that each makes.
-fn bits(parts: &[Part], board: &Board) -> Vec<PlannedBit> {
+fn bits(parts: &[PlannedOperation], board: &Board) -> Vec<PlannedBit> {
     let mut bits: Vec<PlannedBit> = Vec::new();
     for task in parts.iter().flat_map(|part| &part.tasks) {
-        let holes: Vec<u32> = task.strokes.iter().filter_map(|stroke: &Stroke| stroke.hole).collect();
+        let holes: Vec<u32> = task.strokes.iter().filter_map(|stroke: &DrillCycle| stroke.hole).collect();
         if holes.is_empty() {
             continue;
         }

@@ -46,7 +46,7 @@ pub(super) fn to_be_read(board: &Board, program: &Program, work: &Work, cache: &
 
 fn verdict(board: &Board, program: &Program, work: &Work) -> Verdict {
     let face = work.setup.face;
-    let options = proof::Options::of(face, work.promised(face));
+    let options = proof::ProofOptions::of(face, work.promised(face));
     proof::prove(board, std::slice::from_ref(program), &options)
 }
 

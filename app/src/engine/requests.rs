@@ -10,7 +10,7 @@
 //!
 //! Comes in: requests. Goes out: futures of answers. Does not know what is read or planned.
 
-use super::messages::{Answer, Envelope, Report, Request};
+use super::messages::{Answer, Envelope, Request, WorkerReport};
 use super::{Stopped, worker};
 use annulus_core::diagnostic::Diagnostic;
 use futures_channel::oneshot;
@@ -108,16 +108,16 @@ fn hire(requests: &Rc<RefCell<Requests>>) -> Result<Staff, JsValue> {
 fn hear(requests: &Rc<RefCell<Requests>>, data: &JsValue) {
     let bytes = js_sys::Uint8Array::new(data).to_vec();
     match postcard::from_bytes(&bytes) {
-        Ok(Report::Progress { id, done, total }) => {
+        Ok(WorkerReport::Progress { id, done, total }) => {
             tell_progress(requests, id, done as f64 / (total as f64).max(1.0));
         }
-        Ok(Report::Done { id, answer }) => {
+        Ok(WorkerReport::Done { id, answer }) => {
             let pending = requests.borrow_mut().pending.remove(&id);
             if let Some(pending) = pending {
                 let _ = pending.answer.send(answer.map_err(Stopped::Refused));
             }
         }
-        Ok(Report::Panicked(words)) => requests.borrow_mut().last_words = Some(words),
+        Ok(WorkerReport::Panicked(words)) => requests.borrow_mut().last_words = Some(words),
         Err(error) => fell_over(requests, &error.to_string()),
     }
 }

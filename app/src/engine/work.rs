@@ -59,7 +59,7 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
     said.say_roles(&mut artwork);
     let mut used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
     let mut diagnostics = drawing::lay_over_all(&wanted.files, &mut artwork, &mut used);
-    let asked = board::Wanted { copper: true, aligned: said.aligned };
+    let asked = board::BoardWanted { copper: true, aligned: said.aligned };
     let (mut board, more) = board::from_artwork_with(&artwork, &used, asked);
     diagnostics.extend(more);
     let body = picture::body(&board);
@@ -228,14 +228,14 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Diagnostic>> {
 #[cfg(test)]
 mod tests {
     use super::super::messages::{
-        Envelope, Exported, Planned, Proved, Settings, ToExport, ToOpen, ToPlan, ToProve,
+        Envelope, Exported, PlanReady, Proved, Settings, ToExport, ToOpen, ToPlan, ToProve,
     };
     use super::*;
     use annulus_core::cam;
-    use annulus_core::cam::work::Action;
+    use annulus_core::cam::work::OperationKind;
     use annulus_core::geometry::{Island, Path, Point, Region};
     use annulus_core::post::SheetRow;
-    use annulus_core::project::saved::{Numbers, Project, Said};
+    use annulus_core::project::saved::{NumberReading, Project, SaidOfFiles};
     use annulus_core::proof;
     use annulus_core::units::Length;
 
@@ -254,17 +254,17 @@ mod tests {
     }
 
     /// A job that drills in this order.
-    fn drilling(order: cam::Order) -> Work {
+    fn drilling(order: cam::HoleOrder) -> Work {
         let mut work = reading().0.work;
         for operation in &mut work.operations {
-            if let Action::Drill(drill) = &mut operation.action {
+            if let OperationKind::Drill(drill) = &mut operation.action {
                 drill.order = order;
             }
         }
         work
     }
 
-    fn planned(order: cam::Order, told: &mut Vec<(u64, u64)>) -> Planned {
+    fn planned(order: cam::HoleOrder, told: &mut Vec<(u64, u64)>) -> PlanReady {
         let machine = Settings::of(&virtual_drill());
         let wanted =
             ToPlan { board_key: 3, machine, work: drilling(order), loaded: None, accept: vec![], laid: None };
@@ -301,7 +301,7 @@ mod tests {
         let files = [("a.gbr", copper), ("a.drl", drill + "M30\n")];
         let files = files.map(|(name, text)| (name.to_owned(), text.into_bytes())).to_vec();
         for (aligned, y) in [(false, -20.124), (true, 0.0)] {
-            let said = Said { aligned, ..Said::default() };
+            let said = SaidOfFiles { aligned, ..SaidOfFiles::default() };
             let wanted = ToRead { files: files.clone(), said, ..ToRead::default() };
             let reading = read(&wanted, &mut Cache::default());
             let found = reading.board.holes[0].at.y.mm();
@@ -311,12 +311,12 @@ mod tests {
 
     #[test]
     fn a_saved_project_opens_as_it_was() {
-        let said = Said {
-            numbers: Numbers { units: Some("mm".to_owned()), ..Numbers::default() },
+        let said = SaidOfFiles {
+            numbers: NumberReading { units: Some("mm".to_owned()), ..NumberReading::default() },
             used: Some(vec!["b.drl".to_owned()]),
-            ..Said::default()
+            ..SaidOfFiles::default()
         };
-        let mut work = drilling(cam::Order::File);
+        let mut work = drilling(cam::HoleOrder::File);
         work.setup.panel.columns = 2;
         let job = Some(project::write(&work));
         let files = ["a.drl", "b.drl"].map(|name| (name.to_owned(), DRILL.to_vec())).to_vec();
@@ -337,7 +337,7 @@ mod tests {
 
     #[test]
     fn a_plan_drills_every_hole_once_and_is_no_longer_than_the_file() {
-        for order in [cam::Order::Shortest, cam::Order::Fastest, cam::Order::File] {
+        for order in [cam::HoleOrder::Shortest, cam::HoleOrder::Fastest, cam::HoleOrder::File] {
             let mut told = Vec::new();
             let planned = planned(order, &mut told);
             let mut holes = planned.order();
@@ -350,7 +350,7 @@ mod tests {
 
     #[test]
     fn a_program_is_timed_and_its_digest_repeats() {
-        let planned = planned(cam::Order::Shortest, &mut Vec::new());
+        let planned = planned(cam::HoleOrder::Shortest, &mut Vec::new());
         let wanted = ToTime { program: planned.program, machine: Settings::of(&virtual_drill()) };
         let time = || perform(Request::Time(wanted.clone()), &mut Cache::default(), &mut |_, _| {});
         let Ok(Answer::Timed(timed)) = time() else { panic!("{:?}", time()) };
@@ -366,7 +366,7 @@ mod tests {
         let request = Request::Plan(ToPlan {
             board_key: 3,
             machine,
-            work: drilling(cam::Order::Fastest),
+            work: drilling(cam::HoleOrder::Fastest),
             loaded: None,
             accept: vec!["x".to_owned()],
             laid: None,
@@ -519,7 +519,7 @@ mod tests {
         let files = vec![copper("left"), copper("right"), drill("left"), drill("right")];
         let wanted = |board: Option<&str>| ToRead {
             files: files.clone(),
-            said: Said { board: board.map(str::to_owned), ..Said::default() },
+            said: SaidOfFiles { board: board.map(str::to_owned), ..SaidOfFiles::default() },
             ..ToRead::default()
         };
         let both = read(&wanted(None), &mut Cache::default());
@@ -556,11 +556,11 @@ mod tests {
             operation: Some("@page.cam.word.clear".to_owned()),
             cures: vec![cure],
             agreed: true,
-            ..proof::Finding::new(proof::Kind::Shallow, at, Length::from_um(5), vec!["GND".to_owned()])
+            ..proof::Finding::new(proof::FindingKind::Shallow, at, Length::from_um(5), vec!["GND".to_owned()])
         };
         let whole = proof::Whole { gaps: 3, shallower: None, rest: 3, tip: None, tip_opens: 0 };
         let groups = vec![proof::Group {
-            kind: proof::Kind::Shallow,
+            kind: proof::FindingKind::Shallow,
             must_be_read: false,
             tool: None,
             count: 2,

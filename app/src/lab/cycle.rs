@@ -10,10 +10,10 @@
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Law, Machine};
-use annulus_core::motion::coordination::{Cycle, Rules, cycle_s, cycles, sequential_s};
+use annulus_core::motion::coordination::{Cycle, SpindleRules, cycle_s, cycles, sequential_s};
 use annulus_core::motion::one_by_one::one_by_one;
-use annulus_core::motion::profile::{Profile, Shape, choose, plan};
-use annulus_core::motion::{Limits, Motion, Part, drill_cycles};
+use annulus_core::motion::profile::{MotionLaw, Profile, choose, plan};
+use annulus_core::motion::{AxisMove, Limits, Motion, drill_cycles};
 use annulus_core::steps::TICK_HZ;
 
 /// Holes shown.
@@ -24,7 +24,7 @@ const POINTS: usize = 60;
 
 /// What came of it.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Shown {
+pub struct CycleShown {
     /// Speed of the plane over ms, mm/s.
     pub speed: Vec<[f64; 2]>,
     /// Height of the tip over the board's surface over ms, mm.
@@ -44,22 +44,23 @@ pub struct Shown {
 }
 
 /// Some holes in a row, `hop_mm` apart along X.
-pub fn shown(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
+pub fn shown(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     if drill_cycles::overlaps(machine) { together(machine, hop_mm) } else { apart(machine, hop_mm) }
 }
 
 /// Plane and spindles together.
-fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
+fn together(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     let limits = Limits::of_axis(machine, &machine.x);
     let shape = match machine.motion.plane {
-        Law::Linear => Shape::Linear,
-        Law::SCurve => Shape::SCurve,
-        Law::Power => Shape::Power(machine.motion.order),
+        Law::Linear => MotionLaw::Linear,
+        Law::SCurve => MotionLaw::SCurve,
+        Law::Power => MotionLaw::Power(machine.motion.order),
         Law::Automatic => choose(hop_mm, limits)?.choice,
     };
     let hop = plan(shape, hop_mm, limits)?;
     let (times, down, up) = drill_cycles::own(machine)?;
-    let rules = Rules { settle_s: machine.settle_ms * 1e-3, latency_s: machine.overlap.latency_ms * 1e-3 };
+    let rules =
+        SpindleRules { settle_s: machine.settle_ms * 1e-3, latency_s: machine.overlap.latency_ms * 1e-3 };
     let spindles = vec![times; machine.spindles.max(1) as usize];
     let found = cycles(&[hop.duration_s(); HOLES], rules, &spindles)?;
     let top_mm = machine.process.safe_height.mm();
@@ -73,7 +74,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
     }
     let end_ms = height.last().map_or(0.0, |point| point[0]);
     speed.push([end_ms, 0.0]);
-    Ok(Shown {
+    Ok(CycleShown {
         speed,
         height,
         cycles: found,
@@ -86,7 +87,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
 }
 
 /// One after the other: the machine's own moves, profiles or takts.
-fn apart(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
+fn apart(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     // A length has no sign.
     let hop_mm = if hop_mm >= 0.0 { hop_mm } else { f64::NAN };
     let found = one_by_one(machine, &[[hop_mm, 0.0]; HOLES])?;
@@ -103,7 +104,7 @@ fn apart(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
     }
     speed.push([1000.0 * found.timeline.total_s(), 0.0]);
     let last = found.cycles.last().and_then(|cycle| cycle.cycle_s);
-    Ok(Shown {
+    Ok(CycleShown {
         speed,
         height,
         clear_mm: machine.overlap.clear_mm,
@@ -116,7 +117,7 @@ fn apart(machine: &Machine, hop_mm: f64) -> Result<Shown, Diagnostic> {
 }
 
 /// Speed of a part of a move along one axis: of takts, that of every stretch.
-fn part_speed(part: &Part, from_s: f64, mm_per_step: f64) -> Vec<[f64; 2]> {
+fn part_speed(part: &AxisMove, from_s: f64, mm_per_step: f64) -> Vec<[f64; 2]> {
     match &part.motion {
         Motion::Line(stroke) => way(from_s, part.duration_s(), |t| stroke.speed(t)),
         Motion::Path(route) => way(from_s, part.duration_s(), |t| route.path.speed(t)),

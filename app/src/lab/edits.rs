@@ -3,8 +3,8 @@
 //! Comes in: an edit. Goes out: the next bench; and as text, to be kept over a reload. Does not know the machine.
 
 use super::motion::{self, StateRow};
-use super::phases::{self, Edit};
-use super::queue::{self, Line};
+use super::phases::{self, TableEdit};
+use super::queue::{self, QueueLine};
 use crate::format;
 use annulus_core::machine::{Machine, Value, axis_name};
 use serde::{Deserialize, Serialize};
@@ -31,13 +31,13 @@ pub struct LabEdits {
     /// What was typed into the fields of the experiments, by name; none where the field has its own value.
     pub fields: BTreeMap<String, String>,
     /// Work commands.
-    pub queue: Vec<Line>,
+    pub queue: Vec<QueueLine>,
 }
 
 impl LabEdits {
     /// The bench with the table of `motor` edited, which so far is `columns`.
     #[must_use]
-    pub fn with_table(&self, motor: usize, columns: &[u8], edit: &Edit) -> Self {
+    pub fn with_table(&self, motor: usize, columns: &[u8], edit: &TableEdit) -> Self {
         let mut next = self.clone();
         if let Some(table) = next.tables.get_mut(motor) {
             *table = Some(phases::edited(columns, edit));
@@ -68,7 +68,7 @@ impl LabEdits {
     }
 
     /// The bench after an edit of the work commands, and the line to be at.
-    pub fn with_queue(&self, edit: &queue::Edit) -> (Self, usize) {
+    pub fn with_queue(&self, edit: &queue::QueueEdit) -> (Self, usize) {
         let (lines, at) = queue::edited(&self.queue, edit);
         (Self { queue: lines, ..self.clone() }, at)
     }
@@ -135,7 +135,7 @@ impl LabEdits {
 mod tests {
     use super::*;
     use crate::lab::motion::Column;
-    use crate::lab::phases::{Block, Cell};
+    use crate::lab::phases::{Cell, CellBlock};
     use annulus_core::machine::{apply, lab};
 
     #[test]
@@ -175,7 +175,7 @@ mod tests {
     fn what_is_kept_comes_back_and_rubbish_is_an_empty_bench() {
         let cell = Cell { line: 1, column: 2 };
         let bench = LabEdits::default()
-            .with_table(1, &[1, 2, 4], &Edit::Toggle(Block::at(cell)))
+            .with_table(1, &[1, 2, 4], &TableEdit::Toggle(CellBlock::at(cell)))
             .with_field("move.length", "12,5".to_owned());
         assert_eq!(bench.tables, [None, Some(vec![1, 2, 6]), None]);
         assert_eq!(LabEdits::of_kept(&bench.kept()), bench);
@@ -185,6 +185,6 @@ mod tests {
         }
         let long = format!("{{\"tables\":[{:?},null,null]}}", vec![1; 500]);
         assert_eq!(LabEdits::of_kept(&long).tables[0].as_ref().map(Vec::len), Some(phases::MOST_COLUMNS));
-        assert_eq!(bench.with_table(9, &[1], &Edit::Rotate(1)), bench);
+        assert_eq!(bench.with_table(9, &[1], &TableEdit::Rotate { by: 1 }), bench);
     }
 }

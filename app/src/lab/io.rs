@@ -15,7 +15,7 @@ pub const INPUTS: usize = Input::ALL.len();
 
 /// What is known of the inputs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Inputs {
+pub struct KnownInputs {
     /// Bits as last seen; none before the first status.
     pub bits: Option<u32>,
     /// Changes seen, by input.
@@ -24,7 +24,7 @@ pub struct Inputs {
     pub changed_ms: [Option<f64>; INPUTS],
 }
 
-impl Inputs {
+impl KnownInputs {
     /// Whether `input` is on.
     pub fn on(&self, input: Input) -> bool {
         self.bits.is_some_and(|bits| bits & input.bit() != 0)
@@ -145,7 +145,7 @@ mod tests {
     #[test]
     fn edges_are_counted_from_the_second_status_on() {
         let x_min = Input::XMin.bit();
-        let inputs = Inputs::default().seen(1.0, x_min).seen(2.0, 0).seen(3.0, x_min).seen(4.0, x_min);
+        let inputs = KnownInputs::default().seen(1.0, x_min).seen(2.0, 0).seen(3.0, x_min).seen(4.0, x_min);
         assert!(inputs.on(Input::XMin) && !inputs.on(Input::XMax));
         assert_eq!((inputs.edges[0], inputs.changed_ms[0]), (2, Some(3.0)));
         assert_eq!((inputs.edges[1], inputs.changed_ms[1]), (0, None));

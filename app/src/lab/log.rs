@@ -16,13 +16,20 @@ const MOST_ENTRIES: usize = 500;
 
 /// Something that happened.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Event {
+pub enum LogEvent {
     /// The machine does something else now.
     State(State),
     /// An alarm.
     Alarm(Diagnostic),
     /// A job ended, after so many holes and so many toolpaths.
-    Ended(Ending, u32, u32),
+    Ended {
+        /// How it ended.
+        ending: Ending,
+        /// How many holes.
+        holes: u32,
+        /// How many toolpaths.
+        toolpaths: u32,
+    },
     /// A wish was refused.
     Refused(Diagnostic),
     /// This page asked for something, by its name on the wire.
@@ -37,12 +44,15 @@ pub enum Event {
     /// The machine's settings are others now.
     Settings,
     /// The link came or went.
-    Link(bool),
+    Link {
+        /// It came, else it went.
+        open: bool,
+    },
 }
 
 /// What an entry is about.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum Topic {
     /// The machine and its jobs.
     Machine,
     /// Alarms and refusals.
@@ -53,38 +63,38 @@ pub enum Kind {
     Link,
 }
 
-impl Kind {
+impl Topic {
     /// All of them, in the order of the filter.
     pub const ALL: [Self; 4] = [Self::Machine, Self::Trouble, Self::Asked, Self::Link];
 }
 
-impl Event {
+impl LogEvent {
     /// What it is about.
-    pub fn kind(&self) -> Kind {
+    pub fn kind(&self) -> Topic {
         match self {
-            Self::State(_) | Self::Ended(..) => Kind::Machine,
-            Self::Alarm(_) | Self::Refused(_) => Kind::Trouble,
-            Self::Asked(_) => Kind::Asked,
-            Self::Control { .. } | Self::Settings | Self::Link(_) => Kind::Link,
+            Self::State(_) | Self::Ended { .. } => Topic::Machine,
+            Self::Alarm(_) | Self::Refused(_) => Topic::Trouble,
+            Self::Asked(_) => Topic::Asked,
+            Self::Control { .. } | Self::Settings | Self::Link { .. } => Topic::Link,
         }
     }
 }
 
 /// An event with its number and its time.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Entry {
+pub struct LogEntry {
     /// Counts from 1 and never repeats.
     pub number: u64,
     /// Milliseconds since 1970.
     pub at_ms: f64,
     /// What happened.
-    pub event: Event,
+    pub event: LogEvent,
 }
 
 /// The last events.
 #[derive(Clone, Debug, Default)]
 pub struct Log {
-    entries: VecDeque<Entry>,
+    entries: VecDeque<LogEntry>,
     count: u64,
     state: Option<State>,
     alarm: Option<Diagnostic>,
@@ -92,9 +102,9 @@ pub struct Log {
 
 impl Log {
     /// Adds an event.
-    pub fn add(&mut self, at_ms: f64, event: Event) {
+    pub fn add(&mut self, at_ms: f64, event: LogEvent) {
         self.count += 1;
-        self.entries.push_back(Entry { number: self.count, at_ms, event });
+        self.entries.push_back(LogEntry { number: self.count, at_ms, event });
         if self.entries.len() > MOST_ENTRIES {
             self.entries.pop_front();
         }
@@ -109,19 +119,19 @@ impl Log {
     pub fn seen(&mut self, at_ms: f64, status: &Status) -> bool {
         let before = self.count;
         if self.state.replace(status.state) != Some(status.state) {
-            self.add(at_ms, Event::State(status.state));
+            self.add(at_ms, LogEvent::State(status.state));
         }
         if self.alarm != status.alarm {
             self.alarm.clone_from(&status.alarm);
             if let Some(alarm) = &status.alarm {
-                self.add(at_ms, Event::Alarm(alarm.clone()));
+                self.add(at_ms, LogEvent::Alarm(alarm.clone()));
             }
         }
         self.count > before
     }
 
     /// Entries of the kinds that `wanted` lets through, the newest first.
-    pub fn newest(&self, wanted: impl Fn(Kind) -> bool) -> Vec<Entry> {
+    pub fn newest(&self, wanted: impl Fn(Topic) -> bool) -> Vec<LogEntry> {
         self.entries.iter().rev().filter(|entry| wanted(entry.event.kind())).cloned().collect()
     }
 
@@ -156,15 +166,17 @@ mod tests {
         for number in 0..600 {
             log.add(
                 f64::from(number),
-                if number % 2 == 0 { Event::Settings } else { Event::Asked("home".into()) },
+                if number % 2 == 0 { LogEvent::Settings } else { LogEvent::Asked("home".into()) },
             );
         }
         assert_eq!(log.newest(|_| true).len(), MOST_ENTRIES);
         assert_eq!(log.newest(|_| true)[0].number, 600);
-        assert!(log.newest(|kind| kind == Kind::Asked).iter().all(|entry| entry.event.kind() == Kind::Asked));
-        assert_eq!(log.newest(|kind| kind == Kind::Trouble), []);
+        assert!(
+            log.newest(|kind| kind == Topic::Asked).iter().all(|entry| entry.event.kind() == Topic::Asked)
+        );
+        assert_eq!(log.newest(|kind| kind == Topic::Trouble), []);
         log.clear();
-        log.add(0.0, Event::Link(true));
+        log.add(0.0, LogEvent::Link { open: true });
         assert_eq!(log.newest(|_| true)[0].number, 601);
     }
 

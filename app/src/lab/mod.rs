@@ -20,5 +20,5 @@ pub mod trial;
 pub mod undo;
 
 pub use edits::LabEdits;
-pub use panel::Panel;
-pub use undo::History;
+pub use panel::LabPanel;
+pub use undo::LabHistory;

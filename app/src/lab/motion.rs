@@ -163,7 +163,7 @@ pub fn curve(profile: &Profile, value: impl Fn(&Profile, f64) -> f64) -> Vec<[f6
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::motion::profile::{Limits, Shape, plan};
+    use annulus_core::motion::profile::{Limits, MotionLaw, plan};
 
     #[test]
     fn rows_and_table_say_the_same() {
@@ -211,7 +211,7 @@ mod tests {
     #[test]
     fn curves_keep_their_jumps() {
         let limits = Limits { speed_mm_per_s: 100.0, acceleration_mm_per_s2: 1000.0, jerk_mm_per_s3: 1e5 };
-        let profile = plan(Shape::Linear, 50.0, limits).unwrap();
+        let profile = plan(MotionLaw::Linear, 50.0, limits).unwrap();
         let a = curve(&profile, Profile::acceleration);
         assert_eq!((a.first().unwrap()[1], a.last().unwrap()[1]), (1000.0, -1000.0));
         let s = curve(&profile, Profile::position_mm);

@@ -4,7 +4,7 @@
 
 /// A part of the sheet of motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Part {
+pub enum PanelPart {
     /// The integer table.
     #[default]
     Dynamics,
@@ -14,14 +14,14 @@ pub enum Part {
     Cycle,
 }
 
-impl Part {
+impl PanelPart {
     /// All of them, in the order they stand.
     pub const ALL: [Self; 3] = [Self::Dynamics, Self::Profiles, Self::Cycle];
 }
 
 /// One sheet of the Lab.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Panel {
+pub enum LabPanel {
     /// Inputs and outputs.
     Io,
     /// Work commands.
@@ -37,7 +37,7 @@ pub enum Panel {
     Log,
 }
 
-impl Panel {
+impl LabPanel {
     /// All of them, in the order they stand.
     pub const ALL: [Self; 6] = [Self::Io, Self::Queue, Self::Phases, Self::Motion, Self::Servo, Self::Log];
 
@@ -77,13 +77,13 @@ mod tests {
 
     #[test]
     fn addresses_find_their_sheet() {
-        for sheet in Panel::ALL {
-            assert_eq!(Panel::of_address(&format!("#/lab/{}", sheet.word())), Some(sheet));
+        for sheet in LabPanel::ALL {
+            assert_eq!(LabPanel::of_address(&format!("#/lab/{}", sheet.word())), Some(sheet));
         }
         for other in ["#/lab", "#/lab/", "#/lab/none", "#/machine/io", "", "#t=abc"] {
-            assert_eq!(Panel::of_address(other), None, "{other}");
+            assert_eq!(LabPanel::of_address(other), None, "{other}");
         }
-        assert_eq!(Panel::Io.beside(-1), Panel::Log);
-        assert_eq!(Panel::Log.beside(1), Panel::Io);
+        assert_eq!(LabPanel::Io.beside(-1), LabPanel::Log);
+        assert_eq!(LabPanel::Log.beside(1), LabPanel::Io);
     }
 }

@@ -12,7 +12,7 @@ pub const MOST_COLUMNS: usize = 64;
 
 /// One line of the table: a bit of the byte.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Line {
+pub struct PhaseLine {
     /// Which bit.
     pub bit: u8,
     /// Its name on the drive; the digit is the winding, the letter its half.
@@ -21,19 +21,19 @@ pub struct Line {
     pub volts: u8,
 }
 
-impl Line {
+impl PhaseLine {
     /// The bit as a mask.
     pub fn mask(self) -> u8 {
         1 << self.bit
     }
 }
 
-const fn line(bit: u8, name: &'static str, volts: u8) -> Line {
-    Line { bit, name, volts }
+const fn line(bit: u8, name: &'static str, volts: u8) -> PhaseLine {
+    PhaseLine { bit, name, volts }
 }
 
 /// The lines there are; bits 4 and 7 are not wired.
-pub const LINES: [Line; 6] = [
+pub const LINES: [PhaseLine; 6] = [
     line(0, "1a", 5),
     line(1, "1b", 5),
     line(2, "2a", 5),
@@ -53,14 +53,14 @@ pub struct Cell {
 
 /// The cells between two corners, both inside.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Block {
+pub struct CellBlock {
     /// Where the choice began.
     pub anchor: Cell,
     /// Where it is now.
     pub cursor: Cell,
 }
 
-impl Block {
+impl CellBlock {
     /// One cell.
     pub fn at(cell: Cell) -> Self {
         Self { anchor: cell, cursor: cell }
@@ -110,38 +110,49 @@ pub struct Clip {
 
 /// An edit of a table.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Edit {
+pub enum TableEdit {
     /// One cell on or off; a block becomes what its first cell is not.
-    Toggle(Block),
+    Toggle(CellBlock),
     /// Off.
-    Clear(Block),
+    Clear(CellBlock),
     /// On becomes off and off on.
-    Invert(Block),
+    Invert(CellBlock),
     /// Left becomes right, within the block.
-    Mirror(Block),
+    Mirror(CellBlock),
     /// All columns on by so many, round the end.
-    Rotate(isize),
+    Rotate {
+        /// How many columns; below 0 to the left.
+        by: isize,
+    },
     /// So many columns: cut off, or repeated from the beginning.
-    Length(usize),
+    Length {
+        /// How many.
+        columns: usize,
+    },
     /// A copied block with its first cell here; what does not fit is left out.
-    Paste(Cell, Clip),
+    Paste {
+        /// Where its first cell goes.
+        at: Cell,
+        /// What was copied.
+        clip: Clip,
+    },
     /// Another table in its place.
     Replace(Vec<u8>),
 }
 
 /// `columns` after `edit`.
-pub fn edited(columns: &[u8], edit: &Edit) -> Vec<u8> {
+pub fn edited(columns: &[u8], edit: &TableEdit) -> Vec<u8> {
     let mut next = columns.to_vec();
     match edit {
-        Edit::Toggle(block) => {
+        TableEdit::Toggle(block) => {
             let (top, _) = block.lines();
             let (left, _) = block.columns(columns.len());
             let on = !is_on(columns, Cell { line: top, column: left });
             each(&mut next, *block, |byte, mask| if on { byte | mask } else { byte & !mask });
         }
-        Edit::Clear(block) => each(&mut next, *block, |byte, mask| byte & !mask),
-        Edit::Invert(block) => each(&mut next, *block, |byte, mask| byte ^ mask),
-        Edit::Mirror(block) => {
+        TableEdit::Clear(block) => each(&mut next, *block, |byte, mask| byte & !mask),
+        TableEdit::Invert(block) => each(&mut next, *block, |byte, mask| byte ^ mask),
+        TableEdit::Mirror(block) => {
             let ((top, bottom), (left, right)) = (block.lines(), block.columns(columns.len()));
             for line in top..=bottom {
                 for column in left..=right.min(columns.len().saturating_sub(1)) {
@@ -150,29 +161,29 @@ pub fn edited(columns: &[u8], edit: &Edit) -> Vec<u8> {
                 }
             }
         }
-        Edit::Rotate(by) if !next.is_empty() => {
+        TableEdit::Rotate { by } if !next.is_empty() => {
             let count = next.len() as isize;
             next.rotate_right(by.rem_euclid(count) as usize);
         }
-        Edit::Rotate(_) => {}
-        Edit::Length(count) => {
+        TableEdit::Rotate { .. } => {}
+        TableEdit::Length { columns: count } => {
             let count = (*count).clamp(1, MOST_COLUMNS);
             let source = if columns.is_empty() { &[0][..] } else { columns };
             next = source.iter().copied().cycle().take(count).collect();
         }
-        Edit::Paste(at, clip) => {
+        TableEdit::Paste { at, clip } => {
             for (down, row) in clip.cells.iter().enumerate() {
                 for (right, on) in row.iter().enumerate() {
                     set(&mut next, Cell { line: at.line + down, column: at.column + right }, *on);
                 }
             }
         }
-        Edit::Replace(other) => next.clone_from(other),
+        TableEdit::Replace(other) => next.clone_from(other),
     }
     next
 }
 
-fn each(columns: &mut [u8], block: Block, change: impl Fn(u8, u8) -> u8) {
+fn each(columns: &mut [u8], block: CellBlock, change: impl Fn(u8, u8) -> u8) {
     let ((top, bottom), (left, right)) = (block.lines(), block.columns(columns.len()));
     for byte in columns.iter_mut().take(right + 1).skip(left) {
         for line in &LINES[top..=bottom] {
@@ -194,20 +205,20 @@ pub fn is_on(columns: &[u8], cell: Cell) -> bool {
 }
 
 /// The cells of `block`.
-pub fn copied(columns: &[u8], block: Block) -> Clip {
+pub fn copied(columns: &[u8], block: CellBlock) -> Clip {
     let ((top, bottom), (left, right)) = (block.lines(), block.columns(columns.len()));
     let row = |line| (left..=right).map(|column| is_on(columns, Cell { line, column })).collect();
     Clip { cells: (top..=bottom).map(row).collect() }
 }
 
 /// The whole of a table of `count` columns.
-pub fn whole(count: usize) -> Block {
+pub fn whole(count: usize) -> CellBlock {
     let last = Cell { line: LINES.len() - 1, column: count.saturating_sub(1) };
-    Block { anchor: Cell::default(), cursor: last }
+    CellBlock { anchor: Cell::default(), cursor: last }
 }
 
 /// Stretches of columns in which `line` is on: first column and the one behind the last.
-pub fn stretches(columns: &[u8], line: Line) -> Vec<(usize, usize)> {
+pub fn stretches(columns: &[u8], line: PhaseLine) -> Vec<(usize, usize)> {
     let mut found: Vec<(usize, usize)> = Vec::new();
     for (column, _) in columns.iter().enumerate().filter(|(_, byte)| **byte & line.mask() != 0) {
         match found.last_mut() {
@@ -228,58 +239,58 @@ mod tests {
         Cell { line, column }
     }
 
-    fn block(from: (usize, usize), to: (usize, usize)) -> Block {
-        Block { anchor: cell(from.0, from.1), cursor: cell(to.0, to.1) }
+    fn block(from: (usize, usize), to: (usize, usize)) -> CellBlock {
+        CellBlock { anchor: cell(from.0, from.1), cursor: cell(to.0, to.1) }
     }
 
     #[test]
     fn edits_as_rows() {
-        let rows: [(&[u8], Edit, &[u8]); 13] = [
-            (&[0, 0], Edit::Toggle(Block::at(cell(0, 1))), &[0, 1]),
-            (&[1, 1], Edit::Toggle(Block::at(cell(0, 0))), &[0, 1]),
-            (&[0, 1, 0], Edit::Toggle(block((0, 0), (1, 2))), &[3, 3, 3]),
-            (&[0x25, 0x25], Edit::Clear(block((2, 1), (5, 1))), &[0x25, 1]),
-            (&[0x60, 0], Edit::Invert(block((4, 0), (5, 1))), &[0, 0x60]),
-            (&[1, 2, 4], Edit::Mirror(whole(3)), &[4, 2, 1]),
-            (&[1, 2, 4, 8], Edit::Mirror(block((0, 1), (5, 2))), &[1, 4, 2, 8]),
-            (&[1, 2, 4], Edit::Rotate(1), &[4, 1, 2]),
-            (&[1, 2, 4], Edit::Rotate(-1), &[2, 4, 1]),
-            (&[], Edit::Rotate(1), &[]),
-            (&[1, 2], Edit::Length(5), &[1, 2, 1, 2, 1]),
-            (&[1, 2, 4], Edit::Length(2), &[1, 2]),
-            (&[], Edit::Length(2), &[0, 0]),
+        let rows: [(&[u8], TableEdit, &[u8]); 13] = [
+            (&[0, 0], TableEdit::Toggle(CellBlock::at(cell(0, 1))), &[0, 1]),
+            (&[1, 1], TableEdit::Toggle(CellBlock::at(cell(0, 0))), &[0, 1]),
+            (&[0, 1, 0], TableEdit::Toggle(block((0, 0), (1, 2))), &[3, 3, 3]),
+            (&[0x25, 0x25], TableEdit::Clear(block((2, 1), (5, 1))), &[0x25, 1]),
+            (&[0x60, 0], TableEdit::Invert(block((4, 0), (5, 1))), &[0, 0x60]),
+            (&[1, 2, 4], TableEdit::Mirror(whole(3)), &[4, 2, 1]),
+            (&[1, 2, 4, 8], TableEdit::Mirror(block((0, 1), (5, 2))), &[1, 4, 2, 8]),
+            (&[1, 2, 4], TableEdit::Rotate { by: 1 }, &[4, 1, 2]),
+            (&[1, 2, 4], TableEdit::Rotate { by: -1 }, &[2, 4, 1]),
+            (&[], TableEdit::Rotate { by: 1 }, &[]),
+            (&[1, 2], TableEdit::Length { columns: 5 }, &[1, 2, 1, 2, 1]),
+            (&[1, 2, 4], TableEdit::Length { columns: 2 }, &[1, 2]),
+            (&[], TableEdit::Length { columns: 2 }, &[0, 0]),
         ];
         for (columns, edit, expected) in rows {
             assert_eq!(edited(columns, &edit), expected, "{columns:?} {edit:?}");
         }
-        assert_eq!(edited(&[0; 4], &Edit::Length(900)).len(), MOST_COLUMNS);
+        assert_eq!(edited(&[0; 4], &TableEdit::Length { columns: 900 }).len(), MOST_COLUMNS);
     }
 
     #[test]
     fn a_copied_block_is_pasted_as_far_as_it_fits() {
         let clip = copied(&TWELVE, block((0, 0), (3, 2)));
-        let pasted = edited(&[0; 12], &Edit::Paste(cell(0, 10), clip.clone()));
+        let pasted = edited(&[0; 12], &TableEdit::Paste { at: cell(0, 10), clip: clip.clone() });
         assert_eq!(pasted[10..], [5, 5]);
-        assert_eq!(edited(&TWELVE, &Edit::Paste(cell(0, 0), clip.clone())), TWELVE);
-        assert_eq!(edited(&[0; 3], &Edit::Paste(cell(5, 0), clip)), [0x40, 0x40, 0x40]);
+        assert_eq!(edited(&TWELVE, &TableEdit::Paste { at: cell(0, 0), clip: clip.clone() }), TWELVE);
+        assert_eq!(edited(&[0; 3], &TableEdit::Paste { at: cell(5, 0), clip }), [0x40, 0x40, 0x40]);
     }
 
     #[test]
     fn inverting_mirroring_and_rotating_twice_gives_the_table_back() {
         let all = whole(12);
-        for edit in [Edit::Invert(all), Edit::Mirror(all), Edit::Rotate(6)] {
+        for edit in [TableEdit::Invert(all), TableEdit::Mirror(all), TableEdit::Rotate { by: 6 }] {
             assert_eq!(edited(&edited(&TWELVE, &edit), &edit), TWELVE, "{edit:?}");
         }
     }
 
     #[test]
     fn the_cursor_stays_in_the_table_and_shift_stretches() {
-        let at = Block::at(cell(0, 0)).moved(-1, -1, false, 12);
-        assert_eq!(at, Block::at(cell(0, 0)));
+        let at = CellBlock::at(cell(0, 0)).moved(-1, -1, false, 12);
+        assert_eq!(at, CellBlock::at(cell(0, 0)));
         let stretched = at.moved(9, 2, true, 12);
         assert_eq!((stretched.lines(), stretched.columns(12)), ((0, 5), (0, 2)));
         assert!(stretched.holds(cell(3, 2)) && !stretched.holds(cell(3, 3)) && !stretched.single());
-        assert_eq!(stretched.moved(0, 99, false, 12), Block::at(cell(5, 11)));
+        assert_eq!(stretched.moved(0, 99, false, 12), CellBlock::at(cell(5, 11)));
     }
 
     #[test]

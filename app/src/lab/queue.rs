@@ -14,7 +14,7 @@ pub const MOST_LINES: usize = 2_000;
 
 /// One line as typed.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Line {
+pub struct QueueLine {
     /// A run stops before it.
     pub breakpoint: bool,
     /// The command's word.
@@ -27,13 +27,22 @@ pub struct Line {
 
 /// An edit of the lines.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Edit {
+pub enum QueueEdit {
     /// An empty line behind this one.
-    Insert(usize),
+    Insert {
+        /// Which line.
+        at: usize,
+    },
     /// The same line once more, behind it.
-    Double(usize),
+    Double {
+        /// Which line.
+        at: usize,
+    },
     /// The line goes.
-    Delete(usize),
+    Delete {
+        /// Which line.
+        at: usize,
+    },
     /// A line moves by one.
     Move {
         /// Which.
@@ -42,7 +51,10 @@ pub enum Edit {
         down: bool,
     },
     /// Breakpoint on or off.
-    Break(usize),
+    Break {
+        /// Which line.
+        at: usize,
+    },
     /// Another word in a line.
     Word {
         /// Which line.
@@ -71,27 +83,27 @@ pub enum Edit {
 }
 
 /// `lines` after `edit`, and the line to be at. A line that is not there is not edited.
-pub fn edited(lines: &[Line], edit: &Edit) -> (Vec<Line>, usize) {
+pub fn edited(lines: &[QueueLine], edit: &QueueEdit) -> (Vec<QueueLine>, usize) {
     let mut next = lines.to_vec();
     let at = match edit {
-        Edit::Insert(at) => {
+        QueueEdit::Insert { at } => {
             let place = (at + 1).min(next.len());
-            next.insert(place, Line::default());
+            next.insert(place, QueueLine::default());
             place
         }
-        Edit::Double(at) => {
+        QueueEdit::Double { at } => {
             if let Some(line) = lines.get(*at) {
                 next.insert(at + 1, line.clone());
             }
             at + 1
         }
-        Edit::Delete(at) => {
+        QueueEdit::Delete { at } => {
             if *at < next.len() {
                 next.remove(*at);
             }
             *at
         }
-        Edit::Move { at, down } => {
+        QueueEdit::Move { at, down } => {
             let to = at.saturating_add_signed(if *down { 1 } else { -1 });
             if *at < next.len() && to < next.len() {
                 next.swap(*at, to);
@@ -100,14 +112,14 @@ pub fn edited(lines: &[Line], edit: &Edit) -> (Vec<Line>, usize) {
                 *at
             }
         }
-        Edit::Break(at) => changed(&mut next, *at, |line| line.breakpoint = !line.breakpoint),
-        Edit::Word { at, word, arguments } => changed(&mut next, *at, |line| {
+        QueueEdit::Break { at } => changed(&mut next, *at, |line| line.breakpoint = !line.breakpoint),
+        QueueEdit::Word { at, word, arguments } => changed(&mut next, *at, |line| {
             line.word.clone_from(word);
             line.arguments.clone_from(arguments);
         }),
-        Edit::Arguments { at, text } => changed(&mut next, *at, |line| line.arguments = one_line(text)),
-        Edit::Note { at, text } => changed(&mut next, *at, |line| line.note = one_line(text)),
-        Edit::Text(text) => {
+        QueueEdit::Arguments { at, text } => changed(&mut next, *at, |line| line.arguments = one_line(text)),
+        QueueEdit::Note { at, text } => changed(&mut next, *at, |line| line.note = one_line(text)),
+        QueueEdit::Text(text) => {
             next = of_text(text);
             0
         }
@@ -117,7 +129,7 @@ pub fn edited(lines: &[Line], edit: &Edit) -> (Vec<Line>, usize) {
     (next, at.min(last))
 }
 
-fn changed(lines: &mut [Line], at: usize, change: impl FnOnce(&mut Line)) -> usize {
+fn changed(lines: &mut [QueueLine], at: usize, change: impl FnOnce(&mut QueueLine)) -> usize {
     if let Some(line) = lines.get_mut(at) {
         change(line);
     }
@@ -129,16 +141,16 @@ fn one_line(text: &str) -> String {
 }
 
 /// A text as lines.
-pub fn of_text(text: &str) -> Vec<Line> {
+pub fn of_text(text: &str) -> Vec<QueueLine> {
     text.lines().take(MOST_LINES).map(of_line).collect()
 }
 
-fn of_line(text: &str) -> Line {
+fn of_line(text: &str) -> QueueLine {
     let (code, note) = text.split_once(';').unwrap_or((text, ""));
     let code = code.trim();
     let (breakpoint, code) = code.strip_prefix('*').map_or((false, code), |rest| (true, rest.trim()));
     let (word, arguments) = code.split_once(char::is_whitespace).unwrap_or((code, ""));
-    Line {
+    QueueLine {
         breakpoint,
         word: word.to_owned(),
         arguments: arguments.trim().to_owned(),
@@ -147,7 +159,7 @@ fn of_line(text: &str) -> Line {
 }
 
 /// The lines as text; line `n` of it is line `n` here.
-pub fn to_text(lines: &[Line]) -> String {
+pub fn to_text(lines: &[QueueLine]) -> String {
     let mut out = String::new();
     for (line, level) in lines.iter().zip(levels(lines)) {
         let mut text = if line.breakpoint { "* ".to_owned() } else { "  ".to_owned() };
@@ -167,7 +179,7 @@ pub fn to_text(lines: &[Line]) -> String {
 }
 
 /// How deep each line stands, from 1: inside `REPEAT` and `SUB` one more, up to their `END`.
-pub fn levels(lines: &[Line]) -> Vec<usize> {
+pub fn levels(lines: &[QueueLine]) -> Vec<usize> {
     let mut level = 1;
     let each = lines.iter().map(|line| {
         let is = |word: &str| line.word.eq_ignore_ascii_case(word);
@@ -203,30 +215,31 @@ mod tests {
 
     #[test]
     fn edits_as_rows() {
-        let words = |lines: &[Line]| lines.iter().map(|line| line.word.clone()).collect::<Vec<_>>().join(" ");
-        let rows: [(Edit, &str, usize); 10] = [
-            (Edit::Insert(0), "A  B C", 1),
-            (Edit::Insert(9), "A B C ", 3),
-            (Edit::Double(1), "A B B C", 2),
-            (Edit::Delete(2), "A B", 1),
-            (Edit::Delete(7), "A B C", 2),
-            (Edit::Move { at: 0, down: true }, "B A C", 1),
-            (Edit::Move { at: 0, down: false }, "A B C", 0),
-            (Edit::Move { at: 2, down: true }, "A B C", 2),
-            (Edit::Word { at: 1, word: "X".into(), arguments: String::new() }, "A X C", 1),
-            (Edit::Text("Q 1\nR".into()), "Q R", 0),
+        let words =
+            |lines: &[QueueLine]| lines.iter().map(|line| line.word.clone()).collect::<Vec<_>>().join(" ");
+        let rows: [(QueueEdit, &str, usize); 10] = [
+            (QueueEdit::Insert { at: 0 }, "A  B C", 1),
+            (QueueEdit::Insert { at: 9 }, "A B C ", 3),
+            (QueueEdit::Double { at: 1 }, "A B B C", 2),
+            (QueueEdit::Delete { at: 2 }, "A B", 1),
+            (QueueEdit::Delete { at: 7 }, "A B C", 2),
+            (QueueEdit::Move { at: 0, down: true }, "B A C", 1),
+            (QueueEdit::Move { at: 0, down: false }, "A B C", 0),
+            (QueueEdit::Move { at: 2, down: true }, "A B C", 2),
+            (QueueEdit::Word { at: 1, word: "X".into(), arguments: String::new() }, "A X C", 1),
+            (QueueEdit::Text("Q 1\nR".into()), "Q R", 0),
         ];
         let lines = of_text("A\nB\nC");
         for (edit, expected, at) in rows {
             let (next, now_at) = edited(&lines, &edit);
             assert_eq!((words(&next).as_str(), now_at), (expected, at), "{edit:?}");
         }
-        let (next, _) = edited(&lines, &Edit::Arguments { at: 1, text: "3\n4".into() });
+        let (next, _) = edited(&lines, &QueueEdit::Arguments { at: 1, text: "3\n4".into() });
         assert_eq!(next[1].arguments, "3 4");
-        let (next, _) = edited(&lines, &Edit::Break(2));
-        assert!(next[2].breakpoint && edited(&next, &Edit::Break(2)).0 == lines);
-        assert_eq!(edited(&[], &Edit::Insert(0)).0.len(), 1);
-        assert_eq!(edited(&[], &Edit::Delete(0)), (Vec::new(), 0));
+        let (next, _) = edited(&lines, &QueueEdit::Break { at: 2 });
+        assert!(next[2].breakpoint && edited(&next, &QueueEdit::Break { at: 2 }).0 == lines);
+        assert_eq!(edited(&[], &QueueEdit::Insert { at: 0 }).0.len(), 1);
+        assert_eq!(edited(&[], &QueueEdit::Delete { at: 0 }), (Vec::new(), 0));
     }
 
     #[test]

@@ -4,13 +4,13 @@
 //! Typed ─▶ PID, PID re-tuned, fuzzy even, fuzzy classic ─ core::servo ─▶ samples and metrics of each
 //! ```
 //!
-//! Comes in: numbers as typed, in mm, s and V. Goes out: [`Run`]s, or the core's refusal. Moves nothing.
+//! Comes in: numbers as typed, in mm, s and V. Goes out: [`ServoRun`]s, or the core's refusal. Moves nothing.
 
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::motion::profile::{Limits, Profile, Shape, plan};
+use annulus_core::motion::profile::{Limits, MotionLaw, Profile, plan};
 use annulus_core::servo::{
-    Controller, Gains, Load, Moment, Plant, Reference, Rules, Stage, StepMetrics, StepRun, StrokeMetrics,
-    StrokeRun, retuned_pid, staged_fuzzy, step_metrics, step_response, stroke,
+    CycleStage, FuzzyRules, Gains, Load, Plant, Reference, ReferenceMoment, ServoController, StepMetrics,
+    StepRun, StrokeMetrics, StrokeRun, retuned_pid, staged_fuzzy, step_metrics, step_response, stroke,
 };
 
 /// How many controllers are compared.
@@ -35,7 +35,7 @@ pub struct Typed {
 
 /// A step.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
+pub struct ServoStep {
     /// Where it has to go, mm.
     pub setpoint_mm: f64,
     /// How long it is watched, s.
@@ -44,7 +44,7 @@ pub struct Step {
 
 /// A stroke.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stroke {
+pub struct ServoStroke {
     /// From the rest on top to the board, mm.
     pub height_mm: f64,
     /// From the board's surface to the lowest place, mm.
@@ -59,7 +59,7 @@ pub struct Stroke {
 
 /// One controller's run: what is shown, point by point over ms.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Run {
+pub struct ServoRun {
     /// Where it is, mm.
     pub place: Vec<[f64; 2]>,
     /// Where it should be less where it is, mm.
@@ -69,8 +69,8 @@ pub struct Run {
 }
 
 /// The controllers in the order they are shown: plain PID, re-tuned PID, fuzzy with even rules, fuzzy with classic ones.
-pub fn controllers(typed: &Typed) -> [Controller; CONTROLLERS] {
-    let with = |mut controller: Controller, rules: Option<Rules>| {
+pub fn controllers(typed: &Typed) -> [ServoController; CONTROLLERS] {
+    let with = |mut controller: ServoController, rules: Option<FuzzyRules>| {
         (controller.u_max_v, controller.sample_s) = (typed.u_max_v, typed.sample_s);
         if let Some(fuzzy) = &mut controller.fuzzy {
             fuzzy.e0_mm = typed.e0_mm;
@@ -78,19 +78,30 @@ pub fn controllers(typed: &Typed) -> [Controller; CONTROLLERS] {
         }
         controller
     };
-    let fuzzy = |rules| Controller { gains: typed.gains, ..with(staged_fuzzy(), Some(rules)) };
-    [fuzzy(Rules::Even).plain(), with(retuned_pid(), None), fuzzy(Rules::Even), fuzzy(Rules::Classic)]
+    let fuzzy = |rules| ServoController { gains: typed.gains, ..with(staged_fuzzy(), Some(rules)) };
+    [
+        fuzzy(FuzzyRules::Even).plain(),
+        with(retuned_pid(), None),
+        fuzzy(FuzzyRules::Even),
+        fuzzy(FuzzyRules::Classic),
+    ]
 }
 
 /// All controllers on a step, with what it is judged by.
-pub fn steps(typed: &Typed, step: Step) -> Result<Vec<(Run, Option<StepMetrics>)>, Diagnostic> {
+pub fn steps(typed: &Typed, step: ServoStep) -> Result<Vec<(ServoRun, Option<StepMetrics>)>, Diagnostic> {
     let each = controllers(typed).into_iter().map(|controller| {
         let load = Load { volts: -typed.load_v, from_s: 0.5 * step.duration_s, to_s: None };
         let (setpoint_mm, duration_s) = (step.setpoint_mm, step.duration_s);
-        let asked =
-            StepRun { controller, plant: typed.plant, stage: Stage::Travel, setpoint_mm, duration_s, load };
+        let asked = StepRun {
+            controller,
+            plant: typed.plant,
+            stage: CycleStage::Travel,
+            setpoint_mm,
+            duration_s,
+            load,
+        };
         let samples = step_response(&asked)?;
-        let mut run = Run::default();
+        let mut run = ServoRun::default();
         for sample in &samples {
             let ms = 1000.0 * sample.t_s;
             run.place.push([ms, sample.y_mm]);
@@ -103,13 +114,13 @@ pub fn steps(typed: &Typed, step: Step) -> Result<Vec<(Run, Option<StepMetrics>)
 }
 
 /// The reference of a stroke over ms, and each controller's run with what it is judged by.
-pub type Strokes = (Vec<[f64; 2]>, Vec<(Run, StrokeMetrics)>);
+pub type Strokes = (Vec<[f64; 2]>, Vec<(ServoRun, StrokeMetrics)>);
 
 /// All controllers on a stroke, and the reference they follow.
-pub fn strokes(typed: &Typed, wanted: &Stroke) -> Result<Strokes, Diagnostic> {
+pub fn strokes(typed: &Typed, wanted: &ServoStroke) -> Result<Strokes, Diagnostic> {
     let way_mm = wanted.height_mm + wanted.depth_mm;
-    let down = plan(Shape::SCurve, way_mm, wanted.down)?;
-    let up = plan(Shape::SCurve, way_mm, wanted.up)?;
+    let down = plan(MotionLaw::SCurve, way_mm, wanted.down)?;
+    let up = plan(MotionLaw::SCurve, way_mm, wanted.up)?;
     let (down_at, up_at) = (moment(&down), moment(&up));
     let mut reference = Vec::new();
     let mut runs = Vec::new();
@@ -128,7 +139,7 @@ pub fn strokes(typed: &Typed, wanted: &Stroke) -> Result<Strokes, Diagnostic> {
         };
         let (samples, metrics) = stroke(&asked)?;
         reference = samples.iter().map(|sample| [1000.0 * sample.t_s, sample.r_mm]).collect();
-        let mut run = Run::default();
+        let mut run = ServoRun::default();
         for sample in &samples {
             let ms = 1000.0 * sample.t_s;
             run.place.push([ms, sample.y_mm]);
@@ -140,8 +151,8 @@ pub fn strokes(typed: &Typed, wanted: &Stroke) -> Result<Strokes, Diagnostic> {
     Ok((reference, runs))
 }
 
-fn moment(profile: &Profile) -> impl Fn(f64) -> Moment + '_ {
-    |t| Moment {
+fn moment(profile: &Profile) -> impl Fn(f64) -> ReferenceMoment + '_ {
+    |t| ReferenceMoment {
         s_mm: profile.position_mm(t),
         v_mm_per_s: profile.speed(t),
         a_mm_per_s2: profile.acceleration(t),
@@ -154,13 +165,13 @@ mod tests {
     use annulus_core::servo::default_plant;
 
     fn typed() -> Typed {
-        let Controller { gains, u_max_v, sample_s, .. } = staged_fuzzy();
+        let ServoController { gains, u_max_v, sample_s, .. } = staged_fuzzy();
         Typed { gains, plant: default_plant(), e0_mm: 0.1, u_max_v, sample_s, load_v: 0.0 }
     }
 
     #[test]
     fn four_controllers_reach_the_setpoint_and_differ() {
-        let runs = steps(&typed(), Step { setpoint_mm: 1.0, duration_s: 0.4 }).unwrap();
+        let runs = steps(&typed(), ServoStep { setpoint_mm: 1.0, duration_s: 0.4 }).unwrap();
         assert_eq!(runs.len(), CONTROLLERS);
         for (run, metrics) in &runs {
             let last = run.place.last().unwrap();
@@ -173,7 +184,8 @@ mod tests {
     #[test]
     fn a_stroke_goes_down_and_comes_back() {
         let limits = Limits { speed_mm_per_s: 150.0, acceleration_mm_per_s2: 10_000.0, jerk_mm_per_s3: 2e6 };
-        let wanted = Stroke { height_mm: 3.0, depth_mm: 2.0, down: limits, up: limits, feed_forward: true };
+        let wanted =
+            ServoStroke { height_mm: 3.0, depth_mm: 2.0, down: limits, up: limits, feed_forward: true };
         let (reference, runs) = strokes(&typed(), &wanted).unwrap();
         assert_eq!(runs.len(), CONTROLLERS);
         assert!(reference.iter().any(|point| (point[1] - 5.0).abs() < 1e-2));
@@ -185,7 +197,7 @@ mod tests {
     #[test]
     fn what_cannot_be_is_refused_with_its_field() {
         let wrong = Typed { sample_s: 0.0, ..typed() };
-        let why = steps(&wrong, Step { setpoint_mm: 1.0, duration_s: 0.4 }).unwrap_err();
+        let why = steps(&wrong, ServoStep { setpoint_mm: 1.0, duration_s: 0.4 }).unwrap_err();
         assert_eq!(why.code, "servo.bad_parameter");
     }
 }

@@ -19,7 +19,7 @@ const MOST_INTERRUPTS: u64 = 2_000_000;
 
 /// What came of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Outcome {
+pub struct TrialOutcome {
     /// Interrupts a second.
     pub interrupt_hz: u32,
     /// Takts sent.
@@ -33,7 +33,7 @@ pub struct Outcome {
 }
 
 /// Tries `table` on motor `axis` of `machine`: [`WAY`] takts forward and back, by the machine's dynamics.
-pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> Outcome {
+pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> TrialOutcome {
     let settings = machine.axis(axis);
     let hz_per_s = settings.max_acceleration_mm_per_s2 * settings.scale.steps_per_mm();
     let mut rotor =
@@ -53,7 +53,7 @@ pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> Outcome {
         }
     }
     let interrupt_hz = machine.interrupt_hz;
-    Outcome { interrupt_hz, sent: rotor.sent, lost: rotor.lost, first, off: rotor.at }
+    TrialOutcome { interrupt_hz, sent: rotor.sent, lost: rotor.lost, first, off: rotor.at }
 }
 
 #[cfg(test)]

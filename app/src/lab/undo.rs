@@ -11,7 +11,7 @@ const MOST_STEPS: usize = 200;
 
 /// A state with the ones before and after it.
 #[derive(Clone, Debug)]
-pub struct History<T> {
+pub struct LabHistory<T> {
     past: Vec<T>,
     now: T,
     future: Vec<T>,
@@ -19,7 +19,7 @@ pub struct History<T> {
     field: Option<String>,
 }
 
-impl<T: Clone + PartialEq> History<T> {
+impl<T: Clone + PartialEq> LabHistory<T> {
     /// A history that begins at `now`.
     pub fn new(now: T) -> Self {
         Self { past: Vec::new(), now, future: Vec::new(), field: None }
@@ -85,7 +85,7 @@ mod tests {
 
     #[test]
     fn back_and_on_meet_the_same_states() {
-        let mut history = History::new(0);
+        let mut history = LabHistory::new(0);
         for state in 1..=5 {
             history.change(None, state);
         }
@@ -103,7 +103,7 @@ mod tests {
 
     #[test]
     fn a_change_after_undo_forgets_what_was_undone() {
-        let mut history = History::new(0);
+        let mut history = LabHistory::new(0);
         history.change(None, 1);
         history.undo();
         history.change(None, 2);
@@ -114,7 +114,7 @@ mod tests {
 
     #[test]
     fn typing_in_one_field_is_one_step_until_it_is_left() {
-        let mut history = History::new("");
+        let mut history = LabHistory::new("");
         history.change(Some("length"), "1");
         history.change(Some("length"), "12");
         history.change(Some("speed"), "12/5");
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn the_past_is_bounded() {
-        let mut history = History::new(0);
+        let mut history = LabHistory::new(0);
         for state in 1..=1000 {
             history.change(None, state);
         }

@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 /// Long work in the worker.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Task {
+pub struct WorkerTask {
     /// Key of its word.
     pub word: &'static str,
     /// How far, from 0 to 1.

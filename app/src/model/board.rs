@@ -3,11 +3,11 @@
 //! Goes out: plain data; the heavy things behind an `Arc`, which is the same as long as nothing new was read or planned. Does
 //! not know how it came.
 
-use crate::engine::messages::{Laid, LayerRow, Planned, Proved, Reading, Timed};
+use crate::engine::messages::{Laid, LayerRow, PlanReady, Proved, Reading, Timed};
 use crate::view::Mesh;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Program;
-use annulus_core::project::saved::Said;
+use annulus_core::project::saved::SaidOfFiles;
 use annulus_core::proof::to_be_read;
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
@@ -19,7 +19,7 @@ pub struct Document {
     /// Names and bytes as they were given.
     pub files: Vec<(String, Vec<u8>)>,
     /// What the person says of them.
-    pub said: Said,
+    pub said: SaidOfFiles,
     /// The job file that came with them, in a saved project.
     pub job: Option<String>,
     /// What came of it.
@@ -32,7 +32,12 @@ pub struct Document {
 
 impl Document {
     /// What was read, its triangles apart from the rest.
-    pub fn new(files: Vec<(String, Vec<u8>)>, said: Said, job: Option<String>, mut reading: Reading) -> Self {
+    pub fn new(
+        files: Vec<(String, Vec<u8>)>,
+        said: SaidOfFiles,
+        job: Option<String>,
+        mut reading: Reading,
+    ) -> Self {
         let meshes = take_meshes(&mut reading.layers);
         let boards =
             reading.boards.iter_mut().map(|board| Arc::new(std::mem::take(&mut board.mesh))).collect();
@@ -136,7 +141,7 @@ pub struct OpenBoard {
     /// The bit in the spindle, if it is to go first.
     pub loaded: Option<Length>,
     /// The plan.
-    pub plan: Option<Arc<Planned>>,
+    pub plan: Option<Arc<PlanReady>>,
     /// The plan in time.
     pub timed: Option<Arc<Timed>>,
     /// The board as it lies for the plan.
@@ -185,7 +190,7 @@ impl OpenBoard {
 /// What refusals, plan and files have to say that is more than a note, the first hundred.
 pub fn problems(
     refused: &[Diagnostic],
-    plan: Option<&Planned>,
+    plan: Option<&PlanReady>,
     document: Option<&Document>,
 ) -> Vec<Diagnostic> {
     let of_plan = plan.into_iter().flat_map(|plan| &plan.diagnostics);
@@ -198,14 +203,14 @@ pub fn problems(
 const MOST_ERRORS: usize = 200;
 
 /// Errors of a plan: what of the board it leaves out.
-pub fn left_out(plan: Option<&Planned>) -> impl Iterator<Item = &Diagnostic> {
+pub fn left_out(plan: Option<&PlanReady>) -> impl Iterator<Item = &Diagnostic> {
     let errors = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Error;
     plan.into_iter().flat_map(move |plan| plan.diagnostics.iter().filter(errors)).take(MOST_ERRORS)
 }
 
 /// Errors of the plan that are not among those `accepted`, and findings that must be read and are not among those `read`.
 pub fn unread(
-    plan: Option<&Planned>,
+    plan: Option<&PlanReady>,
     proved: Option<&Proved>,
     accepted: &BTreeSet<String>,
     read: &BTreeSet<String>,

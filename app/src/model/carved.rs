@@ -8,7 +8,7 @@
 //! cells and no more, so that the page never waits. Does not know how it is drawn.
 
 use super::Model;
-use annulus_core::cam::work::{Action, Work};
+use annulus_core::cam::work::{OperationKind, Work};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Program, touched};
 use annulus_core::machine::Machine;
@@ -80,7 +80,7 @@ fn travel(program: &Program, machine: &Machine) -> Option<Bounds> {
 fn point_deg(work: Option<&Work>) -> f64 {
     let operations = work.iter().flat_map(|work| &work.operations);
     let mut angles = operations.filter(|operation| operation.on).filter_map(|one| match &one.action {
-        Action::Drill(drill) => Some(drill.point_deg),
+        OperationKind::Drill(drill) => Some(drill.point_deg),
         _ => None,
     });
     angles.next().unwrap_or(FLAT_DEG)

@@ -7,7 +7,7 @@
 //! Comes in: wishes, answers of the worker. Goes out: requests, files. What was written is not said any more once the job is
 //! another. Does not know the words of controllers.
 
-use super::asked::{Basis, Task, board_is_gone, files_anew};
+use super::asked::{Basis, WorkerTask, board_is_gone, files_anew};
 use super::{Effect, Lane, Model};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Exported, Request, ToExport};
@@ -27,7 +27,7 @@ pub const CHORD_ERROR_MM: f64 = 0.005;
 
 /// What came of an export.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Outcome {
+pub enum ExportOutcome {
     /// These files were saved, in the order of running.
     Saved {
         /// Their names.
@@ -70,7 +70,7 @@ pub struct Export {
     /// Arcs become lines.
     pub lines_only: bool,
     /// What came of it.
-    pub outcome: Option<Outcome>,
+    pub outcome: Option<ExportOutcome>,
     /// Why nothing was written.
     pub refused: Vec<Diagnostic>,
     /// The run sheet on show.
@@ -110,10 +110,10 @@ impl Export {
     }
 
     /// What is said of it.
-    pub fn task(&self) -> Option<Task> {
+    pub fn task(&self) -> Option<WorkerTask> {
         match &self.on_the_way {
             Some(OnTheWay::Writing { share, .. }) => {
-                Some(Task { word: key!("page.task.writing"), share: *share })
+                Some(WorkerTask { word: key!("page.task.writing"), share: *share })
             }
             _ => None,
         }
@@ -133,11 +133,11 @@ pub(super) fn forget(model: &mut Model) {
 }
 
 /// It is so far.
-pub(super) fn progress(model: &mut Model, wanted: u32, done: f64) {
+pub(super) fn progress(model: &mut Model, wanted: u32, done_share: f64) {
     if let Some(OnTheWay::Writing { number, share, .. }) = &mut model.export.on_the_way
         && *number == wanted
     {
-        *share = done;
+        *share = done_share;
     }
 }
 
@@ -248,7 +248,7 @@ fn written_anew(model: &mut Model, purpose: Purpose, wanted: Box<ToExport>) -> V
 
 fn written(model: &mut Model, purpose: Purpose, exported: Exported) -> Vec<Effect> {
     if !exported.unread.is_empty() {
-        model.export.outcome = Some(Outcome::Unread { sides: exported.unread });
+        model.export.outcome = Some(ExportOutcome::Unread { sides: exported.unread });
         return Vec::new();
     }
     match purpose {
@@ -266,18 +266,18 @@ fn written(model: &mut Model, purpose: Purpose, exported: Exported) -> Vec<Effec
 }
 
 /// A single program as it is, and several in one zip with the run sheet.
-fn packed(model: &Model, exported: &Exported) -> (Outcome, Option<Effect>) {
+fn packed(model: &Model, exported: &Exported) -> (ExportOutcome, Option<Effect>) {
     let names: Vec<String> = exported.files().map(|file| file.name.clone()).collect();
     let mut files: Vec<_> =
         exported.files().map(|file| (file.name.clone(), file.text.clone().into_bytes())).collect();
     if files.len() == 1 {
         let file = files.pop().map(|(name, text)| saved(&name, "text/plain", text));
-        return (Outcome::Saved { names }, file);
+        return (ExportOutcome::Saved { names }, file);
     }
     let name = format!("{}-{}.zip", board_name(model), model.template.target);
     files.push((RUN_SHEET.to_owned(), exported.sheet(&model.frame.language).html().into_bytes()));
     match artwork::packed(&files) {
-        Ok(bytes) => (Outcome::Saved { names }, Some(saved(&name, "application/zip", bytes))),
-        Err(why) => (Outcome::Refused { why }, None),
+        Ok(bytes) => (ExportOutcome::Saved { names }, Some(saved(&name, "application/zip", bytes))),
+        Err(why) => (ExportOutcome::Refused { why }, None),
     }
 }

@@ -15,7 +15,7 @@ use crate::engine::Stopped;
 use crate::engine::messages::{Reading, Request, Settings, ToOpen, ToRead};
 use crate::keys::Tab;
 use crate::said::Text;
-use annulus_core::project::saved::{self, Numbers, Project, Said};
+use annulus_core::project::saved::{self, NumberReading, Project, SaidOfFiles};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -46,7 +46,7 @@ pub enum FilesEvent {
     /// The numbers of drill files are to be read so.
     Numbers {
         /// How.
-        numbers: Numbers,
+        numbers: NumberReading,
     },
     /// A file is taken into the board, or left out: the other of the two.
     FlipUse {
@@ -127,7 +127,7 @@ fn chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
 
 fn read_chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
     let again = model.board.document.as_ref().is_some_and(|open| open.files == files);
-    read(model, Wanted { files, said: Said::default(), job: None, again, place: None })
+    read(model, Wanted { files, said: SaidOfFiles::default(), job: None, again, place: None })
 }
 
 /// Opens a saved project, with `job` in place of its own where there is one; `place` is where it was kept.
@@ -156,7 +156,7 @@ pub(super) fn opened(
 }
 
 /// Reads the open files again with something else said of them.
-fn say(model: &mut Model, change: impl FnOnce(&mut Said)) -> Vec<Effect> {
+fn say(model: &mut Model, change: impl FnOnce(&mut SaidOfFiles)) -> Vec<Effect> {
     let Some(document) = model.board.document.clone() else { return Vec::new() };
     let mut said = document.said.clone();
     change(&mut said);

@@ -5,8 +5,8 @@
 use super::{DrawEvent, Effect, Event, Model};
 use crate::engine::messages::LayerRow;
 use crate::format::Unit;
-use crate::keys::{Action, Tab};
-use crate::layers::{self, Kind, Look, Preset, Side};
+use crate::keys::{KeyAction, Tab};
+use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
 use crate::model::Document;
 use crate::said::{Text, key};
 use crate::view::Colour;
@@ -102,7 +102,7 @@ pub struct Frame {
     /// The machine alone, large: for whoever stands at it.
     pub operator: bool,
     /// How each layer is seen.
-    pub layers: Vec<Look>,
+    pub layers: Vec<LayerLook>,
     /// What lies over the screen.
     pub overlay: Option<Overlay>,
     /// The board is looked at from below.
@@ -114,7 +114,7 @@ pub struct Frame {
     /// Key of the word for what draws.
     pub backend: Option<&'static str>,
     /// What was asked of the picture last, and how often anything was.
-    pub asked: (u32, Option<Action>),
+    pub asked: (u32, Option<KeyAction>),
     /// Short words on show.
     pub toasts: Vec<Toast>,
     /// The page came from a site without a bridge.
@@ -248,7 +248,7 @@ pub enum FrameEvent {
     /// The picture is to be fitted, nearer or further.
     Look {
         /// Which of these.
-        action: Action,
+        action: KeyAction,
     },
     /// It is known what draws.
     Backend {
@@ -377,26 +377,26 @@ fn taken(frame: &mut Frame, number: u32) -> Option<ToastAct> {
     frame.toasts.remove(found).act
 }
 
-fn look(frame: &mut Frame, index: usize, act: impl FnOnce(&mut Look)) {
+fn look(frame: &mut Frame, index: usize, act: impl FnOnce(&mut LayerLook)) {
     if let Some(look) = frame.layers.get_mut(index) {
         act(look);
     }
 }
 
 /// The lines of the layers panel of what was read; what the person chose for those before stays.
-pub(super) fn layers_of(document: Option<&Document>, before: &[Look]) -> Vec<Look> {
+pub(super) fn layers_of(document: Option<&Document>, before: &[LayerLook]) -> Vec<LayerLook> {
     let Some(document) = document else { return Vec::new() };
     let reading = &document.reading;
     let row = |(index, layer): (usize, &LayerRow)| {
         let side = layer.side.as_deref();
         let name = format!("{} {} {index}", layer.role, side.unwrap_or_default());
-        Look::new(name, Kind::of(&layer.role, side), Side::of(side), Some(index))
+        LayerLook::new(name, LayerKind::of(&layer.role, side), LayerSide::of(side), Some(index))
     };
-    let mut looks: Vec<Look> = reading.layers.iter().enumerate().map(row).collect();
+    let mut looks: Vec<LayerLook> = reading.layers.iter().enumerate().map(row).collect();
     looks.reverse();
     if !reading.board.outline.is_empty() {
-        looks.push(Look::new("outline".to_owned(), Kind::Outline, Side::Both, None));
+        looks.push(LayerLook::new("outline".to_owned(), LayerKind::Outline, LayerSide::Both, None));
     }
-    looks.push(Look::new("holes".to_owned(), Kind::Holes, Side::Both, None));
+    looks.push(LayerLook::new("holes".to_owned(), LayerKind::Holes, LayerSide::Both, None));
     layers::kept(looks, before)
 }

@@ -3,11 +3,11 @@
 //! Comes in: edits. Goes out: the next job; every edit can be taken back. Does not know how a job is shown.
 
 use super::{Effect, Model};
-use crate::lab::undo::History;
+use crate::lab::undo::LabHistory;
 use crate::workbench::edit;
 use annulus_core::board::Face;
-use annulus_core::cam::Order;
-use annulus_core::cam::work::{Action, Operation, Work};
+use annulus_core::cam::HoleOrder;
+use annulus_core::cam::work::{Operation, OperationKind, Work};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use std::sync::Arc;
 #[derive(Clone, Debug, Default)]
 pub struct JobEdit {
     /// The job with what it was before; none without a board.
-    history: Option<History<Work>>,
+    history: Option<LabHistory<Work>>,
     /// The job now: the same handle as long as it is the same job.
     pub work: Option<Arc<Work>>,
     /// Place of the chosen operation.
@@ -75,7 +75,7 @@ pub enum JobEvent {
     /// All drilling goes in this order.
     DrillOrder {
         /// Which.
-        order: Order,
+        order: HoleOrder,
     },
     /// Findings were read, or are to be read again.
     Read {
@@ -102,13 +102,13 @@ impl JobEdit {
     /// A new board: its usual job, nothing read, nothing to take back.
     pub(super) fn open(&mut self, work: Work) {
         let first = edit::of_face(&work, work.setup.face).first().copied().unwrap_or(0);
-        *self = Self { history: Some(History::new(work)), chosen: first, ..Self::default() };
+        *self = Self { history: Some(LabHistory::new(work)), chosen: first, ..Self::default() };
         self.renew();
     }
 
     /// Whether the person has changed anything.
     pub fn edited(&self) -> bool {
-        self.history.as_ref().is_some_and(History::can_undo)
+        self.history.as_ref().is_some_and(LabHistory::can_undo)
     }
 
     /// Whether there is a step back, and one on.
@@ -141,7 +141,7 @@ impl JobEdit {
 
     /// The handle follows the history, and the choice stays among the operations.
     fn renew(&mut self) {
-        let now = self.history.as_ref().map(History::now);
+        let now = self.history.as_ref().map(LabHistory::now);
         if self.work.as_deref() != now {
             self.work = now.cloned().map(Arc::new);
         }
@@ -161,10 +161,10 @@ fn shifted(job: &JobEdit, up: bool) -> Option<usize> {
     places.get(there).copied()
 }
 
-fn drilled_in(work: &Work, order: Order) -> Work {
+fn drilled_in(work: &Work, order: HoleOrder) -> Work {
     let mut work = work.clone();
     for operation in &mut work.operations {
-        if let Action::Drill(drill) = &mut operation.action {
+        if let OperationKind::Drill(drill) = &mut operation.action {
             drill.order = order;
         }
     }

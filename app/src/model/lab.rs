@@ -8,12 +8,12 @@
 //! Comes in: edits, orders, statuses. Goes out: the next state. While a job has the machine nothing is edited. Knows no layout.
 
 use super::{Effect, Event, Model};
-use crate::lab::io::{Check, Inputs};
-use crate::lab::panel::Part;
-use crate::lab::phases::{Block, Clip};
-use crate::lab::queue::{Line, to_text};
+use crate::lab::io::{Check, KnownInputs};
+use crate::lab::panel::PanelPart;
+use crate::lab::phases::{CellBlock, Clip};
+use crate::lab::queue::{QueueLine, to_text};
 use crate::lab::rehearsal::Trial;
-use crate::lab::{History, LabEdits, Panel};
+use crate::lab::{LabEdits, LabHistory, LabPanel};
 use crate::said::{Text, key};
 use annulus_core::control::State;
 use annulus_core::queue::{self, Mode, Rest, RowResult};
@@ -31,7 +31,7 @@ impl fmt::Debug for Running {
 
 /// The run of the queue in this page.
 #[derive(Debug, Default)]
-pub struct Run {
+pub struct LabRun {
     trial: Option<Running>,
     /// Results, one a line.
     pub results: Arc<Vec<RowResult>>,
@@ -49,14 +49,14 @@ pub struct Run {
 #[derive(Debug)]
 pub struct Lab {
     /// The sheet on show.
-    pub sheet: Panel,
-    history: History<LabEdits>,
+    pub sheet: LabPanel,
+    history: LabHistory<LabEdits>,
     /// The bench now: the same handle as long as it is the same bench.
     pub bench: Arc<LabEdits>,
     /// The motor on show: 0 X, 1 Y, 2 Z.
     pub motor: usize,
     /// Chosen cells of the phase table.
-    pub block: Block,
+    pub block: CellBlock,
     /// Copied cells.
     pub clip: Option<Clip>,
     /// The chosen line of the queue.
@@ -66,13 +66,13 @@ pub struct Lab {
     /// The queue runs on the machine; else in the page.
     pub on_machine: bool,
     /// The queue's run in the page.
-    pub run: Run,
+    pub run: LabRun,
     /// The part of the motion sheet on show.
-    pub part: Part,
+    pub part: PanelPart,
     /// The servo makes a stroke; else a step.
     pub stroke: bool,
     /// The inputs as seen so far.
-    pub inputs: Inputs,
+    pub inputs: KnownInputs,
     /// The guided check of the sensors, once begun.
     pub check: Option<Check>,
     /// Said to those who do not see.
@@ -82,19 +82,19 @@ pub struct Lab {
 impl Default for Lab {
     fn default() -> Self {
         Self {
-            sheet: Panel::default(),
-            history: History::new(LabEdits::default()),
+            sheet: LabPanel::default(),
+            history: LabHistory::new(LabEdits::default()),
             bench: Arc::default(),
             motor: 0,
-            block: Block::default(),
+            block: CellBlock::default(),
             clip: None,
             row: 0,
             as_text: false,
             on_machine: false,
-            run: Run::default(),
-            part: Part::default(),
+            run: LabRun::default(),
+            part: PanelPart::default(),
             stroke: false,
-            inputs: Inputs::default(),
+            inputs: KnownInputs::default(),
             check: None,
             said: None,
         }
@@ -112,7 +112,7 @@ pub enum LabEvent {
     /// Another sheet.
     Show {
         /// Which.
-        sheet: Panel,
+        sheet: LabPanel,
     },
     /// The bench becomes another one. Changes that follow each other from one field are one step back.
     Change {
@@ -136,7 +136,7 @@ pub enum LabEvent {
     /// Cells are chosen.
     Choose {
         /// Which.
-        block: Block,
+        block: CellBlock,
     },
     /// Cells are copied.
     Copy {
@@ -161,7 +161,7 @@ pub enum LabEvent {
     /// Another part of the motion sheet.
     Part {
         /// Which.
-        part: Part,
+        part: PanelPart,
     },
     /// The servo makes a stroke, or a step.
     Stroke {
@@ -213,7 +213,7 @@ impl Lab {
     }
 
     fn anew(&mut self) {
-        self.run = Run { number: self.run.number, ..Run::default() };
+        self.run = LabRun { number: self.run.number, ..LabRun::default() };
     }
 
     fn bits(&self) -> u32 {
@@ -242,7 +242,7 @@ pub(super) fn update(model: &mut Model, event: LabEvent) -> Vec<Effect> {
     let before = lab.bench.clone();
     match event {
         LabEvent::Kept { text } => {
-            lab.history = History::new(LabEdits::of_kept(&text));
+            lab.history = LabHistory::new(LabEdits::of_kept(&text));
             lab.renew();
             return Vec::new();
         }
@@ -297,7 +297,7 @@ fn undo(lab: &mut Lab, back: bool) {
 
 /// Goes on as far as `mode` says; begins where nothing is held.
 fn run(model: &mut Model, mode: Mode) -> Vec<Effect> {
-    let lines: &[Line] = &model.lab.bench.queue;
+    let lines: &[QueueLine] = &model.lab.bench.queue;
     let Ok(queue) = queue::read("", &to_text(lines)) else { return Vec::new() };
     if lines.is_empty() {
         return Vec::new();

@@ -31,7 +31,7 @@ mod worker;
 #[cfg(test)]
 mod tests;
 
-pub use asked::Task;
+pub use asked::WorkerTask;
 pub use board::{Document, Job, LaidBoard, OpenBoard, Unseen};
 pub use drawing::{Draw, DrawEvent};
 pub use effect::{Effect, Lane};
@@ -42,7 +42,7 @@ pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
 pub use lab::{Lab, LabEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
-pub use planning::{OnTheWay, Step};
+pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
 pub use settings::{SettingsDraft, SettingsEvent};
 pub use start::{Start, StartEvent};
@@ -55,7 +55,7 @@ use std::sync::Arc;
 
 /// What the clocks say.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Clock {
+pub struct Clocks {
     /// Milliseconds since the page was opened; never goes back.
     pub page_ms: f64,
     /// Milliseconds since 1970.
@@ -66,7 +66,7 @@ pub struct Clock {
 #[derive(Debug)]
 pub struct Model {
     /// What the clocks said last.
-    pub clock: Clock,
+    pub clock: Clocks,
     /// Which screen, in which units and colours; what is chosen and how it is looked at.
     pub frame: Frame,
     /// The machine that is planned for: the bridge's or the controller's, else the virtual drill.
@@ -107,7 +107,7 @@ pub enum Event {
     /// The clocks go on; told before every other event.
     Clock {
         /// What they say.
-        clock: Clock,
+        clock: Clocks,
     },
     /// The page was opened.
     Begun,
@@ -180,7 +180,7 @@ from_parts!(
 impl Default for Model {
     fn default() -> Self {
         Self {
-            clock: Clock::default(),
+            clock: Clocks::default(),
             frame: Frame::default(),
             machine: Arc::new(machine::virtual_drill()),
             board: OpenBoard::default(),
@@ -212,7 +212,7 @@ impl Model {
     }
 
     /// Long work that is told while it lasts.
-    pub fn task(&self) -> Option<Task> {
+    pub fn task(&self) -> Option<WorkerTask> {
         self.export.task().or_else(|| self.on_the_way.task())
     }
 

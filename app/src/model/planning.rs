@@ -9,13 +9,13 @@
 //! Comes in: answers with their numbers. Goes out: requests. An answer whose number is not waited for is dropped: it is of an
 //! older generation. Does not know the worker.
 
-use super::asked::{Basis, Task, board_is_gone, files_anew};
+use super::asked::{Basis, WorkerTask, board_is_gone, files_anew};
 use super::board::take_meshes;
 use super::{Effect, Job, LaidBoard, Model, OpenBoard, ToastAct, export, frame};
 use crate::engine::Stopped;
-use crate::engine::messages::{Answer, Planned, Request, Timed, ToPlan, ToProve, ToTime};
+use crate::engine::messages::{Answer, PlanReady, Request, Timed, ToPlan, ToProve, ToTime};
 use crate::said::{Text, key};
-use annulus_core::project::saved::Said;
+use annulus_core::project::saved::SaidOfFiles;
 use annulus_core::wire::program;
 use std::sync::Arc;
 
@@ -25,7 +25,7 @@ pub struct Wanted {
     /// Names and bytes.
     pub files: Vec<(String, Vec<u8>)>,
     /// What the person says of them.
-    pub said: Said,
+    pub said: SaidOfFiles,
     /// The job that comes with them.
     pub job: Option<String>,
     /// They are open already: the person's job and the screen stay.
@@ -36,18 +36,18 @@ pub struct Wanted {
 
 /// How far a plan is.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Step {
+pub enum PlanStep {
     /// The operations are planned.
     Plan,
     /// What copper that leaves is looked at.
     Prove {
         /// The plan.
-        planned: Arc<Planned>,
+        planned: Arc<PlanReady>,
     },
     /// It is timed.
     Time {
         /// The plan.
-        planned: Arc<Planned>,
+        planned: Arc<PlanReady>,
     },
 }
 
@@ -78,7 +78,7 @@ pub enum OnTheWay {
         /// The request.
         number: u32,
         /// How far it is.
-        step: Step,
+        step: PlanStep,
         /// From 0 to 1.
         share: f64,
         /// What is planned.
@@ -102,18 +102,18 @@ impl OnTheWay {
     }
 
     /// What is said of it.
-    pub fn task(&self) -> Option<Task> {
+    pub fn task(&self) -> Option<WorkerTask> {
         match self {
             Self::Nothing | Self::Opening { .. } => None,
-            Self::Reading { .. } => Some(Task { word: key!("page.task.reading"), share: 0.0 }),
-            Self::Planning { step: Step::Plan, share, .. } => {
-                Some(Task { word: key!("page.task.planning"), share: *share })
+            Self::Reading { .. } => Some(WorkerTask { word: key!("page.task.reading"), share: 0.0 }),
+            Self::Planning { step: PlanStep::Plan, share, .. } => {
+                Some(WorkerTask { word: key!("page.task.planning"), share: *share })
             }
-            Self::Planning { step: Step::Prove { .. }, .. } => {
-                Some(Task { word: key!("page.task.proving"), share: 0.7 })
+            Self::Planning { step: PlanStep::Prove { .. }, .. } => {
+                Some(WorkerTask { word: key!("page.task.proving"), share: 0.7 })
             }
-            Self::Planning { step: Step::Time { .. }, .. } => {
-                Some(Task { word: key!("page.task.timing"), share: 0.9 })
+            Self::Planning { step: PlanStep::Time { .. }, .. } => {
+                Some(WorkerTask { word: key!("page.task.timing"), share: 0.9 })
             }
         }
     }
@@ -148,7 +148,7 @@ fn plan(model: &mut Model) -> Vec<Effect> {
     let wanted = basis.to_plan(model.board.laid.as_ref().map(|laid| laid.key.clone()));
     let number = model.next_request();
     let request = Request::Plan(wanted.clone());
-    let (wanted, step) = (Box::new(wanted), Step::Plan);
+    let (wanted, step) = (Box::new(wanted), PlanStep::Plan);
     model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: false, again: false };
     vec![Effect::ask(number, request)]
 }
@@ -180,19 +180,19 @@ pub(super) fn clear(model: &mut Model) {
 /// The answer to a step of the plan `before`.
 pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     match before {
-        OnTheWay::Planning { wanted, reread: false, again, step: Step::Plan, .. }
+        OnTheWay::Planning { wanted, reread: false, again, step: PlanStep::Plan, .. }
             if board_is_gone(&answer) =>
         {
             planned_anew(model, *wanted, again)
         }
-        OnTheWay::Planning { step: Step::Plan, wanted, again, .. } => {
+        OnTheWay::Planning { step: PlanStep::Plan, wanted, again, .. } => {
             was_planned(model, *wanted, again, answer)
         }
         OnTheWay::Planning { again: true, .. } => plan(model),
-        OnTheWay::Planning { step: Step::Prove { planned }, wanted, .. } => {
+        OnTheWay::Planning { step: PlanStep::Prove { planned }, wanted, .. } => {
             was_proved(model, planned, *wanted, answer)
         }
-        OnTheWay::Planning { step: Step::Time { planned }, .. } => was_timed(model, &planned, answer),
+        OnTheWay::Planning { step: PlanStep::Time { planned }, .. } => was_timed(model, &planned, answer),
         OnTheWay::Nothing | OnTheWay::Opening { .. } | OnTheWay::Reading { .. } => Vec::new(),
     }
 }
@@ -202,7 +202,7 @@ fn planned_anew(model: &mut Model, wanted: ToPlan, again: bool) -> Vec<Effect> {
     let Some(files) = files_anew(model, &wanted) else { return Vec::new() };
     let (first, number) = (model.next_request(), model.next_request());
     let request = Request::Plan(wanted.clone());
-    let (wanted, step) = (Box::new(wanted), Step::Plan);
+    let (wanted, step) = (Box::new(wanted), PlanStep::Plan);
     model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: true, again };
     vec![Effect::ask(first, files), Effect::ask(number, request)]
 }
@@ -246,7 +246,7 @@ fn was_planned(
     let number = model.next_request();
     let (board_key, work, program) = (wanted.board_key, wanted.work.clone(), planned.program.clone());
     effects.push(Effect::ask(number, Request::Prove(ToProve { board_key, program, work })));
-    proceed(model, number, Step::Prove { planned }, wanted);
+    proceed(model, number, PlanStep::Prove { planned }, wanted);
     effects
 }
 
@@ -257,14 +257,14 @@ fn plan_again(model: &mut Model) -> Vec<Effect> {
 }
 
 /// The next step of the same plan.
-fn proceed(model: &mut Model, number: u32, step: Step, wanted: ToPlan) {
+fn proceed(model: &mut Model, number: u32, step: PlanStep, wanted: ToPlan) {
     let wanted = Box::new(wanted);
     model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: false, again: false };
 }
 
 fn was_proved(
     model: &mut Model,
-    planned: Arc<Planned>,
+    planned: Arc<PlanReady>,
     wanted: ToPlan,
     answer: Result<Answer, Stopped>,
 ) -> Vec<Effect> {
@@ -275,11 +275,11 @@ fn was_proved(
     };
     let number = model.next_request();
     let request = ToTime { program: planned.program.clone(), machine: wanted.machine.clone() };
-    proceed(model, number, Step::Time { planned }, wanted);
+    proceed(model, number, PlanStep::Time { planned }, wanted);
     vec![Effect::ask(number, Request::Time(request))]
 }
 
-fn was_timed(model: &mut Model, planned: &Planned, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+fn was_timed(model: &mut Model, planned: &PlanReady, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     match answer {
         Ok(Answer::Timed(timed)) => finish(model, planned, timed),
         Err(Stopped::Refused(why)) => model.board.refused = why,
@@ -288,7 +288,7 @@ fn was_timed(model: &mut Model, planned: &Planned, answer: Result<Answer, Stoppe
     Vec::new()
 }
 
-fn finish(model: &mut Model, planned: &Planned, timed: Timed) {
+fn finish(model: &mut Model, planned: &PlanReady, timed: Timed) {
     let Some(program) = model.board.program.clone() else { return };
     let (bytes, key) = (planned.program.clone(), planned.key.clone());
     let stream_digest = timed.stream_digest.clone();

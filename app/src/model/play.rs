@@ -151,9 +151,13 @@ impl Play {
         let now_s = self.at_s;
         let start_s = |tick: u64| tick as f64 / TICK_HZ as f64;
         let target = match stride {
-            Stride::Percent(on) => Some(now_s + if on { 0.01 } else { -0.01 } * playback.total_s()),
-            Stride::Hole(on) => neighbour(now_s, on, playback.drilled().iter().map(|drilled| drilled.done_s)),
-            Stride::Segment(on) => {
+            Stride::Percent { onwards: on } => {
+                Some(now_s + if on { 0.01 } else { -0.01 } * playback.total_s())
+            }
+            Stride::Hole { onwards: on } => {
+                neighbour(now_s, on, playback.drilled().iter().map(|drilled| drilled.done_s))
+            }
+            Stride::Segment { onwards: on } => {
                 let moves = playback.timeline().moves.iter();
                 neighbour(now_s, on, moves.map(|planned| start_s(planned.start_tick)))
             }

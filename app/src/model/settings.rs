@@ -13,7 +13,7 @@ use super::{Effect, LinkEvent, Model, linked};
 use crate::format;
 use crate::keys::Tab;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, Kind, Machine, Setting, Value};
+use annulus_core::machine::{self, Machine, Setting, Value, ValueKind};
 use annulus_core::wire::Ask;
 use std::collections::BTreeMap;
 
@@ -43,11 +43,11 @@ pub enum SettingsEvent {
 /// What was typed, as a value of the setting; text that is no number stays text and is refused as such.
 fn value(setting: &Setting, typed: &str) -> Value {
     match setting.kind {
-        Kind::Text(_) | Kind::Choice(_) => Value::Text(typed.to_owned()),
-        Kind::Number(..) | Kind::Whole(..) => {
+        ValueKind::Text(_) | ValueKind::Choice(_) => Value::Text(typed.to_owned()),
+        ValueKind::Number(..) | ValueKind::Whole(..) => {
             format::typed(typed).map_or_else(|| Value::Text(typed.to_owned()), Value::Number)
         }
-        Kind::Numbers(..) | Kind::Wholes(..) => {
+        ValueKind::Numbers(..) | ValueKind::Wholes(..) => {
             let words: Option<Vec<_>> = typed.split_whitespace().map(format::typed).collect();
             words.map_or_else(|| Value::Text(typed.to_owned()), Value::Numbers)
         }

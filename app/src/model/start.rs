@@ -16,7 +16,7 @@ use crate::said::key;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Program;
 use annulus_core::locale;
-use annulus_core::wire::{Ask, MissingReport, PreflightRow, Verdict, program};
+use annulus_core::wire::{Ask, MissingReport, PreflightRow, RowVerdict, program};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -132,7 +132,7 @@ pub fn rows(preflight: &Preflight, armed: &Armed) -> Vec<PreflightRow> {
     let digest = PreflightRow {
         finding: Diagnostic::new(severity, code)
             .with("digest", armed.stream_digest.get(..12).unwrap_or_default()),
-        verdict: if same { Verdict::Pass } else { Verdict::Fail },
+        verdict: if same { RowVerdict::Pass } else { RowVerdict::Fail },
     };
     armed.checks.iter().cloned().chain([digest]).collect()
 }
@@ -146,9 +146,9 @@ pub fn rows_now(preflight: Option<&Preflight>, armed: Option<&Armed>) -> Option<
 /// Whether nothing of `rows` fails, and every warning is among those `ticked`.
 pub fn may_start(rows: &[PreflightRow], ticked: &BTreeSet<String>) -> bool {
     rows.iter().all(|row| match row.verdict {
-        Verdict::Pass => true,
-        Verdict::Warn => ticked.contains(&row.finding.code),
-        Verdict::Fail => false,
+        RowVerdict::Pass => true,
+        RowVerdict::Warn => ticked.contains(&row.finding.code),
+        RowVerdict::Fail => false,
     })
 }
 

@@ -3,7 +3,7 @@
 //! Comes in: numbers of requests with shares and answers. Goes out: what follows. A number that nobody waits for is of an older
 //! generation, and dropped.
 
-use super::planning::{OnTheWay, Step};
+use super::planning::{OnTheWay, PlanStep};
 use super::{Effect, Model, drawing, export, files, keeping, planning, start, template};
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
@@ -11,7 +11,7 @@ use crate::engine::messages::Answer;
 /// A request is so far.
 pub(super) fn progress(model: &mut Model, number: u32, share: f64) -> Vec<Effect> {
     if model.on_the_way.number() == Some(number) {
-        if let OnTheWay::Planning { step: Step::Plan, share: now, .. } = &mut model.on_the_way {
+        if let OnTheWay::Planning { step: PlanStep::Plan, share: now, .. } = &mut model.on_the_way {
             *now = share;
         }
     } else {

@@ -4,9 +4,9 @@
 
 use super::signals as all;
 use super::slots::Slots;
-use crate::engine::messages::{Planned, Proved, Timed};
+use crate::engine::messages::{PlanReady, Proved, Timed};
 use crate::model::board::{left_out, problems, unread};
-use crate::model::{Document, Job, LaidBoard, Offer, Task, Unseen};
+use crate::model::{Document, Job, LaidBoard, Offer, Unseen, WorkerTask};
 use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -30,7 +30,7 @@ pub struct OpenBoard {
     /// The bit in the spindle, if it is to go first.
     pub loaded: ReadSignal<Option<Length>>,
     /// The plan.
-    pub plan: ReadSignal<Option<Arc<Planned>>>,
+    pub plan: ReadSignal<Option<Arc<PlanReady>>>,
     /// The plan in time.
     pub timed: ReadSignal<Option<Arc<Timed>>>,
     /// The board as it lies for the plan.
@@ -54,7 +54,7 @@ pub struct OpenBoard {
     /// The machine that is planned for.
     pub machine: ReadSignal<Arc<Machine>>,
     /// Long work in the worker.
-    pub task: ReadSignal<Option<Task>>,
+    pub task: ReadSignal<Option<WorkerTask>>,
     /// What there is to restore.
     pub offer: ReadSignal<Option<Offer>>,
 }

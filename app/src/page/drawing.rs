@@ -4,7 +4,7 @@
 
 use super::signals as all;
 use super::slots::Slots;
-use crate::drawing::fields::Row;
+use crate::drawing::fields::FieldRow;
 use crate::drawing::tree::TreeRow;
 use crate::drawing::{Chosen, Doing, Grid, Marks, Pen, Sheet, Tool};
 use crate::model::drawing::Earlier;
@@ -27,7 +27,7 @@ pub struct Drawing {
     /// The tree.
     pub tree: ReadSignal<Arc<Vec<TreeRow>>>,
     /// The fields of what is chosen.
-    pub fields: ReadSignal<Arc<Vec<Row>>>,
+    pub fields: ReadSignal<Arc<Vec<FieldRow>>>,
     /// What is chosen.
     pub chosen: ReadSignal<BTreeSet<Catch>>,
     /// The first of what is chosen: the tree shows its line.

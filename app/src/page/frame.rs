@@ -5,8 +5,8 @@
 use super::signals as all;
 use super::slots::Slots;
 use crate::format::Unit;
-use crate::keys::{Action, Tab};
-use crate::layers::Look;
+use crate::keys::{KeyAction, Tab};
+use crate::layers::LayerLook;
 use crate::model::{Overlay, Theme, Toast};
 use leptos::prelude::*;
 
@@ -30,7 +30,7 @@ pub struct Frame {
     /// The machine alone, large.
     pub operator: ReadSignal<bool>,
     /// How each layer is seen.
-    pub layers: ReadSignal<Vec<Look>>,
+    pub layers: ReadSignal<Vec<LayerLook>>,
     /// What lies over the screen.
     pub overlay: ReadSignal<Option<Overlay>>,
     /// The board is looked at from below.
@@ -42,7 +42,7 @@ pub struct Frame {
     /// Key of the word for what draws.
     pub backend: ReadSignal<Option<&'static str>>,
     /// What was asked of the picture last, and how often anything was.
-    pub asked: ReadSignal<(u32, Option<Action>)>,
+    pub asked: ReadSignal<(u32, Option<KeyAction>)>,
     /// Short words on show.
     pub toasts: ReadSignal<Vec<Toast>>,
     /// The page came from a site without a bridge.

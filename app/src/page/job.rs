@@ -6,9 +6,9 @@ use super::slots::Slots;
 use super::{send, signals as all};
 use crate::engine::messages::Checked;
 use crate::model::JobEvent;
-use crate::model::export::Outcome;
-use annulus_core::cam::Order;
-use annulus_core::cam::work::{Action, Operation, Work};
+use crate::model::export::ExportOutcome;
+use annulus_core::cam::HoleOrder;
+use annulus_core::cam::work::{Operation, OperationKind, Work};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::post::RunSheet;
 use leptos::prelude::*;
@@ -45,7 +45,7 @@ pub struct OpenJob {
     /// Arcs become lines in an export.
     pub lines_only: ReadSignal<bool>,
     /// What came of the last export.
-    pub outcome: ReadSignal<Option<Outcome>>,
+    pub outcome: ReadSignal<Option<ExportOutcome>>,
     /// Why nothing was written.
     pub not_written: ReadSignal<Vec<Diagnostic>>,
     /// The run sheet on show.
@@ -94,10 +94,10 @@ impl OpenJob {
     }
 
     /// In which order the first drilling goes.
-    pub fn drill_order(self) -> Option<Order> {
+    pub fn drill_order(self) -> Option<HoleOrder> {
         self.work.with(|work| {
             work.as_ref()?.operations.iter().find_map(|operation| match &operation.action {
-                Action::Drill(drill) => Some(drill.order),
+                OperationKind::Drill(drill) => Some(drill.order),
                 _ => None,
             })
         })

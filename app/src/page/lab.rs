@@ -4,17 +4,17 @@
 
 use super::slots::Slots;
 use super::{send, signals as all};
-use crate::lab::io::{Check, Inputs};
-use crate::lab::panel::Part;
-use crate::lab::phases::{Block, Clip};
-use crate::lab::queue::{Line, to_text};
-use crate::lab::{LabEdits, Panel, rehearsal};
+use crate::lab::io::{Check, KnownInputs};
+use crate::lab::panel::PanelPart;
+use crate::lab::phases::{CellBlock, Clip};
+use crate::lab::queue::{QueueLine, to_text};
+use crate::lab::{LabEdits, LabPanel, rehearsal};
 use crate::model::{LabEvent, lab};
 use crate::said::Text;
 use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
-use annulus_core::queue::{self, Checked, Queue, RowResult, Standing};
+use annulus_core::queue::{self, CheckedQueue, Queue, RowResult, Standing};
 use annulus_core::units::Length;
 use annulus_core::wire::Status;
 use leptos::prelude::*;
@@ -24,7 +24,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy)]
 pub struct Lab {
     /// The sheet on show.
-    pub sheet: ReadSignal<Panel>,
+    pub sheet: ReadSignal<LabPanel>,
     /// Whether there is a step back, and one on.
     pub can_undo: ReadSignal<(bool, bool)>,
     /// The bench now.
@@ -32,7 +32,7 @@ pub struct Lab {
     /// The motor on show: 0 X, 1 Y, 2 Z.
     pub motor: ReadSignal<usize>,
     /// Chosen cells of the phase table.
-    pub block: ReadSignal<Block>,
+    pub block: ReadSignal<CellBlock>,
     /// Copied cells.
     pub clip: ReadSignal<Option<Clip>>,
     /// The chosen line of the queue.
@@ -42,13 +42,13 @@ pub struct Lab {
     /// The queue runs on the machine; else in the page.
     pub on_machine: ReadSignal<bool>,
     /// The queue's run in the page.
-    pub runs: Runs,
+    pub runs: LabRunSignals,
     /// The part of the motion sheet on show.
-    pub part: ReadSignal<Part>,
+    pub part: ReadSignal<PanelPart>,
     /// The servo makes a stroke; else a step.
     pub stroke: ReadSignal<bool>,
     /// The inputs as seen so far.
-    pub inputs: ReadSignal<Inputs>,
+    pub inputs: ReadSignal<KnownInputs>,
     /// The guided check of the sensors, once begun.
     pub check: ReadSignal<Option<Check>>,
     /// A job has the machine: nothing here is edited.
@@ -56,16 +56,16 @@ pub struct Lab {
     /// Said to those who do not see.
     pub said: ReadSignal<Option<Text>>,
     /// The queue's lines as typed.
-    pub lines: Memo<Vec<Line>>,
+    pub lines: Memo<Vec<QueueLine>>,
     /// The same as rows that may be run, or what is wrong with them, line by line.
     pub read: Memo<Result<Queue, Vec<Diagnostic>>>,
     /// What the queue will do, or the first row that may not be.
-    pub checked: Memo<Option<Result<Checked, Diagnostic>>>,
+    pub checked: Memo<Option<Result<CheckedQueue, Diagnostic>>>,
 }
 
 /// The run of the queue in this page.
 #[derive(Clone, Copy)]
-pub struct Runs {
+pub struct LabRunSignals {
     /// Results, one a line.
     pub results: ReadSignal<Arc<Vec<RowResult>>>,
     /// The line that comes next, while a run is held.
@@ -123,7 +123,7 @@ pub(super) fn signals(slots: &mut Slots) -> Lab {
         row: slots.part(|model| &model.lab.row),
         as_text: slots.part(|model| &model.lab.as_text),
         on_machine,
-        runs: Runs {
+        runs: LabRunSignals {
             results: slots.kept(|model| &model.lab.run.results),
             next: slots.part(|model| &model.lab.run.next),
             running: slots.part(|model| &model.lab.run.running),

@@ -6,7 +6,9 @@ use super::slots::Slots;
 use super::{send, signals as all};
 pub use crate::health::{Freshness, Ousted};
 use crate::lab::log::Log;
-pub use crate::model::link::{Armed, Control, Controller, Ended, Hand, Interrupted, Notice, Phase, Queue};
+pub use crate::model::link::{
+    Armed, Control, Controller, Hand, Interrupted, JobEnded, LinkPhase, MachineQueue, Notice,
+};
 use crate::model::start::Preflight;
 use crate::model::{Job, LinkEvent, SettingsDraft};
 use annulus_core::control::{State, Timing};
@@ -21,7 +23,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy)]
 pub struct Link {
     /// How far the connection is.
-    pub phase: ReadSignal<Phase>,
+    pub phase: ReadSignal<LinkPhase>,
     /// Whether a machine was connected since the page was opened.
     pub ever: ReadSignal<bool>,
     /// How things stand.
@@ -39,7 +41,7 @@ pub struct Link {
     /// A job to be taken up.
     pub interrupted: ReadSignal<Option<Interrupted>>,
     /// How the last one ended.
-    pub ended: ReadSignal<Option<Ended>>,
+    pub ended: ReadSignal<Option<JobEnded>>,
     /// What the bridge's clock is worth; none where the drill is virtual.
     pub timing: ReadSignal<Option<Arc<Timing>>>,
     /// Why the last wish was refused.
@@ -53,7 +55,7 @@ pub struct Link {
     /// What happened so far.
     pub log: ReadSignal<Arc<Log>>,
     /// The queue of work commands that the machine has.
-    pub queue: ReadSignal<Queue>,
+    pub queue: ReadSignal<MachineQueue>,
     /// The outputs and their lock.
     pub outputs: ReadSignal<Outputs>,
     /// The job the machine has, where that is another one than was planned.
@@ -127,7 +129,7 @@ impl Link {
 
     /// Whether this page may ask for motion now.
     pub fn may_act(self) -> bool {
-        self.phase.get() == Phase::Open
+        self.phase.get() == LinkPhase::Open
             && self.control.get().yours
             && self.freshness.get() == Freshness::Fresh
     }

@@ -24,7 +24,7 @@ pub use job::{OpenJob, open_job};
 pub use lab::{Lab, open_lab};
 pub use play::{Play, play};
 
-use crate::model::{Clock, Effect, Event, Model, update};
+use crate::model::{Clocks, Effect, Event, Model, update};
 use link::Link;
 use slots::Slots;
 use std::cell::{Cell, OnceCell, RefCell};
@@ -47,7 +47,7 @@ pub struct Surroundings {
     /// Runs an effect.
     pub run: Box<dyn Fn(Effect)>,
     /// What the clocks say.
-    pub clock: fn() -> Clock,
+    pub clock: fn() -> Clocks,
 }
 
 struct Page {

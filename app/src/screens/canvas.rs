@@ -2,10 +2,10 @@
 //!
 //! Comes in: the theme, keys, what the system and the address ask for. Goes out: the view to draw with. Does not know what is drawn.
 
-use crate::keys::Action;
+use crate::keys::KeyAction;
 use crate::model::Theme;
 use crate::page::frame;
-use crate::view::{Palette, View, Wanted};
+use crate::view::{PainterChoice, Palette, View};
 use leptos::prelude::*;
 use wasm_bindgen::prelude::*;
 use web_sys::MediaQueryListEvent;
@@ -21,14 +21,14 @@ pub(super) fn with_view(picture: Picture, act: impl FnOnce(&View)) {
 }
 
 /// Fit and zoom, for keys and buttons.
-pub(super) fn look(view: &View, action: Action) {
+pub(super) fn look(view: &View, action: KeyAction) {
     match action {
-        Action::Fit => view.fit(),
-        Action::ZoomIn => view.zoom_by(1.25),
-        Action::ZoomOut => view.zoom_by(0.8),
-        Action::FromAbove => view.look_home(true),
-        Action::HomeView => view.look_home(false),
-        Action::Flip => view.look_flipped(),
+        KeyAction::Fit => view.fit(),
+        KeyAction::ZoomIn => view.zoom_by(1.25),
+        KeyAction::ZoomOut => view.zoom_by(0.8),
+        KeyAction::FromAbove => view.look_home(true),
+        KeyAction::HomeView => view.look_home(false),
+        KeyAction::Flip => view.look_flipped(),
         _ => {}
     }
 }
@@ -60,11 +60,11 @@ pub(super) fn palette(system_dark: bool) -> Palette {
 }
 
 /// What draws can be asked for in the address, for tests: `?draw=webgl2`.
-pub(super) fn wanted() -> Wanted {
+pub(super) fn wanted() -> PainterChoice {
     let search = window().location().search().unwrap_or_default();
     let word = search
         .trim_start_matches('?')
         .split('&')
         .find_map(|part| part.strip_prefix("draw=").map(str::to_owned));
-    word.map_or(Wanted::Auto, |word| Wanted::from_word(&word))
+    word.map_or(PainterChoice::Auto, |word| PainterChoice::from_word(&word))
 }

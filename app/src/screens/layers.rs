@@ -4,10 +4,10 @@
 
 use crate::engine::messages::LayerRow;
 use crate::i18n::{key, say, t};
-use crate::layers::{self, Kind, Look, Preset, Side};
+use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
 use crate::model::FrameEvent;
 use crate::page::{frame, open_board, open_job, send};
-use crate::view::{Colour, Layer, Mesh, Palette};
+use crate::view::{Colour, FilledLayer, Mesh, Palette};
 use crate::widgets::{Icon, choice, picture_button, push};
 use annulus_core::board::Face;
 use leptos::ev;
@@ -17,30 +17,30 @@ use std::sync::Arc;
 
 /// The same of the board as it lies for the plan: the side that is up is above, and its own copper alone is seen unless
 /// the person hid it.
-pub(crate) fn seen_laid() -> Vec<Layer> {
+pub(crate) fn seen_laid() -> Vec<FilledLayer> {
     let Some(laid) = open_board().laid.get() else { return Vec::new() };
     let face = open_job().work.with(|work| work.as_ref().map(|work| work.setup.face)).unwrap_or_default();
     frame().layers.with(|looks| {
         let rows = laid.laid.layers.iter().zip(&laid.meshes);
-        let up = if face == Face::Top { Kind::CopperTop } else { Kind::CopperBottom };
+        let up = if face == Face::Top { LayerKind::CopperTop } else { LayerKind::CopperBottom };
         let layer = |(row, mesh): (&LayerRow, &Arc<Mesh>)| {
-            let kind = Kind::of(&row.role, row.side.as_deref());
+            let kind = LayerKind::of(&row.role, row.side.as_deref());
             let look = looks.iter().find(|look| look.kind == kind).filter(|look| look.eye && kind == up)?;
-            Some(Layer { mesh: mesh.clone(), colour: look.tint(&Palette::DARK) })
+            Some(FilledLayer { mesh: mesh.clone(), colour: look.tint(&Palette::DARK) })
         };
         rows.filter_map(layer).collect()
     })
 }
 
 /// The filled layers that are drawn now, the lowest first.
-pub(crate) fn seen() -> Vec<Layer> {
+pub(crate) fn seen() -> Vec<FilledLayer> {
     let from_below = frame().flipped.get();
     open_board().document.with(|document| {
         let Some(document) = document else { return Vec::new() };
         frame().layers.with(|looks| {
-            let layer = |look: &Look| {
+            let layer = |look: &LayerLook| {
                 let mesh = document.meshes.get(look.mesh?)?.clone();
-                Some(Layer { mesh, colour: look.tint(&Palette::DARK) })
+                Some(FilledLayer { mesh, colour: look.tint(&Palette::DARK) })
             };
             layers::drawn(looks, from_below).into_iter().filter_map(layer).collect()
         })
@@ -48,7 +48,7 @@ pub(crate) fn seen() -> Vec<Layer> {
 }
 
 /// Whether holes, or the outline, are drawn.
-pub(crate) fn kind_seen(kind: Kind) -> bool {
+pub(crate) fn kind_seen(kind: LayerKind) -> bool {
     frame().layers.with(|looks| looks.iter().filter(|look| look.kind == kind).all(|look| look.eye))
 }
 
@@ -102,21 +102,21 @@ pub(crate) fn panel() -> impl IntoView {
 }
 
 /// The name of a layer for people.
-fn name_of(look: &Look) -> String {
+fn name_of(look: &LayerLook) -> String {
     let side = match look.side {
-        Side::Top => say!("page.side.top"),
-        Side::Bottom => say!("page.side.bottom"),
-        Side::Both => String::new(),
+        LayerSide::Top => say!("page.side.top"),
+        LayerSide::Bottom => say!("page.side.bottom"),
+        LayerSide::Both => String::new(),
     };
     let what = match look.kind {
-        Kind::CopperTop | Kind::CopperBottom => say!("page.kind.copper"),
-        Kind::CopperInner => say!("page.layers.inner"),
-        Kind::Mask => say!("page.kind.mask"),
-        Kind::Silk => say!("page.kind.silk"),
-        Kind::Paste => say!("page.kind.paste"),
-        Kind::Other => say!("page.kind.other"),
-        Kind::Holes => say!("page.layers.holes"),
-        Kind::Outline => say!("page.kind.outline"),
+        LayerKind::CopperTop | LayerKind::CopperBottom => say!("page.kind.copper"),
+        LayerKind::CopperInner => say!("page.layers.inner"),
+        LayerKind::Mask => say!("page.kind.mask"),
+        LayerKind::Silk => say!("page.kind.silk"),
+        LayerKind::Paste => say!("page.kind.paste"),
+        LayerKind::Other => say!("page.kind.other"),
+        LayerKind::Holes => say!("page.layers.holes"),
+        LayerKind::Outline => say!("page.kind.outline"),
     };
     if side.is_empty() { what } else { say!("page.layers.name", what = what, side = side) }
 }

@@ -4,7 +4,7 @@
 
 use super::regions;
 use crate::i18n::{self, t};
-use crate::keys::{Action, SHORTCUTS, Shortcut};
+use crate::keys::{KeyAction, SHORTCUTS, Shortcut};
 use crate::model::{FrameEvent, Overlay};
 use crate::page::{frame, send};
 use crate::widgets::{Dialog, dialog, push};
@@ -18,16 +18,16 @@ fn offered(shortcut: &Shortcut) -> bool {
     let here = shortcut.tab.is_none_or(|tab| tab == frame().tab.get());
     let own = matches!(
         shortcut.action,
-        Action::Stop | Action::Escape | Action::Pause | Action::ArmKeys | Action::Palette
+        KeyAction::Stop | KeyAction::Escape | KeyAction::Pause | KeyAction::ArmKeys | KeyAction::Palette
     );
-    here && !own && !matches!(shortcut.action, Action::Queue(_))
+    here && !own && !matches!(shortcut.action, KeyAction::Queue(_))
 }
 
 fn close() {
     send(FrameEvent::Overlay { overlay: None });
 }
 
-fn choose(action: Action) {
+fn choose(action: KeyAction) {
     close();
     // The dialog gives the focus back first.
     request_animation_frame(move || regions::act(action));

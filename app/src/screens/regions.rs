@@ -3,8 +3,8 @@
 //! Comes in: the browser's key presses. Goes out: what [`crate::keys`] says they mean.
 
 use crate::i18n::{key, unit_word};
-use crate::keys::{self, Action, Press, Tab};
-use crate::lab::Panel;
+use crate::keys::{self, KeyAction, Press, Tab};
+use crate::lab::LabPanel;
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
 use crate::model::{ExportEvent, FilesEvent, FrameEvent, Overlay, PlayEvent};
@@ -23,7 +23,7 @@ use web_sys::{HtmlElement, KeyboardEvent};
 pub(crate) fn listen() {
     let keys = window_event_listener(ev::keydown, |event| {
         if let Some(action) = keys::action(&press(&event), frame().tab.get_untracked()) {
-            if action != Action::Escape {
+            if action != KeyAction::Escape {
                 event.prevent_default();
             }
             act(action);
@@ -53,7 +53,7 @@ fn follow_address() {
         send(FrameEvent::Show { tab });
         send(FrameEvent::Operator { on: tab == Tab::Machine && hash.contains("view=operator") });
     }
-    if let Some(sheet) = Panel::of_address(&hash) {
+    if let Some(sheet) = LabPanel::of_address(&hash) {
         send(LabEvent::Show { sheet });
     }
 }
@@ -79,41 +79,49 @@ fn press(event: &KeyboardEvent) -> Press {
 }
 
 /// Does what a key asks for.
-pub(crate) fn act(action: Action) {
+pub(crate) fn act(action: KeyAction) {
     match action {
-        Action::Stop => link::stop(),
-        Action::Escape => {
+        KeyAction::Stop => link::stop(),
+        KeyAction::Escape => {
             send(LinkEvent::Escape);
             if frame().tab.get_untracked() == Tab::Draw {
                 drawing::escape();
             }
         }
-        Action::Pause => send(LinkEvent::Pause),
-        Action::ArmKeys => machine::arm_keys(),
-        Action::Show(tab) => send(FrameEvent::Show { tab }),
-        Action::Open => send(FilesEvent::Choose),
-        Action::Units => send(FrameEvent::Units { unit: None }),
-        Action::Region(onwards) => next_region(onwards),
-        Action::Flip if frame().tab.get_untracked() == Tab::Simulate => send(FrameEvent::Look { action }),
-        Action::Flip => send(FrameEvent::Flip { below: None }),
-        Action::Space => send(PlayEvent::Flat { flat: None }),
-        Action::Fit | Action::ZoomIn | Action::ZoomOut | Action::FromAbove | Action::HomeView => {
+        KeyAction::Pause => send(LinkEvent::Pause),
+        KeyAction::ArmKeys => machine::arm_keys(),
+        KeyAction::Show(tab) => send(FrameEvent::Show { tab }),
+        KeyAction::Open => send(FilesEvent::Choose),
+        KeyAction::Units => send(FrameEvent::Units { unit: None }),
+        KeyAction::Region { onwards } => next_region(onwards),
+        KeyAction::Flip if frame().tab.get_untracked() == Tab::Simulate => send(FrameEvent::Look { action }),
+        KeyAction::Flip => send(FrameEvent::Flip { below: None }),
+        KeyAction::Space => send(PlayEvent::Flat { flat: None }),
+        KeyAction::Fit
+        | KeyAction::ZoomIn
+        | KeyAction::ZoomOut
+        | KeyAction::FromAbove
+        | KeyAction::HomeView => {
             send(FrameEvent::Look { action });
         }
-        Action::Play | Action::Step(_) | Action::Beginning | Action::End | Action::Faster(_) => {
+        KeyAction::Play
+        | KeyAction::Step(_)
+        | KeyAction::Beginning
+        | KeyAction::End
+        | KeyAction::Faster { .. } => {
             simulate::act(action);
         }
-        Action::Speak => speak(),
-        Action::Undo(back) => send(LabEvent::Undo { back }),
-        Action::Queue(key) => lab::queue_key(key),
-        Action::Cam(key) => cam::act(key),
-        Action::Draw(key) => drawing::key(key),
-        Action::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
-        Action::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
-        Action::Save if open_board().document.with_untracked(Option::is_some) => {
+        KeyAction::Speak => speak(),
+        KeyAction::Undo { back } => send(LabEvent::Undo { back }),
+        KeyAction::Queue(key) => lab::queue_key(key),
+        KeyAction::Cam(key) => cam::act(key),
+        KeyAction::Draw(key) => drawing::key(key),
+        KeyAction::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
+        KeyAction::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
+        KeyAction::Save if open_board().document.with_untracked(Option::is_some) => {
             send(ExportEvent::SaveProject);
         }
-        Action::Save => {}
+        KeyAction::Save => {}
     }
 }
 

@@ -9,7 +9,7 @@ use crate::page::link;
 use crate::page::{frame, open_board, open_job, play};
 use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
-use crate::view::{Layer, Progress};
+use crate::view::{FilledLayer, OrderProgress};
 use annulus_core::board::{Board, Hole};
 use annulus_core::cam::work::Flip;
 use annulus_core::geometry::{Bounds, Point};
@@ -37,7 +37,7 @@ pub(crate) struct Shown {
     /// For every way, the operation that it belongs to, where that is known.
     pub toolpath_operations: Vec<u16>,
     /// Filled layers, the lowest first.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<FilledLayer>,
     /// Show the toolpaths as in the file instead of the planned ones.
     pub before: bool,
 }
@@ -84,7 +84,7 @@ impl Shown {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) struct Moment {
     /// Holes and toolpaths behind the head.
-    pub progress: Progress,
+    pub progress: OrderProgress,
     /// The head in work coordinates.
     pub head_mm: Option<[f64; 2]>,
 }
@@ -240,7 +240,7 @@ fn at_playback() -> Moment {
     let done = open_board().toolpaths.with(|toolpaths| {
         toolpaths.as_ref().map_or(now.holes_done, |toolpaths| toolpaths.done(now.leg, now.holes_done))
     });
-    Moment { progress: Progress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
+    Moment { progress: OrderProgress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }
 
 /// Nothing runs: what the last job left behind, if it is the one shown.
@@ -264,5 +264,5 @@ fn at_machine() -> Moment {
     });
     let drilling = matches!(status.stage, Some(Stage::Approach | Stage::Drill));
     let [x, y, _] = status.work_mm;
-    Moment { progress: Progress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
+    Moment { progress: OrderProgress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }

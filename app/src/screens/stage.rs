@@ -12,12 +12,12 @@ use super::canvas::{Picture, look, palette, system_dark, wanted, with_view};
 use super::layers;
 use super::shown::{Shown, missing_holes, moment, shown};
 use crate::i18n::{key, say, t};
-use crate::keys::{Action, Tab};
-use crate::layers::Kind;
+use crate::keys::{KeyAction, Tab};
+use crate::layers::LayerKind;
 use crate::model::{FrameEvent, PlayEvent};
 use crate::page::{frame, open_board, open_job, send};
 use crate::picture;
-use crate::view::{Backend, Line, Palette, Scene, State, View, Width};
+use crate::view::{Backend, HoleState, Line, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
 use annulus_core::board::Face;
 use annulus_core::proof;
@@ -53,9 +53,9 @@ pub(crate) fn stage() -> impl IntoView {
     super::simulate::in_space(picture, ready, shown);
     super::drawing::in_picture(picture, ready, palette);
     let buttons = [
-        (Icon::Fit, Action::Fit, key!("page.view.fit")),
-        (Icon::Plus, Action::ZoomIn, key!("page.view.closer")),
-        (Icon::Minus, Action::ZoomOut, key!("page.view.further")),
+        (Icon::Fit, KeyAction::Fit, key!("page.view.fit")),
+        (Icon::Plus, KeyAction::ZoomIn, key!("page.view.closer")),
+        (Icon::Minus, KeyAction::ZoomOut, key!("page.view.further")),
     ];
     let buttons = buttons.map(|(icon, action, name)| {
         picture_button(icon, move || crate::i18n::text(name, &[]), move |_| send(FrameEvent::Look { action }))
@@ -227,8 +227,8 @@ fn show_missing(
         let holes = if frame().tab.get() == Tab::Machine { missing.get() } else { Vec::new() };
         let disc = |hole: &u32| shown.as_ref()?.disc_of_hole(*hole);
         let failed: Vec<usize> = holes.iter().filter_map(disc).collect();
-        let planned = before.unwrap_or_default().into_iter().map(|disc| (disc, State::Planned));
-        let states: Vec<_> = planned.chain(failed.iter().map(|disc| (*disc, State::Failed))).collect();
+        let planned = before.unwrap_or_default().into_iter().map(|disc| (disc, HoleState::Planned));
+        let states: Vec<_> = planned.chain(failed.iter().map(|disc| (*disc, HoleState::Failed))).collect();
         if ready && !states.is_empty() {
             with_view(picture, |view| view.set_states(&states));
         }
@@ -240,7 +240,7 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     let mut scene = picture::scene(&shown.board, shown.body, palette);
     scene.layers.clone_from(&shown.layers);
     if frame().tab.get() == Tab::Board {
-        let (holes, outline) = (layers::kind_seen(Kind::Holes), layers::kind_seen(Kind::Outline));
+        let (holes, outline) = (layers::kind_seen(LayerKind::Holes), layers::kind_seen(LayerKind::Outline));
         scene.discs.retain(|_| holes);
         scene.slots.retain(|_| holes);
         scene.outline.retain(|_| outline);
@@ -293,7 +293,7 @@ fn found(shown: &Shown, palette: &Palette) -> Vec<Line> {
     open_board().proved.with(|proved| {
         let findings = proved.iter().flat_map(|proved| &proved.findings).enumerate();
         let marks = findings.flat_map(|(at, finding)| {
-            let joined = matches!(finding.kind, proof::Kind::Gap | proof::Kind::Short);
+            let joined = matches!(finding.kind, proof::FindingKind::Gap | proof::FindingKind::Short);
             let colour = if joined { palette.joined } else { palette.finding };
             picture::finding(picture::place(corner, finding.at), marked == Some(at), colour, palette)
         });

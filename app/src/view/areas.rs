@@ -5,11 +5,11 @@
 //! colour ─▶ tints[n]           whenever eye or opacity changes: four bytes
 //! ```
 //!
-//! Comes in: [`Layer`]s, the lowest first. Goes out: draws. Does not know what they show.
+//! Comes in: [`FilledLayer`]s, the lowest first. Goes out: draws. Does not know what they show.
 
 use super::buffers::{fill, vertex_buffer};
 use super::palette::Colour;
-use super::scene::{Layer, Mesh};
+use super::scene::{FilledLayer, Mesh};
 use std::sync::Arc;
 
 /// One layer's triangles.
@@ -35,7 +35,7 @@ impl Layers {
     }
 
     /// Shows `layers` and no others. What is on the GPU already is not written again.
-    pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, layers: &[Layer]) {
+    pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, layers: &[FilledLayer]) {
         let mut before = std::mem::take(&mut self.areas);
         let wanted = layers.iter().filter(|layer| !layer.mesh.triangles.is_empty());
         let mut tints: Vec<Colour> = Vec::new();

@@ -9,7 +9,7 @@ use web_sys::{HtmlCanvasElement, HtmlElement};
 
 /// Which painter to use.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Wanted {
+pub enum PainterChoice {
     /// The best there is.
     #[default]
     Auto,
@@ -21,7 +21,7 @@ pub enum Wanted {
     Flat,
 }
 
-impl Wanted {
+impl PainterChoice {
     /// From a word in the page's address: `webgpu`, `webgl2`, `2d`.
     pub fn from_word(word: &str) -> Self {
         match word {
@@ -67,15 +67,17 @@ pub(super) enum Painter {
 
 async fn make_painter(
     canvas: &HtmlCanvasElement,
-    wanted: Wanted,
+    wanted: PainterChoice,
     when_lost: fn(),
 ) -> Result<Painter, String> {
     let backends = match wanted {
-        Wanted::Flat => return Flat::new(canvas).map(Painter::Flat),
-        Wanted::WebGl2 => wgpu::Backends::GL,
-        Wanted::WebGpu => wgpu::Backends::BROWSER_WEBGPU,
-        Wanted::Auto if wgpu::util::is_browser_webgpu_supported().await => wgpu::Backends::BROWSER_WEBGPU,
-        Wanted::Auto => wgpu::Backends::GL,
+        PainterChoice::Flat => return Flat::new(canvas).map(Painter::Flat),
+        PainterChoice::WebGl2 => wgpu::Backends::GL,
+        PainterChoice::WebGpu => wgpu::Backends::BROWSER_WEBGPU,
+        PainterChoice::Auto if wgpu::util::is_browser_webgpu_supported().await => {
+            wgpu::Backends::BROWSER_WEBGPU
+        }
+        PainterChoice::Auto => wgpu::Backends::GL,
     };
     Gpu::new(canvas, backends, when_lost).await.map(|gpu| Painter::Gpu(Box::new(gpu)))
 }
@@ -84,14 +86,14 @@ async fn make_painter(
 /// one kind gives no other. `when_lost` is called when its device goes.
 pub(super) async fn set_up(
     host: &HtmlElement,
-    wanted: Wanted,
+    wanted: PainterChoice,
     when_lost: fn(),
 ) -> Result<(HtmlCanvasElement, Painter), String> {
-    let ladder: &[Wanted] = match wanted {
-        Wanted::Auto => &[Wanted::Auto, Wanted::WebGl2, Wanted::Flat],
-        Wanted::WebGpu => &[Wanted::WebGpu, Wanted::Flat],
-        Wanted::WebGl2 => &[Wanted::WebGl2, Wanted::Flat],
-        Wanted::Flat => &[Wanted::Flat],
+    let ladder: &[PainterChoice] = match wanted {
+        PainterChoice::Auto => &[PainterChoice::Auto, PainterChoice::WebGl2, PainterChoice::Flat],
+        PainterChoice::WebGpu => &[PainterChoice::WebGpu, PainterChoice::Flat],
+        PainterChoice::WebGl2 => &[PainterChoice::WebGl2, PainterChoice::Flat],
+        PainterChoice::Flat => &[PainterChoice::Flat],
     };
     let mut why = String::new();
     for rung in ladder {

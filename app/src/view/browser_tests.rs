@@ -20,7 +20,8 @@ pub(super) fn host() -> HtmlElement {
 /// A board of 20 mm with a hole of 8 mm in its middle, and a line below it.
 fn scene() -> Scene {
     let colour = Palette::DARK.tool(0);
-    let middle = Disc { centre_mm: [10.0, 10.0], radius_mm: 4.0, colour, state: State::Planned, order: 0 };
+    let middle =
+        Disc { centre_mm: [10.0, 10.0], radius_mm: 4.0, colour, state: HoleState::Planned, order: 0 };
     let line = Line {
         a_mm: [3.0, 2.0],
         b_mm: [17.0, 2.0],
@@ -70,7 +71,7 @@ fn close(found: [u8; 3], wanted: Colour, what: &str) {
 const RIM: [f32; 2] = [13.85, 10.0];
 const MIDDLE: [f32; 2] = [10.0, 10.0];
 
-async fn draws(wanted: Wanted, backend: Backend) -> Vec<[u8; 3]> {
+async fn draws(wanted: PainterChoice, backend: Backend) -> Vec<[u8; 3]> {
     let view = View::new(&host(), wanted, Palette::DARK).await.unwrap();
     assert_eq!(view.backend(), backend);
     view.set_scene(scene());
@@ -84,13 +85,13 @@ async fn draws(wanted: Wanted, backend: Backend) -> Vec<[u8; 3]> {
     close(seen([22.5, 22.5]), palette.background, "beside the board");
     let all = [MIDDLE, RIM, [10.0, 2.0], [5.3, 16.7], [22.5, 22.5]].map(&seen).to_vec();
 
-    view.set_states(&[(0, State::Done)]);
+    view.set_states(&[(0, HoleState::Done)]);
     close(pixels(&view)(MIDDLE), palette.done, "a drilled hole is filled");
-    view.set_states(&[(0, State::Planned)]);
+    view.set_states(&[(0, HoleState::Planned)]);
     close(pixels(&view)(MIDDLE), palette.bore, "and empty again");
-    view.set_progress(Progress { discs: 1, drilling: false, lines: 0 });
+    view.set_progress(OrderProgress { discs: 1, drilling: false, lines: 0 });
     close(pixels(&view)(MIDDLE), palette.done, "progress fills it too");
-    view.set_progress(Progress { discs: 0, drilling: true, lines: 0 });
+    view.set_progress(OrderProgress { discs: 0, drilling: true, lines: 0 });
     close(pixels(&view)(RIM), palette.current, "the hole in work has the accent");
     assert_eq!(view.0.borrow().canvas.get_attribute("data-holes").as_deref(), Some("1"));
     assert_eq!(view.0.borrow().canvas.get_attribute("data-backend").as_deref(), Some(backend.name()));
@@ -99,9 +100,9 @@ async fn draws(wanted: Wanted, backend: Backend) -> Vec<[u8; 3]> {
 
 #[wasm_bindgen_test]
 async fn webgpu_and_webgl2_and_the_plain_canvas_draw_the_same_picture() {
-    let webgpu = draws(Wanted::WebGpu, Backend::WebGpu).await;
-    let webgl2 = draws(Wanted::WebGl2, Backend::WebGl2).await;
-    draws(Wanted::Flat, Backend::Flat).await;
+    let webgpu = draws(PainterChoice::WebGpu, Backend::WebGpu).await;
+    let webgl2 = draws(PainterChoice::WebGl2, Backend::WebGl2).await;
+    draws(PainterChoice::Flat, Backend::Flat).await;
     for (a, b) in webgpu.iter().zip(&webgl2) {
         let apart = (0..3).map(|k| a[k].abs_diff(b[k])).max().unwrap();
         assert!(apart <= 6, "{webgpu:?} and {webgl2:?} differ");
@@ -120,10 +121,10 @@ pub(super) async fn tick() {
 
 #[wasm_bindgen_test]
 async fn a_lost_device_comes_back_with_the_same_picture() {
-    for wanted in [Wanted::WebGpu, Wanted::WebGl2] {
+    for wanted in [PainterChoice::WebGpu, PainterChoice::WebGl2] {
         let view = View::new(&host(), wanted, Palette::DARK).await.unwrap();
         view.set_scene(scene());
-        view.set_states(&[(0, State::Done)]);
+        view.set_states(&[(0, HoleState::Done)]);
         view.fit();
         let _ = pixels(&view);
         let backend = view.backend();
@@ -160,7 +161,7 @@ fn point(view: &View, kind: &str, at_mm: [f64; 2]) {
 
 #[wasm_bindgen_test]
 async fn a_press_picks_and_a_drag_pans() {
-    let view = View::new(&host(), Wanted::Flat, Palette::DARK).await.unwrap();
+    let view = View::new(&host(), PainterChoice::Flat, Palette::DARK).await.unwrap();
     view.set_scene(scene());
     view.fit();
     let picked = std::rc::Rc::new(std::cell::RefCell::new(Vec::new()));
@@ -184,7 +185,7 @@ async fn a_press_picks_and_a_drag_pans() {
 #[wasm_bindgen_test]
 async fn the_canvas_goes_with_the_last_handle_and_frames_are_painted_on_demand() {
     let host = host();
-    let view = View::new(&host, Wanted::Flat, Palette::DARK).await.unwrap();
+    let view = View::new(&host, PainterChoice::Flat, Palette::DARK).await.unwrap();
     view.set_scene(scene());
     tick().await;
     tick().await;
@@ -206,7 +207,7 @@ async fn the_canvas_goes_with_the_last_handle_and_frames_are_painted_on_demand()
 
 #[wasm_bindgen_test]
 async fn what_is_drawn_in_is_fitted_into_another_window_until_somebody_draws() {
-    let view = View::new(&host(), Wanted::Flat, Palette::DARK).await.unwrap();
+    let view = View::new(&host(), PainterChoice::Flat, Palette::DARK).await.unwrap();
     let host = view.0.borrow().host.clone();
     let resized = |width: &str| {
         host.style().set_property("width", width).unwrap();

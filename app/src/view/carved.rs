@@ -5,11 +5,11 @@
 //! rays, tool ─▶ numbers of the frame ─────────┴─▶ relief.wgsl     the same on WebGPU and WebGL2
 //! ```
 //!
-//! Comes in: a [`Field`], [`Patch`]es, an [`Orbit`]. Goes out: a draw. Does not know what cut it.
+//! Comes in: a [`ReliefField`], [`Patch`]es, an [`Orbit`]. Goes out: a draw. Does not know what cut it.
 
 use super::orbit::Orbit;
 use super::palette::Colour;
-use super::relief::{Cutting, Field, PATCH, Patch, Relief};
+use super::relief::{Cutting, PATCH, Patch, Relief, ReliefField};
 
 /// How long a tool is drawn, in its diameters and at least, mm.
 const LONG_DIAMETERS: f32 = 7.0;
@@ -91,7 +91,12 @@ impl Carved {
     }
 
     /// Another board, or none. False where it is too large for the device.
-    pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, field: Option<&Field>) -> bool {
+    pub(super) fn set(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        field: Option<&ReliefField>,
+    ) -> bool {
         self.depths = None;
         let Some(field) = field else { return true };
         let [width, height] = field.relief.tiles().map(|tiles| (tiles * PATCH) as u32);

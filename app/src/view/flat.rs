@@ -5,7 +5,7 @@
 use super::gpu::Look;
 use super::marks::Emphasis;
 use super::palette::Colour;
-use super::scene::{Disc, Line, State, UNORDERED, Width};
+use super::scene::{Disc, HoleState, Line, UNORDERED, Width};
 use std::f64::consts::TAU;
 use wasm_bindgen::JsCast;
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
@@ -141,29 +141,29 @@ impl Flat {
         let rim = (0.3 * radius).clamp(1.25, 4.5);
         let state = look.progress.state(disc.order, disc.state);
         let (fill, ring, ring_width) = match state {
-            State::Done => (palette.done, palette.bore.alpha(110), 0.45 * rim),
-            State::Current => (palette.bore, palette.current, rim),
-            State::Failed => (palette.bore, palette.failed, rim),
-            State::Planned | State::Skipped | State::Dimmed => (palette.bore, disc.colour, rim),
+            HoleState::Done => (palette.done, palette.bore.alpha(110), 0.45 * rim),
+            HoleState::Current => (palette.bore, palette.current, rim),
+            HoleState::Failed => (palette.bore, palette.failed, rim),
+            HoleState::Planned | HoleState::Skipped | HoleState::Dimmed => (palette.bore, disc.colour, rim),
         };
-        self.context.set_global_alpha(if state == State::Dimmed { 0.35 } else { 1.0 });
+        self.context.set_global_alpha(if state == HoleState::Dimmed { 0.35 } else { 1.0 });
         self.circle(at, radius);
         self.context.set_fill_style_str(&fill.css());
         self.context.fill();
         self.circle(at, radius - ring_width / 2.0);
         self.stroke(ring_width, ring);
         let arm = radius * 0.7;
-        if matches!(state, State::Skipped | State::Failed) {
+        if matches!(state, HoleState::Skipped | HoleState::Failed) {
             self.segment([at[0] - arm, at[1] - arm], [at[0] + arm, at[1] + arm], rim, ring);
         }
-        if state == State::Failed {
+        if state == HoleState::Failed {
             self.segment([at[0] - arm, at[1] + arm], [at[0] + arm, at[1] - arm], rim, ring);
         }
         self.context.set_global_alpha(1.0);
         let halos = [
-            (state == State::Current, 4.0, palette.current),
-            (state == State::Failed, 2.0, palette.bore),
-            (state == State::Failed, 4.0, palette.failed),
+            (state == HoleState::Current, 4.0, palette.current),
+            (state == HoleState::Failed, 2.0, palette.bore),
+            (state == HoleState::Failed, 4.0, palette.failed),
             (selected || hovered, 3.0, palette.selected),
         ];
         for (_, away, colour) in halos.into_iter().filter(|halo| halo.0) {

@@ -9,7 +9,7 @@
 //! Comes in: pointer and wheel events of the canvas. Goes out: camera moves and presses. Does not know what a press means.
 
 use super::handle::View;
-use super::held::{Held, Pressed, Stroke, tell};
+use super::held::{Held, PointerStroke, Pressed, tell};
 use super::touch::Touch;
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
@@ -108,7 +108,7 @@ fn stroke(view: &View, event: &PointerEvent, touch: Touch) {
     let act = view.0.borrow().gestures.on_stroke.clone();
     let at_mm = view.place_of(place(event));
     let ctrl = event.ctrl_key() || event.meta_key();
-    tell(act, Stroke { touch, at_mm, shift: event.shift_key(), ctrl });
+    tell(act, PointerStroke { touch, at_mm, shift: event.shift_key(), ctrl });
 }
 
 /// Whether this is the pointer that draws.

@@ -12,8 +12,8 @@ use super::carved::{Carved, Sight};
 use super::marks::{self, Emphasis, Mark};
 use super::orbit::Orbit;
 use super::palette::Palette;
-use super::relief::{Cutting, Field, Patch};
-use super::scene::{Line, Progress, Scene};
+use super::relief::{Cutting, Patch, ReliefField};
+use super::scene::{Line, OrderProgress, Scene};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -51,10 +51,10 @@ pub(super) struct Look<'a> {
     pub(super) scene: &'a Scene,
     pub(super) over: &'a [Line],
     pub(super) palette: &'a Palette,
-    pub(super) progress: Progress,
+    pub(super) progress: OrderProgress,
     pub(super) head_mm: Option<[f32; 2]>,
     /// The board in space instead of all that.
-    pub(super) solid: Option<(&'a Field, &'a Orbit, Option<Cutting>)>,
+    pub(super) solid: Option<(&'a ReliefField, &'a Orbit, Option<Cutting>)>,
 }
 
 /// What happened to a frame.
@@ -202,7 +202,7 @@ impl Gpu {
     }
 
     /// Another board in space, or none. False where it is too large for the device.
-    pub(super) fn set_field(&mut self, field: Option<&Field>) -> bool {
+    pub(super) fn set_field(&mut self, field: Option<&ReliefField>) -> bool {
         if self.carved.is_none() && field.is_none() {
             return true;
         }

@@ -5,11 +5,11 @@
 
 use super::backend::{Backend, Painter};
 use super::camera::Camera;
-use super::held::{Pressed, Stroke, tell};
+use super::held::{PointerStroke, Pressed, tell};
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
-use super::scene::{Line, Progress, Scene, State, UNORDERED};
+use super::scene::{HoleState, Line, OrderProgress, Scene, UNORDERED};
 use super::stage::{Frames, Stage};
 use std::cell::RefCell;
 use std::rc::{Rc, Weak};
@@ -49,7 +49,7 @@ impl View {
             stage.fitted &= !stage.gestures.strokes;
             stage.scene = scene;
             stage.emphasis = Emphasis::default();
-            stage.progress = Progress::default();
+            stage.progress = OrderProgress::default();
             stage.picker = None;
             stage.rebuild();
         }
@@ -73,7 +73,7 @@ impl View {
     }
 
     /// Changes the states of some discs, by index; nothing else is written to the GPU.
-    pub fn set_states(&self, changes: &[(usize, State)]) {
+    pub fn set_states(&self, changes: &[(usize, HoleState)]) {
         {
             let mut stage = self.0.borrow_mut();
             for (index, state) in changes {
@@ -130,7 +130,7 @@ impl View {
     }
 
     /// How far the plan has come. Costs a frame and nothing more.
-    pub fn set_progress(&self, progress: Progress) {
+    pub fn set_progress(&self, progress: OrderProgress) {
         self.0.borrow_mut().progress = progress;
         self.repaint();
     }
@@ -246,7 +246,7 @@ impl View {
     }
 
     /// Called with what the pointer does while it draws, see [`set_strokes`](Self::set_strokes).
-    pub fn on_stroke(&self, act: impl FnMut(Stroke) + 'static) {
+    pub fn on_stroke(&self, act: impl FnMut(PointerStroke) + 'static) {
         self.0.borrow_mut().gestures.on_stroke = Some(Rc::new(RefCell::new(act)));
     }
 

@@ -22,7 +22,7 @@ pub struct Pressed {
 
 /// A pointer that draws.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stroke {
+pub struct PointerStroke {
     /// What it does.
     pub touch: Touch,
     /// Where on the board.
@@ -44,7 +44,7 @@ pub(super) struct Gestures {
     pub(super) on_press: Act<Pressed>,
     pub(super) on_hover: Act<Option<([f64; 2], Option<usize>)>>,
     pub(super) on_camera: Act<Camera>,
-    pub(super) on_stroke: Act<Stroke>,
+    pub(super) on_stroke: Act<PointerStroke>,
     /// The first button and a single finger draw; they do not move the picture.
     pub(super) strokes: bool,
     /// The pointer that draws now.

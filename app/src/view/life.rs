@@ -7,7 +7,7 @@
 //!
 //! Comes in: a host element. Goes out: a canvas in it. Does not know what is shown.
 
-use super::backend::{Painter, Wanted, set_up};
+use super::backend::{Painter, PainterChoice, set_up};
 use super::camera::Camera;
 use super::gestures;
 use super::gpu::Painted;
@@ -15,7 +15,7 @@ use super::handle::{View, keep, wake_all};
 use super::held::Gestures;
 use super::marks::Emphasis;
 use super::palette::Palette;
-use super::scene::{Progress, Scene};
+use super::scene::{OrderProgress, Scene};
 use super::solid::Solid;
 use super::stage::{Frames, Stage};
 use std::cell::RefCell;
@@ -28,7 +28,7 @@ const MOST_LOSSES: u32 = 3;
 
 impl View {
     /// A picture that fills `host`, which must have a size. Fails only where there is not even a 2D canvas.
-    pub async fn new(host: &HtmlElement, wanted: Wanted, palette: Palette) -> Result<Self, String> {
+    pub async fn new(host: &HtmlElement, wanted: PainterChoice, palette: Palette) -> Result<Self, String> {
         let (canvas, painter) = set_up(host, wanted, wake_all).await?;
         let view = Self(Rc::new(RefCell::new(Stage {
             host: host.clone(),
@@ -41,7 +41,7 @@ impl View {
             camera: Camera::default(),
             density: 1.0,
             emphasis: Emphasis::default(),
-            progress: Progress::default(),
+            progress: OrderProgress::default(),
             head_mm: None,
             solid: Solid::default(),
             picker: None,
@@ -121,7 +121,7 @@ impl View {
             stage.painter = Painter::None;
             stage.canvas.remove();
             stage.frames.losses += 1;
-            let wanted = if stage.frames.losses > MOST_LOSSES { Wanted::Flat } else { stage.wanted };
+            let wanted = if stage.frames.losses > MOST_LOSSES { PainterChoice::Flat } else { stage.wanted };
             (stage.host.clone(), wanted)
         };
         let stage = Rc::downgrade(&self.0);

@@ -11,7 +11,7 @@
 //! Comes in: a [`Scene`]. Goes out: instances. Does not know the GPU.
 
 use super::palette::{Colour, Palette};
-use super::scene::{Disc, Line, Scene, Slot, State, UNORDERED, Width};
+use super::scene::{Disc, HoleState, Line, Scene, SceneSlot, UNORDERED, Width};
 
 const DISC: u32 = 1 << 3;
 const SELECTED: u32 = 1 << 4;
@@ -108,11 +108,11 @@ fn stroke(a_mm: [f32; 2], b_mm: [f32; 2], width: Width, colour: Colour, order: u
         Width::Px(width) => (0.0, width / 2.0),
         Width::Mm(width) => (width / 2.0, 0.0),
     };
-    let bits = State::Planned as u32 | order.min(UNORDERED) << 8;
+    let bits = HoleState::Planned as u32 | order.min(UNORDERED) << 8;
     Mark { a_mm, b_mm, radius_mm, radius_px, colour, bits }
 }
 
-fn sweep(slot: &Slot, colour: Colour, grown_px: f32, into: &mut Vec<Mark>) {
+fn sweep(slot: &SceneSlot, colour: Colour, grown_px: f32, into: &mut Vec<Mark>) {
     into.extend(slot.path_mm.windows(2).map(|pair| Mark {
         radius_px: grown_px,
         ..stroke(pair[0], pair[1], Width::Mm(slot.width_mm), colour, UNORDERED)
@@ -129,12 +129,12 @@ mod tests {
             centre_mm: [x, 1.0],
             radius_mm: 0.5,
             colour: red,
-            state: State::Planned,
+            state: HoleState::Planned,
             order,
         };
         Scene {
             outline: vec![vec![[0.0, 0.0], [9.0, 0.0], [9.0, 9.0]]],
-            slots: vec![Slot {
+            slots: vec![SceneSlot {
                 path_mm: vec![[1.0, 1.0], [2.0, 1.0], [2.0, 3.0]],
                 width_mm: 0.8,
                 colour: red,

@@ -53,16 +53,18 @@ pub use camera::Camera;
 pub use orbit::Orbit;
 pub use palette::{Colour, Palette};
 pub use pick::Picker;
-pub use relief::{Cutting, Field, PATCH, Patch, Relief};
-pub use scene::{Disc, Layer, Line, Mesh, Plate, Progress, Scene, Slot, State, UNORDERED, Width};
+pub use relief::{Cutting, PATCH, Patch, Relief, ReliefField};
+pub use scene::{
+    Disc, FilledLayer, HoleState, Line, Mesh, OrderProgress, Plate, Scene, SceneSlot, UNORDERED, Width,
+};
 pub use touch::Touch;
 
 #[cfg(target_arch = "wasm32")]
-pub use backend::{Backend, Wanted};
+pub use backend::{Backend, PainterChoice};
 #[cfg(target_arch = "wasm32")]
 pub use handle::View;
 #[cfg(target_arch = "wasm32")]
-pub use held::{Pressed, Stroke};
+pub use held::{PointerStroke, Pressed};
 #[cfg(target_arch = "wasm32")]
 pub use stage::Frames;
 

@@ -17,7 +17,7 @@ const HOME_DEG: [f64; 2] = [52.0, -18.0];
 /// Flatter than this the board is but a line.
 const LEAST_TILT_DEG: f64 = 8.0;
 /// Share of the window that a fitted board takes at most.
-const FITTED: f64 = 0.86;
+const FITTED_SHARE: f64 = 0.86;
 /// Degrees that a pixel of a drag turns.
 const DEG_PER_PX: f64 = 0.35;
 
@@ -89,7 +89,7 @@ impl Orbit {
         let least_mm = |corner: [f64; 2]| {
             let off = [corner[0] - self.centre_mm[0], corner[1] - self.centre_mm[1], 0.0];
             let across = [rays.right, rays.up].map(|edge| (dot(off, edge) / dot(edge, edge)).abs());
-            across[0].max(across[1]) / FITTED - dot(off, rays.forward)
+            across[0].max(across[1]) / FITTED_SHARE - dot(off, rays.forward)
         };
         let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
         let away_mm = corners.map(least_mm).into_iter().fold(0.0, f64::max);
@@ -170,7 +170,7 @@ impl Orbit {
 mod tests {
     use super::*;
 
-    const WINDOW: [f64; 2] = [800.0, 600.0];
+    const WINDOW_PX: [f64; 2] = [800.0, 600.0];
 
     fn views() -> Vec<Orbit> {
         let of = |tilt_deg, turn_deg| Orbit { tilt_deg, turn_deg, centre_mm: [10.0, 5.0], across_mm: 40.0 };
@@ -184,20 +184,20 @@ mod tests {
     #[test]
     fn the_middle_shows_the_centre_and_a_zoom_keeps_what_is_under_the_pointer() {
         for mut orbit in views() {
-            near(orbit.to_mm([400.0, 300.0], WINDOW).unwrap(), orbit.centre_mm);
-            let held = orbit.to_mm([300.0, 350.0], WINDOW).unwrap();
-            orbit.zoom_at([300.0, 350.0], 1.7, WINDOW);
-            near(orbit.to_mm([300.0, 350.0], WINDOW).unwrap(), held);
-            orbit.pan_px([300.0, 350.0], [340.0, 300.0], WINDOW);
-            near(orbit.to_mm([340.0, 300.0], WINDOW).unwrap(), held);
+            near(orbit.to_mm([400.0, 300.0], WINDOW_PX).unwrap(), orbit.centre_mm);
+            let held = orbit.to_mm([300.0, 350.0], WINDOW_PX).unwrap();
+            orbit.zoom_at([300.0, 350.0], 1.7, WINDOW_PX);
+            near(orbit.to_mm([300.0, 350.0], WINDOW_PX).unwrap(), held);
+            orbit.pan_px([300.0, 350.0], [340.0, 300.0], WINDOW_PX);
+            near(orbit.to_mm([340.0, 300.0], WINDOW_PX).unwrap(), held);
         }
     }
 
     #[test]
     fn from_above_x_points_right_and_from_below_left() {
         let [above, .., below] = <[Orbit; 5]>::try_from(views()).unwrap();
-        let right = |orbit: Orbit| orbit.to_mm([500.0, 300.0], WINDOW).unwrap();
-        let up = |orbit: Orbit| orbit.to_mm([400.0, 200.0], WINDOW).unwrap();
+        let right = |orbit: Orbit| orbit.to_mm([500.0, 300.0], WINDOW_PX).unwrap();
+        let up = |orbit: Orbit| orbit.to_mm([400.0, 200.0], WINDOW_PX).unwrap();
         assert!(right(above)[0] > 10.0 && up(above)[1] > 5.0);
         assert!(right(below)[0] < 10.0 && up(below)[1] > 5.0, "{:?}", up(below));
     }
@@ -219,7 +219,7 @@ mod tests {
                     let corners = [low, [high[0], low[1]], high, [low[0], high[1]]];
                     let all = corners.map(|corner| seen(&orbit, corner, [width, height]));
                     let most = all.iter().flatten().fold(0.0_f64, |most, part| most.max(part.abs()));
-                    assert!((most - FITTED).abs() < 1e-9, "{most} of {orbit:?} in {width} × {height}");
+                    assert!((most - FITTED_SHARE).abs() < 1e-9, "{most} of {orbit:?} in {width} × {height}");
                 }
             }
         }
@@ -228,14 +228,14 @@ mod tests {
     #[test]
     fn a_fitted_box_is_in_the_window_and_a_drag_never_passes_the_horizon() {
         let box_mm = [[0.0, 0.0], [100.0, 60.0]];
-        let orbit = Orbit::of(box_mm, WINDOW, true);
-        let corner = orbit.to_mm([0.0, 600.0], WINDOW).unwrap();
+        let orbit = Orbit::of(box_mm, WINDOW_PX, true);
+        let corner = orbit.to_mm([0.0, 600.0], WINDOW_PX).unwrap();
         assert!(corner[0] < 0.0 && corner[1] < 0.0, "{corner:?}");
         for mut orbit in views() {
             let below = orbit.is_below();
             orbit.turn_px([0.0, 9_000.0]);
             orbit.turn_px([0.0, -9_000.0]);
-            assert_eq!((orbit.is_below(), orbit.to_mm([400.0, 300.0], WINDOW).is_some()), (below, true));
+            assert_eq!((orbit.is_below(), orbit.to_mm([400.0, 300.0], WINDOW_PX).is_some()), (below, true));
             orbit.flip();
             assert_eq!(orbit.is_below(), !below);
         }

@@ -61,11 +61,11 @@ impl Picker {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::{Colour, State};
+    use crate::view::{Colour, HoleState};
     use annulus_core::chance::Chance;
 
     fn disc(x: f32, y: f32, radius_mm: f32) -> Disc {
-        Disc { centre_mm: [x, y], radius_mm, colour: Colour::rgb(0), state: State::Planned, order: 0 }
+        Disc { centre_mm: [x, y], radius_mm, colour: Colour::rgb(0), state: HoleState::Planned, order: 0 }
     }
 
     #[test]

@@ -49,7 +49,7 @@ pub struct Cutting {
 
 /// All tiles of a board, so that a new graphics device gets them again.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Field {
+pub struct ReliefField {
     /// The board.
     pub relief: Relief,
     tiles: Vec<Option<Arc<[u16]>>>,
@@ -69,7 +69,7 @@ impl Relief {
     }
 }
 
-impl Field {
+impl ReliefField {
     /// Nothing of it is cut.
     pub fn new(relief: Relief) -> Self {
         let [across, up] = relief.tiles();
@@ -120,7 +120,7 @@ mod tests {
             copper_mm: 0.035,
             both_sides: false,
         };
-        let mut field = Field::new(relief);
+        let mut field = ReliefField::new(relief);
         assert_eq!(field.cut().count(), 0);
         let depths = |depth: u16| Some(Arc::from(vec![depth; PATCH * PATCH]));
         field.set(&Patch { first: [64, 64], depths_um: depths(300) });

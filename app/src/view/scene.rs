@@ -19,9 +19,9 @@ pub struct Scene {
     /// Closed lines of the board's edge.
     pub outline: Vec<Vec<[f32; 2]>>,
     /// Filled areas over the body, the first lowest.
-    pub layers: Vec<Layer>,
+    pub layers: Vec<FilledLayer>,
     /// Elongated holes.
-    pub slots: Vec<Slot>,
+    pub slots: Vec<SceneSlot>,
     /// Lines, for example the way of the head. They lie under the discs.
     pub lines: Vec<Line>,
     /// Round holes. They are told apart by their index here.
@@ -32,7 +32,7 @@ pub struct Scene {
 
 /// A filled area.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Layer {
+pub struct FilledLayer {
     /// Its triangles.
     pub mesh: Arc<Mesh>,
     /// Its colour; the alpha is its opacity.
@@ -69,14 +69,14 @@ pub struct Disc {
     /// Colour of its tool.
     pub colour: Colour,
     /// How far it is.
-    pub state: State,
+    pub state: HoleState,
     /// Its number in the order of the plan, from 0, or [`UNORDERED`].
     pub order: u32,
 }
 
 /// How far a hole is. Each state has a shape of its own beside its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum State {
+pub enum HoleState {
     /// To be drilled: a ring around a dark bore.
     #[default]
     Planned = 0,
@@ -118,7 +118,7 @@ pub enum Width {
 
 /// A hole swept along a path.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Slot {
+pub struct SceneSlot {
     /// Its centre line, at least two points.
     pub path_mm: Vec<[f32; 2]>,
     /// Its width.
@@ -129,7 +129,7 @@ pub struct Slot {
 
 /// How far a plan has come, by the numbers of its order. Moving it repaints; it rewrites nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Progress {
+pub struct OrderProgress {
     /// Discs with a lower number are done.
     pub discs: u32,
     /// The disc with number `discs` is in work.
@@ -171,13 +171,13 @@ fn around(centre: [f32; 2], radius: f32) -> [[f32; 2]; 2] {
     [[centre[0] - radius, centre[1] - radius], [centre[0] + radius, centre[1] + radius]]
 }
 
-impl Progress {
+impl OrderProgress {
     /// The state of a disc with number `order` that itself says `state`.
-    pub fn state(self, order: u32, state: State) -> State {
+    pub fn state(self, order: u32, state: HoleState) -> HoleState {
         match state {
-            State::Planned if order == UNORDERED => state,
-            State::Planned if order < self.discs => State::Done,
-            State::Planned if order == self.discs && self.drilling => State::Current,
+            HoleState::Planned if order == UNORDERED => state,
+            HoleState::Planned if order < self.discs => HoleState::Done,
+            HoleState::Planned if order == self.discs && self.drilling => HoleState::Current,
             _ => state,
         }
     }
@@ -193,7 +193,7 @@ mod tests {
             centre_mm: [10.0, 5.0],
             radius_mm: 2.0,
             colour: Colour::rgb(0),
-            state: State::Planned,
+            state: HoleState::Planned,
             order: 0,
         };
         let mut scene = Scene { discs: vec![disc], ..Scene::default() };
@@ -205,18 +205,18 @@ mod tests {
 
     #[test]
     fn progress_passes_planned_discs_and_leaves_the_others_alone() {
-        let at = Progress { discs: 3, drilling: true, lines: 0 };
+        let at = OrderProgress { discs: 3, drilling: true, lines: 0 };
         let rows = [
-            (2, State::Planned, State::Done),
-            (3, State::Planned, State::Current),
-            (4, State::Planned, State::Planned),
-            (UNORDERED, State::Planned, State::Planned),
-            (1, State::Failed, State::Failed),
-            (9, State::Done, State::Done),
+            (2, HoleState::Planned, HoleState::Done),
+            (3, HoleState::Planned, HoleState::Current),
+            (4, HoleState::Planned, HoleState::Planned),
+            (UNORDERED, HoleState::Planned, HoleState::Planned),
+            (1, HoleState::Failed, HoleState::Failed),
+            (9, HoleState::Done, HoleState::Done),
         ];
         for (order, own, expected) in rows {
             assert_eq!(at.state(order, own), expected, "order {order}, {own:?}");
         }
-        assert_eq!(Progress { drilling: false, ..at }.state(3, State::Planned), State::Planned);
+        assert_eq!(OrderProgress { drilling: false, ..at }.state(3, HoleState::Planned), HoleState::Planned);
     }
 }

@@ -3,12 +3,12 @@
 //! Goes out: what is to be drawn. Does not know how it is drawn.
 
 use super::orbit::Orbit;
-use super::relief::{Cutting, Field};
+use super::relief::{Cutting, ReliefField};
 
 /// What of the board in space is kept while the picture stands.
 #[derive(Default)]
 pub(super) struct Solid {
-    pub(super) field: Option<Field>,
+    pub(super) field: Option<ReliefField>,
     pub(super) orbit: Orbit,
     pub(super) tool: Option<Cutting>,
     /// The device takes a board so large.
@@ -21,7 +21,7 @@ pub(super) struct Solid {
 
 impl Solid {
     /// What is to be drawn instead of the flat picture.
-    pub(super) fn seen(&self) -> Option<(&Field, &Orbit, Option<Cutting>)> {
+    pub(super) fn seen(&self) -> Option<(&ReliefField, &Orbit, Option<Cutting>)> {
         let field = self.field.as_ref().filter(|_| self.shown && self.fits)?;
         Some((field, &self.orbit, self.tool))
     }

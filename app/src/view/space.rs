@@ -5,7 +5,7 @@
 use super::backend::{Backend, Painter};
 use super::handle::View;
 use super::orbit::Orbit;
-use super::relief::{Cutting, Field, Patch, Relief};
+use super::relief::{Cutting, Patch, Relief, ReliefField};
 
 impl View {
     /// Whether this picture can show boards in space.
@@ -24,7 +24,7 @@ impl View {
         {
             let mut stage = self.0.borrow_mut();
             let stage = &mut *stage;
-            stage.solid.field = relief.map(Field::new);
+            stage.solid.field = relief.map(ReliefField::new);
             stage.solid.fits = match &mut stage.painter {
                 Painter::Gpu(gpu) => gpu.set_field(stage.solid.field.as_ref()),
                 Painter::Flat(_) | Painter::None => false,

@@ -47,7 +47,7 @@ fn kind([red, green, blue]: [u8; 3]) -> &'static str {
     }
 }
 
-async fn view(wanted: Wanted) -> View {
+async fn view(wanted: PainterChoice) -> View {
     let view = View::new(&host(), wanted, Palette::DARK).await.unwrap();
     view.set_relief(Some(relief()));
     view.patch(&patches());
@@ -84,7 +84,7 @@ fn expected(depth_um: u16) -> &'static str {
 
 #[wasm_bindgen_test]
 async fn what_is_carved_is_seen_on_both_back_ends_and_after_a_loss() {
-    for wanted in [Wanted::WebGpu, Wanted::WebGl2] {
+    for wanted in [PainterChoice::WebGpu, PainterChoice::WebGl2] {
         let view = view(wanted).await;
         for (found, depth) in seen(&view) {
             assert_eq!(found, expected(depth), "{depth} µm on {wanted:?}");
@@ -110,7 +110,7 @@ async fn what_is_carved_is_seen_on_both_back_ends_and_after_a_loss() {
 
 #[wasm_bindgen_test]
 async fn without_a_graphics_card_the_picture_stays_flat() {
-    let view = view(Wanted::Flat).await;
+    let view = view(PainterChoice::Flat).await;
     assert!(!view.can_show_solids());
     let _ = pixels(&view);
     let canvas = view.0.borrow().canvas.clone();
@@ -119,7 +119,7 @@ async fn without_a_graphics_card_the_picture_stays_flat() {
 
 #[wasm_bindgen_test]
 async fn a_narrower_window_shows_all_of_the_board_until_somebody_has_moved_it() {
-    let view = view(Wanted::WebGl2).await;
+    let view = view(PainterChoice::WebGl2).await;
     view.look_home(false);
     let host = view.0.borrow().host.clone();
     let resized = |width: &str| {

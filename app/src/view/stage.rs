@@ -3,14 +3,14 @@
 //! Comes in: changes, made by [`View`](super::View). Goes out: pixels, and `data-…` attributes of the canvas that say
 //! what is to be seen, for tests and helpers. Does not know when a frame is due.
 
-use super::backend::{Painter, Wanted};
+use super::backend::{Painter, PainterChoice};
 use super::camera::Camera;
 use super::gpu::{Look, Painted};
 use super::held::Gestures;
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::pick::Picker;
-use super::scene::{Line, Progress, Scene, State};
+use super::scene::{HoleState, Line, OrderProgress, Scene};
 use super::solid::Solid;
 use wasm_bindgen::prelude::*;
 use web_sys::{HtmlCanvasElement, HtmlElement, ResizeObserver};
@@ -36,7 +36,7 @@ pub(super) struct Stage {
     pub(super) host: HtmlElement,
     pub(super) canvas: HtmlCanvasElement,
     pub(super) painter: Painter,
-    pub(super) wanted: Wanted,
+    pub(super) wanted: PainterChoice,
     pub(super) scene: Scene,
     /// Lies over the scene: what follows the pointer.
     pub(super) over: Vec<Line>,
@@ -44,7 +44,7 @@ pub(super) struct Stage {
     pub(super) camera: Camera,
     pub(super) density: f64,
     pub(super) emphasis: Emphasis,
-    pub(super) progress: Progress,
+    pub(super) progress: OrderProgress,
     pub(super) head_mm: Option<[f32; 2]>,
     pub(super) solid: Solid,
     pub(super) picker: Option<Picker>,
@@ -155,7 +155,7 @@ impl Stage {
     fn publish(&self) {
         let states = self.scene.discs.iter().map(|disc| self.progress.state(disc.order, disc.state));
         let count = |wanted| states.clone().filter(|state| *state == wanted).count();
-        let (done, failed) = (count(State::Done), count(State::Failed));
+        let (done, failed) = (count(HoleState::Done), count(HoleState::Failed));
         let rows = [
             ("data-backend", self.painter.backend().name().to_owned()),
             ("data-holes", self.scene.discs.len().to_string()),

@@ -10,7 +10,7 @@
 use super::unseen;
 use crate::i18n::{Words, say, t};
 use crate::readout;
-use annulus_core::plot::{self, Anchor, Ink, Plot, Shape};
+use annulus_core::plot::{self, Anchor, Ink, Plot, PlotShape};
 use leptos::ev::{self, KeyboardEvent, PointerEvent};
 use leptos::html::{self, details, div, figcaption, figure, span, summary, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
@@ -115,9 +115,9 @@ fn picture(plot: &Plot, width: f64, height: f64) -> Vec<AnyView> {
     plot::draw(plot, width, height).into_iter().map(drawn).collect()
 }
 
-fn drawn(shape: Shape) -> AnyView {
+fn drawn(shape: PlotShape) -> AnyView {
     match shape {
-        Shape::Line { ink, points } => {
+        PlotShape::Line { ink, points } => {
             let fine = !matches!(ink, Ink::Series(_));
             let points = if fine {
                 sharp(&points)
@@ -126,16 +126,16 @@ fn drawn(shape: Shape) -> AnyView {
             };
             svg::polyline().attr("class", ink_class(ink)).attr("points", points).into_any()
         }
-        Shape::Area { ink, at: [x, y, width, height] } => {
+        PlotShape::Area { ink, at: [x, y, width, height] } => {
             let place =
                 svg::rect().attr("class", format!("{} area", ink_class(ink))).attr("x", x).attr("y", y);
             place.attr("width", width).attr("height", height).into_any()
         }
-        Shape::Dot { ink, at: [x, y] } => {
+        PlotShape::Dot { ink, at: [x, y] } => {
             let class = format!("{} dot", ink_class(ink));
             svg::circle().attr("class", class).attr("cx", x).attr("cy", y).attr("r", "2.5").into_any()
         }
-        Shape::Words { ink, at: [x, y], size, anchor, turned, text } => {
+        PlotShape::Words { ink, at: [x, y], size, anchor, turned, text } => {
             let anchor = match anchor {
                 Anchor::Start => "start",
                 Anchor::Middle => "middle",
@@ -169,7 +169,7 @@ fn hair(plot: &Plot, width: f64, height: f64, cursor: Option<f64>) -> Vec<AnyVie
         for (index, series) in panel.series.iter().enumerate() {
             if let Some(value) = readout::value_at(series, x) {
                 let at = [px, frame.py(value).clamp(top, bottom)];
-                shapes.push(drawn(Shape::Dot { ink: Ink::Series(index), at }));
+                shapes.push(drawn(PlotShape::Dot { ink: Ink::Series(index), at }));
             }
         }
     }

@@ -6,9 +6,9 @@
 use crate::format::typed;
 use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
 use annulus_core::cam::parameters::Parameter;
-use annulus_core::cam::work::{Action, Operation, Remedy, Work};
+use annulus_core::cam::work::{Operation, OperationKind, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
-use annulus_core::machine::{Kind, Machine, Value};
+use annulus_core::machine::{Machine, Value, ValueKind};
 use annulus_core::proof::{self, Finding};
 use annulus_core::units::Length;
 
@@ -71,11 +71,11 @@ pub fn of_face(work: &Work, face: Face) -> Vec<usize> {
 /// What was typed, as a value of a row; text that is no number stays text and is refused as such.
 pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
     match row.kind {
-        Kind::Text(_) | Kind::Choice(_) => Value::Text(text.to_owned()),
-        Kind::Number(..) | Kind::Whole(..) => {
+        ValueKind::Text(_) | ValueKind::Choice(_) => Value::Text(text.to_owned()),
+        ValueKind::Number(..) | ValueKind::Whole(..) => {
             typed(text).map_or_else(|| Value::Text(text.to_owned()), Value::Number)
         }
-        Kind::Numbers(..) | Kind::Wholes(..) => {
+        ValueKind::Numbers(..) | ValueKind::Wholes(..) => {
             let words: Option<Vec<_>> = text.split_whitespace().map(typed).collect();
             words.map_or_else(|| Value::Text(text.to_owned()), Value::Numbers)
         }
@@ -85,7 +85,7 @@ pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
 /// What the bit of `operation` cuts at the surface, where it is a V-bit: the deeper, the wider.
 pub fn width(work: &Work, operation: &Operation) -> Option<Length> {
     let bit = work.bit(&operation.bit)?;
-    let uses = !matches!(operation.action, Action::Drill(_));
+    let uses = !matches!(operation.action, OperationKind::Drill(_));
     (uses && matches!(bit.cutter, Cutter::Vee { .. })).then(|| bit.width_at(operation.depth))
 }
 
@@ -128,7 +128,7 @@ pub fn bit_changed(work: &Work, at: usize, bit: Bit) -> Work {
 
 /// With `cure` put into the isolation at `at`, or into the first of this side. A deeper cut is the operation's own depth.
 pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> Work {
-    let isolates = |operation: &Operation| matches!(operation.action, Action::Isolate(_));
+    let isolates = |operation: &Operation| matches!(operation.action, OperationKind::Isolate(_));
     let chosen = Some(at).filter(|at| work.operations.get(*at).is_some_and(isolates));
     let first = || {
         of_face(work, work.setup.face).into_iter().find(|at| work.operations.get(*at).is_some_and(isolates))
@@ -145,7 +145,7 @@ pub fn cured(work: &Work, at: usize, finding: &Finding, cure: &proof::Cure) -> W
             proof::Cure::Centred { .. } => Remedy::Centred,
         };
         let Some((from, to)) = finding.ends else { return };
-        if let Action::Isolate(isolate) = &mut operation.action {
+        if let OperationKind::Isolate(isolate) = &mut operation.action {
             isolate.cure(from, to, with);
         }
     })
@@ -156,7 +156,7 @@ pub fn shallower(work: &Work, offer: &proof::Shallower) -> Work {
     let mut work = work.clone();
     let face = work.setup.face;
     let isolates = |operation: &&mut Operation| {
-        matches!(operation.action, Action::Isolate(_)) && operation.on && operation.face == face
+        matches!(operation.action, OperationKind::Isolate(_)) && operation.on && operation.face == face
     };
     for operation in work.operations.iter_mut().filter(isolates).filter(|own| own.bit == offer.bit) {
         operation.depth = operation.depth.min(offer.depth);
@@ -170,7 +170,7 @@ pub fn finer_tip(work: &Work, tip: Length) -> Work {
     let mut work = work.clone();
     let (face, least) = (work.setup.face, COPPER_THICKNESS + DEPTH_MARGIN);
     let isolates = |operation: &&Operation| {
-        matches!(operation.action, Action::Isolate(_)) && operation.on && operation.face == face
+        matches!(operation.action, OperationKind::Isolate(_)) && operation.on && operation.face == face
     };
     let used = work.operations.iter().filter(isolates).filter_map(|operation| work.bit(&operation.bit));
     let vees = used.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. }));
@@ -199,7 +199,7 @@ mod tests {
     use super::*;
     use annulus_core::cam::parameters;
     use annulus_core::cam::usual::usual_bits;
-    use annulus_core::cam::work::Cure;
+    use annulus_core::cam::work::LocalIsolation;
     use annulus_core::geometry::Point;
     use annulus_core::machine::virtual_drill;
 
@@ -307,11 +307,15 @@ mod tests {
     fn a_cure_lies_across_its_gap_and_a_gap_has_one() {
         let before = work(&["drill", "isolate"]);
         let ends = (Point::from_mm(3.0, 1.0), Point::from_mm(3.0, 1.1));
-        let found =
-            Finding::new(proof::Kind::Gap, Point::from_mm(3.0, 1.05), Length::from_um(100), Vec::new());
+        let found = Finding::new(
+            proof::FindingKind::Gap,
+            Point::from_mm(3.0, 1.05),
+            Length::from_um(100),
+            Vec::new(),
+        );
         let finding = Finding { ends: Some(ends), ..found };
         let cures = |work: &Work| match &work.operations[1].action {
-            Action::Isolate(isolate) => isolate.cures.clone(),
+            OperationKind::Isolate(isolate) => isolate.cures.clone(),
             _ => Vec::new(),
         };
         let um = Length::from_um;
@@ -323,11 +327,11 @@ mod tests {
             lost: um(20),
         };
         let centred = cured(&before, 1, &finding, &centred);
-        let wanted = Cure { from: ends.0, to: ends.1, with: Remedy::Centred };
+        let wanted = LocalIsolation { from: ends.0, to: ends.1, with: Remedy::Centred };
         assert_eq!(cures(&centred), std::slice::from_ref(&wanted));
         let other = proof::Cure::OtherBit { owned: 1, bit: bit("V 60°"), depth: um(60), width: um(90) };
         let changed = cured(&centred, 1, &finding, &other);
-        assert_eq!(cures(&changed), [Cure { with: Remedy::Bit("V 60°".to_owned()), ..wanted }]);
+        assert_eq!(cures(&changed), [LocalIsolation { with: Remedy::Bit("V 60°".to_owned()), ..wanted }]);
     }
 
     #[test]

@@ -9,10 +9,10 @@
 //!
 //! Comes in: the text, a place in it. Goes out: part and block. Does not read the file: the core does.
 
-use annulus_core::post::{BLOCKS, Block, Part};
+use annulus_core::post::{BLOCKS, Block, TemplateKind};
 
 /// The template and the block at byte `at` of `text`.
-pub fn place(text: &str, at: usize) -> (Option<Part>, Option<Block>) {
+pub fn place(text: &str, at: usize) -> (Option<TemplateKind>, Option<Block>) {
     let (mut part, mut block, mut inside) = (None, None, false);
     let mut start = 0;
     for line in text.split_inclusive('\n') {
@@ -26,7 +26,7 @@ pub fn place(text: &str, at: usize) -> (Option<Part>, Option<Block>) {
                 block = None;
             }
         } else if let Some(name) = trimmed.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
-            part = Part::ALL.into_iter().find(|part| part.key() == name);
+            part = TemplateKind::ALL.into_iter().find(|part| part.key() == name);
             block = None;
         } else if let (Some(part), Some((key, value))) = (part, trimmed.split_once('=')) {
             let row = BLOCKS.iter().find(|row| row.part == part && row.block.key() == key.trim());
@@ -63,11 +63,11 @@ mod tests {
         let at = |word: &str| TEXT.find(word).unwrap();
         let rows = [
             (at("schema"), None, None),
-            (at("[drill]"), Some(Part::Drill), None),
-            (at("G21"), Some(Part::Drill), Some(Block::Start)),
-            (at("G0"), Some(Part::Drill), Some(Block::Hole)),
-            (at("[engrave]"), Some(Part::Engrave), None),
-            (at("G1 "), Some(Part::Engrave), Some(Block::Line)),
+            (at("[drill]"), Some(TemplateKind::Drill), None),
+            (at("G21"), Some(TemplateKind::Drill), Some(Block::Start)),
+            (at("G0"), Some(TemplateKind::Drill), Some(Block::Hole)),
+            (at("[engrave]"), Some(TemplateKind::Engrave), None),
+            (at("G1 "), Some(TemplateKind::Engrave), Some(Block::Line)),
         ];
         for (place_at, part, block) in rows {
             assert_eq!(place(TEXT, place_at), (part, block), "at {place_at}");

@@ -197,15 +197,15 @@ fn say(line: &mut Line, ask: Ask) -> Result<Status, Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::machine::{Adapter, virtual_drill};
+    use annulus_core::machine::{AdapterWiring, virtual_drill};
 
     #[test]
     fn settings_are_those_of_the_machine_in_ticks_and_bits() {
-        let adapter = Adapter {
+        let adapter = AdapterWiring {
             sensors_low: vec![0, 0, 1, 0, 0, 0, 0],
             steps_low: vec![0, 1, 0, 0],
             directions_low: vec![1, 0, 0, 1],
-            ..Adapter::default()
+            ..AdapterWiring::default()
         };
         let machine = Machine { adapter, pulse_width_us: 1.25, direction_setup_us: 5, ..virtual_drill() };
         let found = settings(&machine);

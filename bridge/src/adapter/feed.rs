@@ -6,7 +6,7 @@ use super::path::{rule, runs, steeper};
 use annulus_core::pins::Motors;
 use annulus_core::steps::Segment;
 use annulus_link::AXES;
-use annulus_link::cutter::{Cutter, Piece, Rule};
+use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::message::Status;
 use annulus_link::run::Run;
 
@@ -20,7 +20,7 @@ pub(super) struct Path {
 /// What is left to be fed.
 pub(super) struct Feed<'a> {
     paths: &'a [Path],
-    cutter: Option<(Cutter<'a>, Rule)>,
+    cutter: Option<(ChunkCutter<'a>, Rule)>,
     /// Cut, and not yet offered.
     pub(super) piece: Option<Piece>,
     number: u32,
@@ -58,7 +58,7 @@ impl<'a> Feed<'a> {
             let Some((path, later)) = self.paths.split_first() else { return true };
             self.paths = later;
             let lists = path.runs.each_ref().map(Vec::as_slice);
-            self.cutter = Some((Cutter::new(lists, path.ticks, self.number, self.index), path.rule));
+            self.cutter = Some((ChunkCutter::new(lists, path.ticks, self.number, self.index), path.rule));
         }
         true
     }

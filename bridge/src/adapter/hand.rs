@@ -7,8 +7,8 @@ use super::play::{Adapter, NO_TASK};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Mark;
 use annulus_core::motion::cycles;
-use annulus_core::steps::{Effect, Segment, Stage, segment};
-use annulus_drill::executor::{Ended, Message, Report, Task};
+use annulus_core::steps::{Segment, Stage, Switching, segment};
+use annulus_drill::executor::{Ended, Instruction, Report, Task};
 use std::sync::mpsc::{Receiver, TryRecvError};
 use std::time::{Duration, Instant};
 
@@ -29,7 +29,7 @@ struct Memory {
 /// Does what is ordered until the end. An error means that nothing more can be done.
 pub(super) fn run(
     adapter: &mut Adapter,
-    orders: &Receiver<Message>,
+    orders: &Receiver<Instruction>,
     report: &impl Fn(Report),
 ) -> Result<(), Diagnostic> {
     let mut memory = Memory::default();
@@ -51,27 +51,27 @@ pub(super) fn run(
             }
         };
         match message {
-            Message::Task(given) if std::mem::take(&mut memory.starved) => {
+            Instruction::Task(given) if std::mem::take(&mut memory.starved) => {
                 report(report_of(adapter, &given, 0, Ended::Starved));
             }
-            Message::Task(given) => {
+            Instruction::Task(given) => {
                 let done = task(adapter, &given, &mut memory)?;
                 adapter.leave(None);
                 report(done);
             }
-            Message::Correct { axis, steps } => {
+            Instruction::Correct { axis, steps } => {
                 if let Some(place) = adapter.position.get_mut(axis) {
                     *place += steps;
                 }
             }
-            Message::Spindle(rpm) => adapter.spindle(rpm)?,
-            Message::Output(_, on) => adapter.output(on)?,
-            Message::Bit(_) => {}
-            Message::Abandon => {
+            Instruction::Spindle { rpm } => adapter.spindle(rpm)?,
+            Instruction::Output { on, .. } => adapter.output(on)?,
+            Instruction::Bit(_) => {}
+            Instruction::Abandon => {
                 lift(adapter, memory.lift_to)?;
                 break;
             }
-            Message::Finish => break,
+            Instruction::Finish => break,
         }
     }
     // Whether it hears this or nothing: its outputs go off.
@@ -88,7 +88,7 @@ fn task(adapter: &mut Adapter, task: &Task, memory: &mut Memory) -> Result<Repor
     (adapter.task, adapter.ticks, memory.follows) = (task.id, 0, None);
     let (mut completed, mut ended) = (0, Ended::Completed);
     while let Some(segment) = task.segments.get(completed) {
-        if let Effect::Spindle(rpm) = segment.effect {
+        if let Switching::Spindle { rpm } = segment.effect {
             adapter.spindle(rpm)?;
         }
         if !may_begin(adapter, task, segment)? {
@@ -136,7 +136,7 @@ fn together(adapter: &Adapter, task: &Task, segments: &[Segment]) -> usize {
     let (inputs, is_durable) = (adapter.inputs(), adapter.shared.durable() >= task.needs_durable);
     let joins = |segment: &&Segment| {
         let waits = is_stroke(segment) && !is_durable;
-        segment.gate.is_none() && segment.effect == Effect::None && guard(segment) & inputs == 0 && !waits
+        segment.gate.is_none() && segment.effect == Switching::None && guard(segment) & inputs == 0 && !waits
     };
     match segments.split_first() {
         Some((first, later)) if first.gate.is_none() => 1 + later.iter().take_while(joins).count(),

@@ -84,13 +84,13 @@ pub(super) fn last_steps(segment: &Segment) -> (u8, u8) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::job::{Effect, Mark};
+    use annulus_core::job::{Mark, Switching};
     use annulus_core::machine::virtual_drill;
     use annulus_core::steps;
     use annulus_link::chunk::{LONGEST_TAIL, stopping};
 
     fn segment(stage: Stage, runs: Vec<steps::Run>) -> Segment {
-        let (mark, effect) = (Mark::Prepare, Effect::None);
+        let (mark, effect) = (Mark::Prepare, Switching::None);
         Segment { leg: 0, mark, stage, duration_ticks: 0, runs, effect, gate: None, end: [0; machine::AXES] }
     }
 

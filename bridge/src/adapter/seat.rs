@@ -8,7 +8,7 @@ use super::hand;
 use super::play::Adapter;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
-use annulus_drill::executor::{Heard, Message, Seat, Shared};
+use annulus_drill::executor::{Heard, Instruction, Seat, Shared};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Sender, channel};
@@ -16,7 +16,7 @@ use std::thread::{self, JoinHandle};
 
 /// The owner's end.
 struct Thread {
-    orders: Option<Sender<Message>>,
+    orders: Option<Sender<Instruction>>,
     thread: Option<JoinHandle<()>>,
     gone: Arc<AtomicBool>,
 }
@@ -45,7 +45,7 @@ pub(crate) fn start(
 }
 
 impl Seat for Thread {
-    fn order(&self, message: Message) {
+    fn order(&self, message: Instruction) {
         if let Some(orders) = &self.orders {
             let _ = orders.send(message);
         }
@@ -61,7 +61,7 @@ impl Seat for Thread {
     }
 
     fn finish(&mut self) {
-        self.order(Message::Finish);
+        self.order(Instruction::Finish);
         self.orders = None;
         if let Some(thread) = self.thread.take() {
             let _ = thread.join();

@@ -20,14 +20,14 @@ use super::{Answer, Exit, ReadingArgs, Refusal, diagnostic_lines, diagnostic_obj
 use crate::cli::job::{self, Whole};
 use crate::machine_file;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::toolpaths::{self, Means, Part, Planned, Scene, lower_work};
+use annulus_core::cam::toolpaths::{self, Means, PlacedBoard, Planned, PlannedOperation, lower_work};
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::cam::{self, PlanOptions, briefing, parameters};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program, milled_mm, travel_mm};
 use annulus_core::machine::Machine;
-use annulus_core::post::{Files, Manner};
+use annulus_core::post::{FileSplit, Manner};
 use annulus_core::proof::{self, Verdict};
 use annulus_core::wire::program;
 use annulus_core::{locale, motion, project, sim};
@@ -234,8 +234,8 @@ fn side(
             Refusal::content(first.unwrap_or_else(|| Diagnostic::error("cam.nothing_to_do")))
         })?;
         let mut program = lower_work(&planned, work, machine);
-        let usual = proof::Options::of(face, work.promised(face));
-        let asked = proof::Options { most: if args.cure { usize::MAX } else { usual.most }, ..usual };
+        let usual = proof::ProofOptions::of(face, work.promised(face));
+        let asked = proof::ProofOptions { most: if args.cure { usize::MAX } else { usual.most }, ..usual };
         let mut verdict = proof::prove(&planned.board, std::slice::from_ref(&program), &asked);
         for finding in &mut verdict.findings {
             let index = finding.leg.and_then(|(_, leg)| planned.operation_at(&program, leg));
@@ -261,9 +261,9 @@ fn planned(
     work: &Work,
     machine: &Machine,
     means: &Means<'_>,
-    known: &mut BTreeMap<String, Part>,
+    known: &mut BTreeMap<String, PlannedOperation>,
 ) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let scene = Scene::of(board, work);
+    let scene = PlacedBoard::of(board, work);
     let mut parts = Vec::new();
     for (index, _) in toolpaths::planned_operations(work) {
         let key = toolpaths::key(work, index, machine);
@@ -292,7 +292,7 @@ fn written(
         briefing::add_side(&mut briefed, side.face, work, planned, times_s);
     }
     let programs: Vec<&Program> = sides.iter().map(|side| &side.program).collect();
-    let files = args.one_file.then_some(Files::Job);
+    let files = args.one_file.then_some(FileSplit::Job);
     let manner = Manner { lines_only_mm: args.lines_only, files, ..Manner::on(machine) };
     cam_files::write(target, &manner, (&args.output, &stem), &programs, (&briefed, &args.accept))
 }

@@ -11,10 +11,10 @@
 //! Comes in: a job and what its proof said. Goes out: the job changed, and whether it was; what stays closed at the end. Does not plan or prove.
 
 use annulus_core::board::Face;
-use annulus_core::cam::work::{Action, Isolate, Operation, Remedy, Work};
+use annulus_core::cam::work::{Isolate, Operation, OperationKind, Remedy, Work};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::proof::{self, Finding, Kind, Verdict};
+use annulus_core::proof::{self, Finding, FindingKind, Verdict};
 use annulus_core::units::Length;
 use serde_json::{Value, json};
 
@@ -125,7 +125,7 @@ impl Curing {
 
 /// Whether it is about nets that are still joined.
 fn is_joined(finding: &Finding) -> bool {
-    matches!(finding.kind, Kind::Short | Kind::Gap)
+    matches!(finding.kind, FindingKind::Short | FindingKind::Gap)
 }
 
 fn word(cure: &proof::Cure) -> &'static str {
@@ -149,7 +149,7 @@ fn remedy(cure: &proof::Cure) -> Remedy {
 
 /// The operations that isolate `face`.
 fn isolations(work: &mut Work, face: Face) -> impl Iterator<Item = &mut Operation> {
-    let isolates = |operation: &Operation| matches!(operation.action, Action::Isolate(_));
+    let isolates = |operation: &Operation| matches!(operation.action, OperationKind::Isolate(_));
     let here = work.operations.iter_mut().filter(move |operation| operation.on && operation.face == face);
     here.filter(move |operation| isolates(operation))
 }
@@ -157,7 +157,7 @@ fn isolations(work: &mut Work, face: Face) -> impl Iterator<Item = &mut Operatio
 /// The first of them.
 fn isolation(work: &mut Work, face: Face) -> Option<&mut Isolate> {
     isolations(work, face).find_map(|operation| match &mut operation.action {
-        Action::Isolate(isolate) => Some(isolate),
+        OperationKind::Isolate(isolate) => Some(isolate),
         _ => None,
     })
 }

@@ -9,7 +9,7 @@ use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::{Briefing, Mark, Program};
 use annulus_core::locale;
 use annulus_core::machine::Machine;
-use annulus_core::post::{self, Files, Manner, OutputFile};
+use annulus_core::post::{self, FileSplit, Manner, OutputFile};
 use annulus_core::proof;
 use annulus_core::wire::program;
 use serde_json::json;
@@ -200,7 +200,7 @@ pub(crate) fn write(
         program.name = stem.to_string_lossy().into_owned();
     }
     // One file was named: everything goes into it.
-    let files = (!folder).then_some(Files::Job);
+    let files = (!folder).then_some(FileSplit::Job);
     let manner = Manner { lines_only_mm: args.lines_only_mm, files, ..Manner::on(machine) };
     let files = target.files(&program, &manner, None)?;
     if !folder && files.len() > 1 {

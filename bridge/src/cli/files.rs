@@ -9,7 +9,7 @@ use crate::refusal::Refusal;
 use annulus_core::artwork::{self, Artwork, Digits, FileRead, Overrides, Role};
 use annulus_core::board::drawing;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::project::saved::{self, Numbers, Project, Said};
+use annulus_core::project::saved::{self, NumberReading, Project, SaidOfFiles};
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -41,7 +41,7 @@ pub(crate) struct ReadFiles {
     /// How many of these were asked for.
     pub(crate) asked_for: usize,
     /// What a person said of them, by flags or in a saved project.
-    pub(crate) said: Said,
+    pub(crate) said: SaidOfFiles,
     /// The job file of a saved project.
     pub(crate) job: Option<String>,
 }
@@ -67,7 +67,11 @@ pub(crate) fn read(paths: &[PathBuf], reading: &ReadingArgs) -> Result<ReadFiles
         (0..artwork.files.len()).filter(|&index| !is_beside(&artwork.files[index].name)).collect();
     let listed = of_board(&mut artwork, listed, reading.board.as_deref())?;
     asked_first(&mut artwork, &listed);
-    let said = Said { numbers: Numbers::of(&overrides), aligned: reading.align, ..Said::default() };
+    let said = SaidOfFiles {
+        numbers: NumberReading::of(&overrides),
+        aligned: reading.align,
+        ..SaidOfFiles::default()
+    };
     Ok(drawn_over(ReadFiles { artwork, listed, given: files.named, asked_for, said, ..ReadFiles::default() }))
 }
 
@@ -125,7 +129,7 @@ pub(crate) fn read_board(paths: &[PathBuf], reading: &ReadingArgs) -> Result<Rea
         zeros: told.zeros.or(kept.zeros),
     };
     said.aligned |= reading.align;
-    said.numbers = Numbers::of(&numbers);
+    said.numbers = NumberReading::of(&numbers);
     let mut artwork = drawing::read_under(&files, &numbers);
     if reading.board.is_none() {
         said.choose_board(&mut artwork);

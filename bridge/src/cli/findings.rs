@@ -4,7 +4,7 @@
 
 use super::rounded;
 use annulus_core::locale;
-use annulus_core::proof::{Cure, Finding, Group, Kind, Shallower, Whole, to_be_read};
+use annulus_core::proof::{Cure, Finding, FindingKind, Group, Shallower, Whole, to_be_read};
 use annulus_core::units::Length;
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,7 +13,7 @@ use std::collections::{BTreeMap, BTreeSet};
 const SHOWN: usize = 12;
 
 /// Whether a finding was accepted: by its name, its code or the last word of its code.
-fn accepted(kind: Kind, id: &str, accept: &[String]) -> bool {
+fn accepted(kind: FindingKind, id: &str, accept: &[String]) -> bool {
     let code = kind.code();
     let last = code.rsplit('.').next().unwrap_or(code);
     accept.iter().any(|word| word == id || word == code || word == last)

@@ -7,7 +7,7 @@ use super::{Answer, Exit, Refusal, counted, rounded};
 use crate::cli::files;
 use crate::refusal;
 use annulus_core::artwork::{
-    Counts, DrillFile, FileRead, Gerber, Kind, TooMuch, nets, painted, painted_measures,
+    Counts, DrillFile, FileKind, FileRead, Gerber, TooMuch, nets, painted, painted_measures,
 };
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Bounds;
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     }
     // What was asked for by name and could not be opened at all is refused, with the rest of the answer.
     let asked = |file: &&&FileRead| args.paths.iter().any(|path| path.display().to_string() == file.name);
-    let refused = listed.iter().filter(|file| file.kind == Kind::Refused).find(asked);
+    let refused = listed.iter().filter(|file| file.kind == FileKind::Refused).find(asked);
     let Some(refused) = refused else { return Ok(Answer { object, text, exit: Exit::Done }) };
     let mut object = object;
     object["error"] = Refusal::content(refused.reason.clone()).object()["error"].take();
@@ -168,12 +168,12 @@ fn diagnostic_object(diagnostic: &Diagnostic) -> Value {
 fn file_text(file: &FileRead) -> String {
     let mut text = format!("{}\n  {} — {}", file.name, file.kind.name(), file.reason.message("en"));
     // Why a file is refused is its first diagnostic too, and is said once.
-    let said = usize::from(file.kind == Kind::Refused && file.diagnostics.first() == Some(&file.reason));
+    let said = usize::from(file.kind == FileKind::Refused && file.diagnostics.first() == Some(&file.reason));
     let _ = if said > 0 { writeln!(text, " {}", file.reason.advice("en")) } else { writeln!(text) };
     if let Some(drill) = &file.drill {
         drill_text(&mut text, file, drill);
     }
-    if file.kind == Kind::Gerber {
+    if file.kind == FileKind::Gerber {
         let side = file.side.map_or("", |side| side.name());
         let _ = writeln!(text, "{}", format!("  {} {side}", file.role.name()).trim_end());
     }

@@ -13,11 +13,11 @@ use super::saving::Given;
 use super::{Group, JobArgs, ReadingArgs};
 use crate::machine_file;
 use crate::refusal::Refusal;
-use annulus_core::board::{Board, Face, Hole, Wanted, from_artwork_with};
+use annulus_core::board::{Board, BoardWanted, Face, Hole, from_artwork_with};
 use annulus_core::cam::figures::{Figures, figures};
 use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
-use annulus_core::cam::work::{Action, Operation, Work};
-use annulus_core::cam::{self, PlanOptions, Progress};
+use annulus_core::cam::work::{Operation, OperationKind, Work};
+use annulus_core::cam::{self, PlanOptions, PlanningProgress};
 use annulus_core::diagnostic::{Diagnostic, Severity, nearest};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
@@ -134,7 +134,7 @@ fn read_board(args: &JobArgs) -> Result<(Board, Vec<Diagnostic>, Option<String>)
     can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
     // What a saved job does with copper is counted, and so there has to be copper.
-    let wanted = Wanted { copper: read.job.is_some(), aligned: read.said.aligned };
+    let wanted = BoardWanted { copper: read.job.is_some(), aligned: read.said.aligned };
     let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
     let said = said_of(&read, &diagnostics);
@@ -157,18 +157,18 @@ pub(crate) fn opened(board: &Board, saved: Option<&str>, machine: &Machine) -> R
 /// The part of a saved job that makes holes, from the side that it drills from, with its set-up; an error where it does more.
 fn holes_of(saved: &str, board: &Board, machine: &Machine) -> Result<(Work, Option<Diagnostic>), Refusal> {
     let mut work = opened(board, Some(saved), machine)?;
-    let drills = |one: &&Operation| one.on && matches!(one.action, Action::Drill(_));
-    let mills = |one: &&Operation| one.on && matches!(one.action, Action::MillHoles(_));
+    let drills = |one: &&Operation| one.on && matches!(one.action, OperationKind::Drill(_));
+    let mills = |one: &&Operation| one.on && matches!(one.action, OperationKind::MillHoles(_));
     // Holes for pins are drilled first, from the other side.
     let last_first = || work.operations.iter().rev();
     if let Some(last) = last_first().find(drills).or_else(|| last_first().find(mills)) {
         work.setup.face = last.face;
     }
     let face = work.setup.face;
-    let (kept, others): (Vec<Operation>, Vec<Operation>) = std::mem::take(&mut work.operations)
-        .into_iter()
-        .filter(|one| one.on)
-        .partition(|one| one.face == face && matches!(one.action, Action::Drill(_) | Action::MillHoles(_)));
+    let (kept, others): (Vec<Operation>, Vec<Operation>) =
+        std::mem::take(&mut work.operations).into_iter().filter(|one| one.on).partition(|one| {
+            one.face == face && matches!(one.action, OperationKind::Drill(_) | OperationKind::MillHoles(_))
+        });
     work.operations = kept;
     let why = Diagnostic::error("job.operations_left_out").with("count", others.len());
     Ok((work, (!others.is_empty()).then_some(why)))
@@ -195,7 +195,7 @@ pub(crate) fn read_whole(
 ) -> Result<Whole, Refusal> {
     can_be_accepted(accept)?;
     let read = files::read_board(jobs, reading)?;
-    let wanted = Wanted { copper: true, aligned: read.said.aligned };
+    let wanted = BoardWanted { copper: true, aligned: read.said.aligned };
     let (mut board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn.iter().chain(read.artwork.missing(&read.listed)).cloned());
     let said = said_of(&read, &diagnostics);
@@ -216,7 +216,7 @@ pub(crate) fn read_whole(
 /// Every word of `--accept` is a code, the last word of a finding's code, or a finding's name.
 pub(crate) fn can_be_accepted(accept: &[String]) -> Result<(), Refusal> {
     let codes = locale::entries("en").iter().filter_map(|(key, _)| key.strip_suffix(".message"));
-    let kinds = proof::Kind::ALL.iter().map(|kind| kind.code().rsplit('.').next().unwrap_or_default());
+    let kinds = proof::FindingKind::ALL.iter().map(|kind| kind.code().rsplit('.').next().unwrap_or_default());
     let known: BTreeSet<&str> = codes.chain(kinds).collect();
     let is_name = |word: &str| word.len() == 8 && word.bytes().all(|byte| byte.is_ascii_hexdigit());
     let Some(word) = accept.iter().find(|word| !known.contains(word.as_str()) && !is_name(word)) else {
@@ -253,11 +253,11 @@ fn planned(
     diagnostics.extend(left_out);
     unseen(&diagnostics, &args.accept)?;
     if args.no_mill {
-        work.operations.retain(|operation| matches!(operation.action, Action::Drill(_)));
+        work.operations.retain(|operation| matches!(operation.action, OperationKind::Drill(_)));
     }
     diagnostics.extend(machine::warnings(&machine));
     let bar = indicatif::ProgressBar::new(0);
-    let mut tell = |at: Progress| {
+    let mut tell = |at: PlanningProgress| {
         bar.set_length(at.total);
         bar.set_position(at.done);
         true
@@ -296,8 +296,8 @@ fn options(args: &JobArgs) -> Result<PlanOptions, Refusal> {
     }
     Ok(PlanOptions {
         group: match args.group {
-            Group::Ascending => cam::Group::Ascending,
-            Group::LoadedFirst => cam::Group::LoadedFirst,
+            Group::Ascending => cam::BitOrder::Ascending,
+            Group::LoadedFirst => cam::BitOrder::LoadedFirst,
         },
         loaded: args.loaded_mm.map(Length::from_mm),
         spindles: spindles(&args.spindles)?,

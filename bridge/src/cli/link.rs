@@ -5,7 +5,7 @@
 use super::{Answer, Exit, Refusal};
 use crate::server::runtime::{self, Note};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::wire::{Link, PROOF_HEADER, Scope, auth};
+use annulus_core::wire::{LinkBody, PROOF_HEADER, Scope, auth};
 use serde_json::{Value, json};
 use std::io::{self, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};
@@ -61,7 +61,7 @@ pub(crate) fn run(args: &LinkArgs) -> Result<Answer, Refusal> {
 
 /// `POST /api/link`: the body of the answer.
 fn ask(note: &Note, scope: Scope) -> io::Result<String> {
-    let body = serde_json::to_string(&Link { scope })?;
+    let body = serde_json::to_string(&LinkBody { scope })?;
     let host = format!("127.0.0.1:{}", note.port);
     let proof = auth::request(&note.secret, "POST", "/api/link");
     let head = format!(

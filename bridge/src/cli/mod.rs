@@ -204,7 +204,7 @@ pub(crate) enum Order {
     File,
 }
 
-impl From<Order> for annulus_core::cam::Order {
+impl From<Order> for annulus_core::cam::HoleOrder {
     fn from(order: Order) -> Self {
         match order {
             Order::Shortest => Self::Shortest,

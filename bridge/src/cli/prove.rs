@@ -10,14 +10,14 @@ use super::prove_files::{self, Given, Laid, Tools};
 use super::prove_holes::Done;
 use super::{Answer, Exit, Refusal, cam, diagnostic_lines, diagnostic_objects, rounded};
 use crate::cli::job;
-use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
-use annulus_core::cam::toolpaths::Scene;
+use annulus_core::board::{Board, BoardWanted, Face, from_artwork_with};
+use annulus_core::cam::toolpaths::PlacedBoard;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Asked, Program, Promised};
 use annulus_core::locale;
 use annulus_core::machine::virtual_drill;
-use annulus_core::proof::{self, Kind, Options, Verdict};
+use annulus_core::proof::{self, FindingKind, ProofOptions, Verdict};
 use annulus_core::units::Length;
 use clap::ValueEnum;
 use serde_json::{Value, json};
@@ -99,7 +99,7 @@ fn board_mm(text: &str) -> Result<f64, String> {
 pub(crate) fn run(args: &ProveArgs) -> Result<Answer, Refusal> {
     job::can_be_accepted(&args.accept)?;
     let read = files::read_board(std::slice::from_ref(&args.job), &args.reading)?;
-    let wanted = Wanted { copper: true, aligned: read.said.aligned };
+    let wanted = BoardWanted { copper: true, aligned: read.said.aligned };
     let (board, mut diagnostics) = from_artwork_with(&read.artwork, &read.used, wanted);
     diagnostics.extend(read.drawn);
     let tools = Tools::of(&args.tools)?;
@@ -145,14 +145,14 @@ fn own_programs(
     copper_or_none(args, &side)?;
     let (asked, is_planned) = (asked(args, work.as_ref(), &[face], None), work.is_some());
     let promised = work.map(|work| work.promised(face)).unwrap_or_default();
-    let options = Options { measured: true, ..measured(args, Options::of(face, promised)) };
+    let options = ProofOptions { measured: true, ..measured(args, ProofOptions::of(face, promised)) };
     let verdict = proof::prove(&side.board, &side.programs, &options);
     let copper = side.board.copper.iter().find(|copper| copper.face == face);
     if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
         let why = Diagnostic::error("proof.no_island").with("path", args.job.display());
         return Err(Refusal::content(why));
     }
-    let isolates = !verdict.findings.iter().any(|finding| finding.kind == Kind::NotIsolated);
+    let isolates = !verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated);
     let done = Done::of(std::slice::from_ref(&side), &asked, isolates || is_planned);
     diagnostics
         .extend((!side.has_copper()).then(|| Diagnostic::note("prove.no_copper").with("side", face.name())));
@@ -207,7 +207,7 @@ fn files(
         let promised = work.promised(face);
         // A job that nobody planned promises nothing but its bits.
         let bits = || Promised { owned: work.bits.clone(), ..Promised::default() };
-        measured(args, Options::of(face, if planned { promised } else { bits() }))
+        measured(args, ProofOptions::of(face, if planned { promised } else { bits() }))
     };
     prove_sides(&sides, &options, (&asked, planned), &args.accept, diagnostics)
 }
@@ -215,7 +215,7 @@ fn files(
 /// Proves all sides. `options` are those of a side of the job.
 fn prove_sides(
     sides: &[Laid],
-    options: &dyn Fn(Face) -> Options,
+    options: &dyn Fn(Face) -> ProofOptions,
     (asked, is_planned): (&Asked, bool),
     accept: &[String],
     mut diagnostics: Vec<Diagnostic>,
@@ -228,7 +228,7 @@ fn prove_sides(
             diagnostics.push(Diagnostic::note("prove.no_copper").with("side", side.face.name()));
             continue;
         }
-        let asked = Options { face: side.face, measured: true, ..options(side.face) };
+        let asked = ProofOptions { face: side.face, measured: true, ..options(side.face) };
         let verdict = proof::prove(&side.board, &side.programs, &asked);
         let copper = side.board.copper.iter().find(|copper| copper.face == side.face);
         if verdict.islands == 0 && copper.is_some_and(|copper| !copper.region.is_empty()) {
@@ -236,7 +236,7 @@ fn prove_sides(
         }
         lost += verdict.lost_mm2;
         open += unread(&verdict.groups, accept);
-        isolates &= !verdict.findings.iter().any(|finding| finding.kind == Kind::NotIsolated);
+        isolates &= !verdict.findings.iter().any(|finding| finding.kind == FindingKind::NotIsolated);
         findings.extend(
             verdict.findings.iter().map(|finding| with_face(finding_object(finding, accept), side.face)),
         );
@@ -299,9 +299,9 @@ fn side_text(face: Face, verdict: &Verdict, accept: &[String]) -> String {
 }
 
 /// With what a person says of the copper.
-fn measured(args: &ProveArgs, options: Options) -> Options {
+fn measured(args: &ProveArgs, options: ProofOptions) -> ProofOptions {
     let copper_thickness = Length::from_mm(args.copper_um / 1e3);
-    Options { copper_thickness, clearance: args.clearance_mm.map(Length::from_mm), ..options }
+    ProofOptions { copper_thickness, clearance: args.clearance_mm.map(Length::from_mm), ..options }
 }
 
 /// The work of the job file, else of the saved project, if there is one.
@@ -321,7 +321,7 @@ fn laid(board: Board, work: Option<&Work>, (face, turn): (Face, Turn), programs:
         (Some(work), ..) => {
             let mut work = work.clone();
             work.setup.face = face;
-            let scene = Scene::of(&board, &work);
+            let scene = PlacedBoard::of(&board, &work);
             (scene.board, scene.pins)
         }
         (None, Face::Top, _) | (None, _, Turn::Not) => (board, 0..0),

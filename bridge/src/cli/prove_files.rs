@@ -11,12 +11,12 @@
 use super::Refusal;
 use crate::cli::job;
 use annulus_core::board::{Board, Face};
-use annulus_core::cam::toolpaths::Scene;
+use annulus_core::cam::toolpaths::PlacedBoard;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Program};
-use annulus_core::post::{self, Written};
+use annulus_core::post::{self, ReadBack};
 use annulus_core::units::Length;
 use std::collections::BTreeMap;
 use std::fs;
@@ -29,7 +29,7 @@ pub(super) enum Given {
     /// One of Annulus' own: it knows where its zero is.
     Own(Program),
     /// A file in the words of a controller.
-    File(Box<Written>),
+    File(Box<ReadBack>),
 }
 
 impl Given {
@@ -52,8 +52,8 @@ pub(super) fn given(path: &Path, tools: &Tools) -> Result<Given, Refusal> {
     let mut bytes = Vec::new();
     let file = fs::File::open(path).map_err(trouble)?;
     // One byte more than may be read: the file may grow meanwhile, or be a pipe that has no length.
-    file.take(Written::LARGEST as u64 + 1).read_to_end(&mut bytes).map_err(trouble)?;
-    if bytes.len() > Written::LARGEST {
+    file.take(ReadBack::LARGEST as u64 + 1).read_to_end(&mut bytes).map_err(trouble)?;
+    if bytes.len() > ReadBack::LARGEST {
         return Err(Refusal::content(Diagnostic::error("readback.too_large").at(&name, 0, 0)));
     }
     let text = String::from_utf8_lossy(&bytes);
@@ -135,7 +135,7 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
                 (program, side.map(|side| side.name().to_owned()), None, Vec::new())
             }
             Given::File(written) => {
-                let Written { program, side, of_files, diagnostics, .. } = *written;
+                let ReadBack { program, side, of_files, diagnostics, .. } = *written;
                 (program, side, Some(of_files), diagnostics)
             }
         };
@@ -144,7 +144,7 @@ pub(super) fn laid(board: &Board, work: &Work, face: Option<Face>, given: Vec<Gi
         let known = sides.iter().position(|side| side.face == face);
         let mut work = work.clone();
         work.setup.face = face;
-        let scene = Scene::of(board, &work);
+        let scene = PlacedBoard::of(board, &work);
         match of_files {
             Some(true) => program.origin = Point::default(),
             Some(false) => program.origin = scene.origin,

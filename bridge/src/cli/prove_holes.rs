@@ -6,7 +6,7 @@ use super::prove_files::Laid;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::Asked;
-use annulus_core::proof::{self, Drilled, Side};
+use annulus_core::proof::{self, DrillingProof, SideRun};
 use serde_json::{Value, json};
 
 /// Places that are named.
@@ -14,7 +14,7 @@ const NAMED: usize = 5;
 
 /// What was done beyond the copper.
 pub(super) struct Done {
-    drilled: Drilled,
+    drilled: DrillingProof,
     diagnostics: Vec<Diagnostic>,
 }
 
@@ -23,9 +23,9 @@ impl Done {
     pub(super) fn of(sides: &[Laid], asked: &Asked, isolates: bool) -> Self {
         let side = |laid| {
             let Laid { board, programs, pins, .. }: &Laid = laid;
-            Side { board, programs, pins: pins.clone() }
+            SideRun { board, programs, pins: pins.clone() }
         };
-        let sides: Vec<Side<'_>> = sides.iter().map(side).collect();
+        let sides: Vec<SideRun<'_>> = sides.iter().map(side).collect();
         let drilled = proof::drilled(&sides, asked);
         let mut diagnostics = told(&drilled);
         if drilled.edges_cut > 0 && !isolates {
@@ -46,7 +46,8 @@ impl Done {
 
     /// Its rows of the answer.
     pub(super) fn rows(&self) -> [(String, Value); 3] {
-        let Drilled { missing, doubled, shifted, wrong_size, shallow, slots_missing, .. } = &self.drilled;
+        let DrillingProof { missing, doubled, shifted, wrong_size, shallow, slots_missing, .. } =
+            &self.drilled;
         let holes = json!({
             "missing": missing.len(),
             "doubled": doubled.len(),
@@ -55,8 +56,15 @@ impl Done {
             "shallow": shallow.len(),
             "slots_missing": slots_missing.len(),
         });
-        let Drilled {
-            edges_missing, edges_cut, bitten, repeated, inner_missing, tabs_missing, loose, ..
+        let DrillingProof {
+            edges_missing,
+            edges_cut,
+            bitten,
+            repeated,
+            inner_missing,
+            tabs_missing,
+            loose,
+            ..
         } = &self.drilled;
         let edge = json!({
             "missing": edges_missing.len(),
@@ -75,7 +83,7 @@ impl Done {
 }
 
 /// A sentence for every kind of fault.
-fn told(drilled: &Drilled) -> Vec<Diagnostic> {
+fn told(drilled: &DrillingProof) -> Vec<Diagnostic> {
     let rows: [(&str, &[Point]); 10] = [
         ("prove.missing", &drilled.missing),
         ("prove.doubled", &drilled.doubled),

@@ -10,7 +10,7 @@ use crate::signals::Signals;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
-use annulus_core::queue::{self, Checked, Mode, Queue, RowState, Standing, check, print, read};
+use annulus_core::queue::{self, CheckedQueue, Mode, Queue, RowState, Standing, check, print, read};
 use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
 use serde_json::{Value, json};
 use std::fs;
@@ -98,7 +98,7 @@ fn text_of(args: &FileArgs) -> Result<String, Refusal> {
 }
 
 /// The queue and what it will do, or everything that is wrong with it.
-fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, Checked), Vec<Diagnostic>> {
+fn checked(args: &FileArgs, text: &str, machine: &Machine) -> Result<(Queue, CheckedQueue), Vec<Diagnostic>> {
     let file = args.file.display().to_string();
     let queue = read(&file, text)?;
     match check(&queue, machine, &machine.output_names(), &Standing::just_homed(machine)) {
@@ -122,7 +122,7 @@ fn refused(findings: &[Diagnostic]) -> Answer {
     Answer { object, text: lines.collect(), exit: Exit::Content }
 }
 
-fn promised(args: &FileArgs, queue: &Queue, done: &Checked, machine: &Machine) -> Answer {
+fn promised(args: &FileArgs, queue: &Queue, done: &CheckedQueue, machine: &Machine) -> Answer {
     let home = Standing::just_homed(machine).position;
     let mm = |place: [i64; 2]| {
         [0, 1].map(|axis: usize| rounded(machine.axis(axis).scale.length(place[axis] - home[axis]).mm()))

@@ -13,7 +13,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
-use annulus_core::wire::{Ask, DrilledReport, SlipReport, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, DrilledReport, RowVerdict, SlipReport, Status, Tell, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io::IsTerminal;
@@ -38,9 +38,9 @@ pub(crate) struct RunArgs {
 
 /// A time of at most a day.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    const DAY: f64 = 86_400.0;
-    let found = text.parse::<f64>().ok().filter(|seconds| (0.0..=DAY).contains(seconds));
-    found.map(Duration::from_secs_f64).ok_or_else(|| format!("give seconds from 0 to {DAY}"))
+    const DAY_S: f64 = 86_400.0;
+    let found = text.parse::<f64>().ok().filter(|seconds| (0.0..=DAY_S).contains(seconds));
+    found.map(Duration::from_secs_f64).ok_or_else(|| format!("give seconds from 0 to {DAY_S}"))
 }
 
 /// Runs the command.
@@ -169,7 +169,7 @@ impl<'a> Operator<'a> {
     fn arm(&self, key: &str, from_leg: u32) -> Result<String, Refusal> {
         for tell in self.ask(Ask::Arm { job: key.to_owned(), from_leg })? {
             if let Tell::Armed { stream_digest, checks, .. } = tell {
-                let failed = checks.into_iter().find(|row| row.verdict == Verdict::Fail);
+                let failed = checks.into_iter().find(|row| row.verdict == RowVerdict::Fail);
                 return failed.map_or(Ok(stream_digest), |row| Err(Refusal::content(row.finding)));
             }
         }

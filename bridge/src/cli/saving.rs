@@ -7,10 +7,10 @@
 //!
 //! Comes in: paths as given, the files read, the board that came of them, the job. Goes out: a [`Project`]. Does not write it.
 
-use annulus_core::board::{Board, Wanted, drawing, from_artwork_with};
+use annulus_core::board::{Board, BoardWanted, drawing, from_artwork_with};
 use annulus_core::cam::work::Work;
 use annulus_core::project;
-use annulus_core::project::saved::{Project, Said};
+use annulus_core::project::saved::{Project, SaidOfFiles};
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -22,7 +22,7 @@ pub(crate) struct Given {
     /// How many were asked for.
     pub(crate) asked_for: usize,
     /// What was said of them.
-    pub(crate) said: Said,
+    pub(crate) said: SaidOfFiles,
     /// The names of those that make the holes.
     pub(crate) used: Vec<String>,
 }
@@ -42,12 +42,12 @@ pub(crate) fn project(paths: &[PathBuf], given: Given, board: &Board, work: &Wor
 }
 
 /// The board of `files` alone.
-fn board_of(files: &[(String, Vec<u8>)], said: &Said) -> Board {
+fn board_of(files: &[(String, Vec<u8>)], said: &SaidOfFiles) -> Board {
     let mut artwork = drawing::read_under(files, &said.numbers.overrides());
     said.say_roles(&mut artwork);
     let mut used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
     drawing::lay_over_all(files, &mut artwork, &mut used);
-    from_artwork_with(&artwork, &used, Wanted { copper: true, aligned: said.aligned }).0
+    from_artwork_with(&artwork, &used, BoardWanted { copper: true, aligned: said.aligned }).0
 }
 
 /// Whether two boards are the same to a machine.
@@ -60,7 +60,7 @@ fn alike(one: &Board, other: &Board) -> bool {
 }
 
 /// Calls files as the page would, unless two would then be called the same.
-fn rename(paths: &[PathBuf], files: &mut [(String, Vec<u8>)], said: &mut Said) {
+fn rename(paths: &[PathBuf], files: &mut [(String, Vec<u8>)], said: &mut SaidOfFiles) {
     let names: Vec<String> = files.iter().map(|(name, _)| short(paths, name)).collect();
     if names.iter().collect::<BTreeSet<_>>().len() != names.len() {
         return;
@@ -110,10 +110,10 @@ mod tests {
         }
         let mut files = ["a/x.drl", "b/x.drl"].map(|name| (name.to_owned(), Vec::new()));
         let paths = ["a/x.drl", "b/x.drl"].map(PathBuf::from);
-        rename(&paths, &mut files, &mut Said::default());
+        rename(&paths, &mut files, &mut SaidOfFiles::default());
         assert_eq!((files[0].0.as_str(), files[1].0.as_str()), ("a/x.drl", "b/x.drl"), "two names stay two");
         let used = Some(vec!["a/b.zip!/x.drl".to_owned(), "a/x.drl".to_owned()]);
-        let mut said = Said { used, ..Said::default() };
+        let mut said = SaidOfFiles { used, ..SaidOfFiles::default() };
         let mut files = ["a/b.zip", "a/x.drl"].map(|name| (name.to_owned(), Vec::new()));
         rename(&[PathBuf::from("a/b.zip")], &mut files, &mut said);
         assert_eq!(said.used, Some(vec!["b.zip!/x.drl".to_owned(), "x.drl".to_owned()]));

@@ -57,7 +57,7 @@ fn hint(key: &str) -> String {
 
 fn table() -> Answer {
     let (mut text, mut blocks, mut parameters) = (String::new(), Vec::new(), Vec::new());
-    for part in post::Part::ALL {
+    for part in post::TemplateKind::ALL {
         let _ = writeln!(text, "[{}] {}", part.key(), hint(&format!("post.part.{}", part.key())));
         for row in post::BLOCKS.iter().filter(|row| row.part == part) {
             let meaning = hint(&format!("post.block.{}.{}", part.key(), row.block.key()));

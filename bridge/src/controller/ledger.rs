@@ -6,7 +6,7 @@
 
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_drill::controller::Entry;
+use annulus_drill::controller::AttendedJob;
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -26,14 +26,15 @@ impl Ledger {
     }
 
     /// The job that was begun last and did not come to its end.
-    pub(crate) fn interrupted(&self) -> Option<Entry> {
+    pub(crate) fn interrupted(&self) -> Option<AttendedJob> {
         let small = fs::metadata(&self.path).is_ok_and(|file| file.len() <= LARGEST);
-        let entry: Entry = serde_json::from_slice(&fs::read(&self.path).ok().filter(|_| small)?).ok()?;
+        let entry: AttendedJob =
+            serde_json::from_slice(&fs::read(&self.path).ok().filter(|_| small)?).ok()?;
         (!entry.ended).then_some(entry)
     }
 
     /// Writes the entry; afterwards it is on the disk.
-    pub(crate) fn write(&self, entry: &Entry) -> Result<(), Diagnostic> {
+    pub(crate) fn write(&self, entry: &AttendedJob) -> Result<(), Diagnostic> {
         let bytes = serde_json::to_vec_pretty(entry).unwrap_or_default();
         machine_file::write_own(&self.path, &bytes).map_err(|error| {
             let why = Diagnostic::error("grbl.journal_unwritten").with("file", self.path.display());
@@ -51,11 +52,15 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let ledger = Ledger::in_folder(folder.path());
         assert_eq!(ledger.interrupted(), None);
-        let entry =
-            Entry { key: "k".to_owned(), done: 3, zero_mm: Some([1.0, -2.5, 0.0]), ..Entry::default() };
+        let entry = AttendedJob {
+            key: "k".to_owned(),
+            done: 3,
+            zero_mm: Some([1.0, -2.5, 0.0]),
+            ..AttendedJob::default()
+        };
         ledger.write(&entry).unwrap();
         assert_eq!(ledger.interrupted(), Some(entry.clone()));
-        ledger.write(&Entry { ended: true, ..entry }).unwrap();
+        ledger.write(&AttendedJob { ended: true, ..entry }).unwrap();
         assert_eq!(ledger.interrupted(), None);
         fs::write(folder.path().join("controller.json"), b"{ half a file").unwrap();
         assert_eq!(ledger.interrupted(), None);

@@ -5,23 +5,23 @@
 
 use super::ledger::Ledger;
 use crate::serial::Port;
-use annulus_core::controller::{Ask, Event};
+use annulus_core::controller::{EngineAsk, EngineEvent};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_drill::controller::{Attended, Due, Entry, Told};
+use annulus_drill::controller::{Attended, AttendedJob, Due, Told};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::Instant;
 
 /// A controller at a port.
 pub(crate) struct Owner {
-    asks: Sender<Ask>,
+    asks: Sender<EngineAsk>,
     told: Receiver<Told>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl Owner {
     /// Takes the port. What is done of `entry` is written into `ledger`. The controller's seconds go by `speed` times as fast.
-    pub(crate) fn new(port: Port, ledger: Ledger, entry: Entry, speed: f64) -> Self {
+    pub(crate) fn new(port: Port, ledger: Ledger, entry: AttendedJob, speed: f64) -> Self {
         let ((asks, asked), (tells, told)) = (channel(), channel());
         let (attended, began) = (Attended::new(entry), Instant::now());
         let mut work = Work { port, ledger, attended, tells, began, speed };
@@ -31,7 +31,7 @@ impl Owner {
     }
 
     /// Asks the engine; what comes of it is told.
-    pub(crate) fn ask(&self, ask: Ask) {
+    pub(crate) fn ask(&self, ask: EngineAsk) {
         let _ = self.asks.send(ask);
     }
 
@@ -66,14 +66,14 @@ struct Work {
 }
 
 impl Work {
-    fn run(&mut self, asked: &Receiver<Ask>) {
-        let mut goes = self.event(Event::Opened);
+    fn run(&mut self, asked: &Receiver<EngineAsk>) {
+        let mut goes = self.event(EngineEvent::Opened);
         while goes {
             goes = match asked.try_recv() {
-                Ok(ask) => self.event(Event::Ask(ask)),
+                Ok(ask) => self.event(EngineEvent::Ask(ask)),
                 Err(TryRecvError::Empty) => match self.port.read() {
-                    Ok(bytes) if bytes.is_empty() => self.event(Event::Tick),
-                    Ok(bytes) => self.event(Event::Bytes(bytes)),
+                    Ok(bytes) if bytes.is_empty() => self.event(EngineEvent::Tick),
+                    Ok(bytes) => self.event(EngineEvent::Bytes(bytes)),
                     Err(error) => self.gone(&error),
                 },
                 Err(TryRecvError::Disconnected) => return,
@@ -89,12 +89,12 @@ impl Work {
     fn gone(&mut self, error: &std::io::Error) -> bool {
         let why = Diagnostic::error("grbl.port_lost").with("port", &self.port.name);
         self.tell(Told::Found(why.with("reason", error)));
-        self.event(Event::Closed);
+        self.event(EngineEvent::Closed);
         false
     }
 
     /// Lets the engine think and does what it says; false when the port is to be left.
-    fn event(&mut self, event: Event) -> bool {
+    fn event(&mut self, event: EngineEvent) -> bool {
         let now_ms = (self.began.elapsed().as_secs_f64() * 1e3 * self.speed) as u64;
         let mut goes = true;
         for due in self.attended.event(now_ms, event) {

@@ -92,15 +92,13 @@ impl Drill {
         }
         let unwritable = |error: std::io::Error| unwritable(folder, &error);
         own::root(folder).and_then(|()| own::mend(&folder.join(JOURNAL))).map_err(unwritable)?;
-        let (journal, contents) = journal::open(&folder.join(JOURNAL)).map_err(Refusal::surroundings)?;
+        let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
+        let holes = holes.iter().filter(|byte| **byte == b'\n').count();
+        let used = holes > 0 || store::has_any(folder);
+        let (journal, contents) =
+            journal::open(&folder.join(JOURNAL), used).map_err(Refusal::surroundings)?;
         own::mend(&folder.join(JOURNAL)).map_err(unwritable)?;
-        let damaged = contents.damage.as_ref().map(|damage| {
-            let holes = fs::read(folder.join(RECORD)).unwrap_or_default();
-            let holes = holes.iter().filter(|byte| **byte == b'\n').count();
-            let job = damage.job.as_deref().unwrap_or("?");
-            let why = Diagnostic::error("journal.damaged").with("file", &damage.file);
-            why.with("job", job).with("holes", holes)
-        });
+        let damaged = contents.damage.as_ref().map(|damage| damage.told(holes));
         Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))
     }
 
@@ -193,7 +191,7 @@ impl Drill {
         let percent = if let Ask::FeedOverride { percent } = ask { Some(percent) } else { None };
         match ask {
             Ask::Arm { job, from_leg } => Begun::Arm { drill, job, from_leg, ticket },
-            ask => match self.messages.send(Message::Ask(ask, ticket, reply)) {
+            ask => match self.messages.send(Message::Ask { ask, ticket, reply }) {
                 Ok(()) => Begun::Asked { drill, percent, answer },
                 Err(_) => Begun::Gone,
             },
@@ -239,7 +237,8 @@ impl Drill {
         let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
         let context = self.send(Message::Context).ok_or_else(gone)?;
         let prepared = prepare::prepare(job, &bytes, from_leg, &context)?;
-        self.send(|reply| Message::Prepared(Box::new(prepared), reply)).unwrap_or_else(|| Err(gone()))
+        self.send(|reply| Message::Prepared { prepared: Box::new(prepared), reply })
+            .unwrap_or_else(|| Err(gone()))
     }
 
     /// Everything that happens: `Status` 10 times a second and after every change, `Armed`, `Ended`,

@@ -39,6 +39,11 @@ pub(super) fn load(folder: &Path, key: &str) -> Option<Vec<u8>> {
     (program::key(&bytes) == key).then_some(bytes)
 }
 
+/// Whether any program was ever kept in `folder`.
+pub(super) fn has_any(folder: &Path) -> bool {
+    fs::read_dir(folder.join("jobs")).is_ok_and(|mut files| files.next().is_some())
+}
+
 /// Lets the oldest go, but never the one that just came: its time is that of a clock that may have been set back.
 fn prune(newest: &Path) {
     let files = newest.parent().and_then(|folder| fs::read_dir(folder).ok()).into_iter().flatten().flatten();

@@ -18,7 +18,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Gate, Input, Leg, Mark, Otherwise, Program};
 use annulus_core::machine::{StrokeEnd, ToolChange, Value, virtual_drill};
 use annulus_core::units::Length;
-use annulus_core::wire::{Status, Verdict, program};
+use annulus_core::wire::{RowVerdict, Status, program};
 use annulus_drill::Keeper;
 use std::time::{Duration, Instant};
 
@@ -134,7 +134,7 @@ impl Bench {
     fn start_here(&self, program: &Program) {
         self.drill.ask(Ask::SetZero).unwrap();
         let (job, stream_digest, checks) = self.arm(program);
-        assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+        assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
         self.drill.ask(Ask::Start { job, stream_digest, from_leg: 0 }).unwrap();
     }
 

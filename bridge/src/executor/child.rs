@@ -19,7 +19,7 @@ use annulus_core::control::{Lateness, Timing, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
 use annulus_core::pins::Steady;
-use annulus_drill::executor::{Glimpse, Message, Said, Shared};
+use annulus_drill::executor::{Glimpse, Instruction, Said, Shared};
 use std::io;
 use std::path::Path;
 use std::sync::atomic::Ordering;
@@ -44,7 +44,7 @@ const LAST_FRAMES: Duration = Duration::from_millis(500);
 const REHEARSED: &str = "ANNULUS_LATENESS_US";
 
 /// The executor's thread and the way to it; none once it was ended.
-type Thread = Option<(SyncSender<Message>, JoinHandle<()>)>;
+type Thread = Option<(SyncSender<Instruction>, JoinHandle<()>)>;
 
 /// What ends the process, whoever calls it first.
 #[derive(Clone)]
@@ -56,7 +56,7 @@ struct Hands {
 
 impl Hands {
     /// Everything comes to rest and is made safe, the last thing it is told being `last`. Returns when it is.
-    fn end(&self, why: &'static str, last: Message) {
+    fn end(&self, why: &'static str, last: Instruction) {
         let Ok(mut thread) = self.thread.lock() else { return };
         if let Some((ring, thread)) = thread.take() {
             self.say(why);
@@ -80,7 +80,7 @@ impl Hands {
         }
     }
 
-    fn send(&self, message: Message) {
+    fn send(&self, message: Instruction) {
         if let Ok(thread) = self.thread.lock()
             && let Some((ring, _)) = &*thread
         {
@@ -119,10 +119,10 @@ pub(crate) fn run() -> io::Result<()> {
     };
     std::thread::Builder::new().name("frames".to_owned()).spawn(writer)?;
     match obey(&frames_down, &hands, &offsets) {
-        End::Asked => hands.end(RUNNING, Message::Finish),
-        End::Gone => hands.end("bridge_gone", Message::Abandon),
+        End::Asked => hands.end(RUNNING, Instruction::Finish),
+        End::Gone => hands.end("bridge_gone", Instruction::Abandon),
         End::Silent => {
-            hands.end("bridge_silent", Message::Abandon);
+            hands.end("bridge_silent", Instruction::Abandon);
             let _ = up.send(Up::Refused(Diagnostic::error("output.bridge_silent")));
         }
     }
@@ -173,18 +173,18 @@ fn obey(frames_down: &Receiver<Vec<u8>>, hands: &Hands, offsets: &Offsets) -> En
         };
         silent = Duration::ZERO;
         match serde_json::from_slice(&bytes) {
-            Ok(Down::Said(Said::Order(Message::Finish))) => return End::Asked,
+            Ok(Down::Said(Said::Order(Instruction::Finish))) => return End::Asked,
             Ok(Down::Said(Said::Order(message))) => {
-                if let Message::Correct { axis, steps } = &message
+                if let Instruction::Correct { axis, steps } = &message
                     && let Some(offset) = offsets.get(*axis)
                 {
                     offset.fetch_add(*steps, Ordering::SeqCst);
                 }
                 hands.send(message);
             }
-            Ok(Down::Said(Said::Stop(id))) => hands.shared.stop(id),
-            Ok(Down::Said(Said::Durable(legs))) => hands.shared.set_durable(legs),
-            Ok(Down::Said(Said::FeedOverride(percent))) => hands.shared.set_feed_override(percent),
+            Ok(Down::Said(Said::Stop { upto: id })) => hands.shared.stop(id),
+            Ok(Down::Said(Said::Durable { legs })) => hands.shared.set_durable(legs),
+            Ok(Down::Said(Said::FeedOverride { percent })) => hands.shared.set_feed_override(percent),
             Ok(Down::Said(Said::Grant)) => hands.shared.grant(),
             Ok(Down::Said(Said::Revoke)) => hands.shared.revoke(),
             Ok(Down::Alive) => {}
@@ -289,7 +289,7 @@ fn watch_signals(hands: Hands) {
             }
         });
         if signalled {
-            hands.end("signal", Message::Abandon);
+            hands.end("signal", Instruction::Abandon);
             std::process::exit(0);
         }
     };

@@ -98,23 +98,26 @@ pub(super) fn receive_bytes(pipe: &mut impl Read) -> io::Result<Option<Vec<u8>>>
 mod tests {
     use super::*;
     use annulus_core::machine;
-    use annulus_drill::executor::Message;
+    use annulus_drill::executor::Instruction;
 
     #[test]
     fn a_machine_survives_the_way_and_broken_frames_end_it() {
         let settings = machine::read(&machine::lab());
         let frames = [
             Down::Start { settings, record: "executor.log".into(), measured: None },
-            Down::Said(Said::Stop(u64::MAX)),
-            Down::Said(Said::Order(Message::Spindle(3))),
+            Down::Said(Said::Stop { upto: u64::MAX }),
+            Down::Said(Said::Order(Instruction::Spindle { rpm: 3 })),
         ];
         let mut bytes = Vec::new();
         frames.iter().for_each(|frame| send(&mut bytes, frame).unwrap());
         let mut pipe = bytes.as_slice();
         let Some(Down::Start { settings, .. }) = receive(&mut pipe).unwrap() else { panic!("no start") };
         assert_eq!(machine::apply(&machine::virtual_drill(), &settings).unwrap(), machine::lab());
-        assert!(matches!(receive(&mut pipe).unwrap(), Some(Down::Said(Said::Stop(u64::MAX)))));
-        assert!(matches!(receive(&mut pipe).unwrap(), Some(Down::Said(Said::Order(Message::Spindle(3))))));
+        assert!(matches!(receive(&mut pipe).unwrap(), Some(Down::Said(Said::Stop { upto: u64::MAX }))));
+        assert!(matches!(
+            receive(&mut pipe).unwrap(),
+            Some(Down::Said(Said::Order(Instruction::Spindle { rpm: 3 })))
+        ));
         assert!(receive::<Down>(&mut pipe).unwrap().is_none(), "the end");
         for cut in 1..bytes.len() {
             let mut pipe = &bytes[..cut];

@@ -25,7 +25,7 @@ mod thread;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::{Clock, Pins};
-use annulus_drill::executor::{Message, Seat, Shared};
+use annulus_drill::executor::{Instruction, Seat, Shared};
 use std::io;
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
@@ -34,7 +34,7 @@ use std::thread::JoinHandle;
 pub(crate) use annulus_drill::executor::Heard;
 
 /// A thread of this process. The ring never fills: one task at a time is given.
-struct Thread(SyncSender<Message>, Option<JoinHandle<()>>);
+struct Thread(SyncSender<Instruction>, Option<JoinHandle<()>>);
 
 /// A thread of this process, `speed` times as fast as life, on a computer that is so `late` with every step, in ticks, where
 /// that is to be judged. `hear` is called from it once a task.
@@ -58,7 +58,7 @@ pub(crate) fn start(
 }
 
 impl Seat for Thread {
-    fn order(&self, message: Message) {
+    fn order(&self, message: Instruction) {
         let _ = self.0.send(message);
     }
 
@@ -72,7 +72,7 @@ impl Seat for Thread {
     }
 
     fn finish(&mut self) {
-        let _ = self.0.send(Message::Finish);
+        let _ = self.0.send(Instruction::Finish);
         if let Some(thread) = self.1.take() {
             let _ = thread.join();
         }

@@ -15,7 +15,7 @@ use crate::outputs;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
-use annulus_drill::executor::{Message, Said, Seat, Shared};
+use annulus_drill::executor::{Instruction, Said, Seat, Shared};
 use std::io::{self, Write};
 use std::path::Path;
 use std::process::{Child, ChildStdin, Command, Stdio};
@@ -85,9 +85,9 @@ pub(crate) fn start(
         .map_err(failed)?;
     let (orders, frames_down) = channel();
     for said in [
-        Said::Stop(shared.stopped()),
-        Said::Durable(shared.durable()),
-        Said::FeedOverride(shared.feed_override()),
+        Said::Stop { upto: shared.stopped() },
+        Said::Durable { legs: shared.durable() },
+        Said::FeedOverride { percent: shared.feed_override() },
     ] {
         let _ = orders.send(Down::Said(said));
     }
@@ -279,7 +279,7 @@ impl Reader {
 }
 
 impl Seat for Process {
-    fn order(&self, message: Message) {
+    fn order(&self, message: Instruction) {
         self.shared.say(Said::Order(message));
     }
 
@@ -296,7 +296,7 @@ impl Seat for Process {
         let Some(orders) = self.orders.take() else { return };
         self.shared.set_courier(None);
         self.link.finishing.store(true, Ordering::SeqCst);
-        let _ = orders.send(Down::Said(Said::Order(Message::Finish)));
+        let _ = orders.send(Down::Said(Said::Order(Instruction::Finish)));
         drop(orders);
         if !self.is_gone() && !self.link.await_end(END) {
             let _ = self.link.make_safe();

@@ -5,7 +5,7 @@
 
 use annulus_core::machine::Machine;
 use annulus_core::pins::{Clock, Pins, through};
-use annulus_drill::executor::{Message, Report, Shared};
+use annulus_drill::executor::{Instruction, Report, Shared};
 use annulus_drill::{Next, Orders, Place};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
@@ -23,7 +23,7 @@ pub(super) fn start(
     shared: Arc<Shared>,
     first: impl FnOnce() + Send + 'static,
     report: impl Fn(Report) + Send + 'static,
-) -> std::io::Result<(SyncSender<Message>, JoinHandle<()>)> {
+) -> std::io::Result<(SyncSender<Instruction>, JoinHandle<()>)> {
     let (ring, orders) = sync_channel(RING);
     let place = Place::new(machine, pins, clock, shared);
     let builder = thread::Builder::new().name("executor".to_owned());
@@ -35,7 +35,7 @@ pub(super) fn start(
 }
 
 /// The ring's end in the thread: it waits by itself.
-struct Ring(Receiver<Message>);
+struct Ring(Receiver<Instruction>);
 
 impl Orders for Ring {
     fn next(&mut self, patience: Option<Duration>) -> Next {
@@ -97,7 +97,14 @@ mod tests {
         let shared = Arc::new(Shared::new(clock::time));
         let (ring, thread) = start(&machine, pins, Box::new(Punctual(0)), shared, || {}, report).unwrap();
         let task = |id, segments, follows| {
-            Message::Task(Task { id, segments, follows, needs_durable: 0, lift_to: Some(0), granted: false })
+            Instruction::Task(Task {
+                id,
+                segments,
+                follows,
+                needs_durable: 0,
+                lift_to: Some(0),
+                granted: false,
+            })
         };
         let mut low = Steps::default();
         low[2] = surface - depth;
@@ -106,7 +113,7 @@ mod tests {
         thread::sleep(pause);
         ring.send(task(2, way(&machine, low, surface + 1_000), false)).unwrap();
         let second = heard.recv().unwrap();
-        ring.send(Message::Finish).unwrap();
+        ring.send(Instruction::Finish).unwrap();
         thread.join().unwrap();
         [first, second].map(|report| (report.ended, report.position[2] - surface))
     }

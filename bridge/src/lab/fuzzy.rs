@@ -8,10 +8,10 @@ use super::profiles::{limits, planned};
 use super::tally::Tally;
 use super::{Checked, at, tolerance};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::motion::profile::{Profile, Shape};
+use annulus_core::motion::profile::{MotionLaw, Profile};
 use annulus_core::servo::{
-    self, Controller, Fuzzy, Gains, LEVELS, Load, Moment, Plant, Reference, Rules, Stage, StepRun, StrokeRun,
-    Table, Tables,
+    self, CycleStage, Fuzzy, FuzzyRules, Gains, LEVELS, Load, Plant, Reference, ReferenceMoment,
+    ServoController, StepRun, StrokeRun, Table, Tables,
 };
 
 /// How far off the numbers may be.
@@ -34,7 +34,7 @@ pub(super) fn fuzzy_pid(checked: &mut Checked, root: Node<'_>) -> Result<(), Dia
     let list = |key: &str| root.find(key).map_or(Ok(Vec::new()), |list| list.items());
     for (name, set) in root.find("rules").map_or(Ok(Vec::new()), |rules| rules.members())? {
         // Sets that ship are compared; others are what the file's own cases are computed with.
-        if let Some(rules) = Rules::named(name) {
+        if let Some(rules) = FuzzyRules::named(name) {
             let mut tally = Tally::new(format!("rules {name}"));
             compare_rules(&mut tally, &set, rules.tables())?;
             checked.done(tally, &set)?;
@@ -74,9 +74,9 @@ fn compare_rules(tally: &mut Tally, set: &Node<'_>, tables: &Tables) -> Result<(
 
 /// The rules that a case names: a set that ships, else one of the file. Without a name: the even set.
 fn tables(root: &Node<'_>, case: &Node<'_>) -> Result<Tables, Diagnostic> {
-    let Some(named) = case.find("rules") else { return Ok(*Rules::Even.tables()) };
+    let Some(named) = case.find("rules") else { return Ok(*FuzzyRules::Even.tables()) };
     let name = named.text()?;
-    if let Some(rules) = Rules::named(name) {
+    if let Some(rules) = FuzzyRules::named(name) {
         return Ok(*rules.tables());
     }
     let set = root.find("rules").and_then(|rules| rules.find(name));
@@ -93,7 +93,7 @@ fn tables(root: &Node<'_>, case: &Node<'_>) -> Result<Tables, Diagnostic> {
     Ok(Tables { kp: table("Kp")?, ki: table("Ki")?, kd: table("Kd")? })
 }
 
-fn controller(root: &Node<'_>, case: &Node<'_>) -> Result<Controller, Diagnostic> {
+fn controller(root: &Node<'_>, case: &Node<'_>) -> Result<ServoController, Diagnostic> {
     let node = case.get("controller")?;
     let gains = |[kp, ki, kd]: [&str; 3]| -> Result<Gains, Diagnostic> {
         Ok(Gains { kp: node.number_at(kp)?, ki: node.number_at(ki)?, kd: node.number_at(kd)? })
@@ -110,7 +110,7 @@ fn controller(root: &Node<'_>, case: &Node<'_>) -> Result<Controller, Diagnostic
             rules: tables(root, &node)?,
         })
     };
-    let controller = Controller {
+    let controller = ServoController {
         gains: gains(["Kp0", "Ki0", "Kd0"])?,
         fuzzy,
         u_max_v: node.number_at("u_max")?,
@@ -143,10 +143,10 @@ fn step(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -> 
         controller,
         plant: plant(case)?,
         stage: match stage.text()? {
-            "xy" => Stage::Travel,
-            "z_approach" => Stage::Approach,
-            "z_cut" => Stage::Cut,
-            "z_return" => Stage::Return,
+            "xy" => CycleStage::Travel,
+            "z_approach" => CycleStage::Approach,
+            "z_cut" => CycleStage::Cut,
+            "z_return" => CycleStage::Return,
             other => return Err(stage.refuse("lab.unknown_name").with("found", other)),
         },
         setpoint_mm: case.number_at("setpoint")?,
@@ -187,8 +187,8 @@ fn step(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -> 
 }
 
 /// Where a profile is at second `t`, as the loop wants it.
-fn moment(profile: &Profile, t: f64) -> Moment {
-    Moment {
+fn moment(profile: &Profile, t: f64) -> ReferenceMoment {
+    ReferenceMoment {
         s_mm: profile.position_mm(t),
         v_mm_per_s: profile.speed(t),
         a_mm_per_s2: profile.acceleration(t),
@@ -199,10 +199,10 @@ fn stroke(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>, room: Room) -
     let controller = controller(root, case)?;
     let (height_mm, depth_mm) = (case.number_at("H")?, case.number_at("D")?);
     let (down, up) = (case.get("down")?, case.get("up")?);
-    let order = Shape::Power(down.number_at("alpha")?);
+    let order = MotionLaw::Power(down.number_at("alpha")?);
     let full_mm = height_mm + depth_mm;
     let down = planned(&down, order, full_mm, limits(&down, ["Vm", "Am", "Jm"])?)?;
-    let up = planned(&up, Shape::SCurve, full_mm, limits(&up, ["Vm", "Am", "J"])?)?;
+    let up = planned(&up, MotionLaw::SCurve, full_mm, limits(&up, ["Vm", "Am", "J"])?)?;
     let run = StrokeRun {
         controller,
         plant: plant(case)?,

@@ -7,7 +7,7 @@ use super::document::Node;
 use super::tally::Tally;
 use super::{Checked, at, tolerance};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::motion::profile::{self, Limits, Profile, Shape};
+use annulus_core::motion::profile::{self, Limits, MotionLaw, Profile};
 
 /// How far off the numbers of a profile may be.
 #[derive(Clone, Copy)]
@@ -43,7 +43,7 @@ pub(super) fn limits(node: &Node<'_>, [v, a, j]: [&str; 3]) -> Result<Limits, Di
 /// A profile, or the refusal at the place of its case.
 pub(super) fn planned(
     node: &Node<'_>,
-    shape: Shape,
+    shape: MotionLaw,
     length_mm: f64,
     limits: Limits,
 ) -> Result<Profile, Diagnostic> {
@@ -59,7 +59,7 @@ pub(super) fn trapezoid_scurve(checked: &mut Checked, root: Node<'_>) -> Result<
         if let Some(expected) = case.find("selection") {
             selection(&mut tally, &case, &expected, room)?;
         }
-        for (key, shape) in [("trapezoid", Shape::Linear), ("scurve", Shape::SCurve)] {
+        for (key, shape) in [("trapezoid", MotionLaw::Linear), ("scurve", MotionLaw::SCurve)] {
             if let Some(expected) = case.find(key) {
                 let found = planned(&case, shape, length_mm, limits)?;
                 compare(&mut tally, &expected, &found, limits, room)?;
@@ -79,7 +79,7 @@ pub(super) fn trapezoid_scurve(checked: &mut Checked, root: Node<'_>) -> Result<
 fn selection(tally: &mut Tally, case: &Node<'_>, expected: &Node<'_>, room: Room) -> Result<(), Diagnostic> {
     let (length_mm, limits) = (case.number_at("L")?, limits(case, ["v", "a", "J"])?);
     let found = profile::choose(length_mm, limits).or_else(at(case))?;
-    let letter = |shape| if shape == Shape::Linear { "T" } else { "S" };
+    let letter = |shape| if shape == MotionLaw::Linear { "T" } else { "S" };
     tally.relative(expected, "L_T", found.linear_from_mm, room.s_rel)?;
     tally.relative(expected, "L_S", found.s_curve_from_mm, room.s_rel)?;
     tally.equal_member(expected, "a_reached", found.reaches_acceleration);
@@ -93,7 +93,7 @@ fn selection(tally: &mut Tally, case: &Node<'_>, expected: &Node<'_>, room: Room
         room.v_rel * limits.speed_mm_per_s,
     )?;
     tally.member(expected, "v_peak_s", found.s_curve_peak_mm_per_s, room.v_rel * limits.speed_mm_per_s)?;
-    for (key, shape) in [("t_linear", Shape::Linear), ("t_s", Shape::SCurve)] {
+    for (key, shape) in [("t_linear", MotionLaw::Linear), ("t_s", MotionLaw::SCurve)] {
         let duration_s = planned(case, shape, length_mm, limits)?.duration_s();
         tally.relative(expected, key, duration_s, room.time_rel)?;
     }
@@ -130,7 +130,7 @@ fn compare(
         tally.number(&s, found.position_mm(t), place)?;
         tally.number(&v, found.speed(t), speed)?;
         tally.number(&a, found.acceleration(t), acceleration)?;
-        if found.shape == Shape::Linear {
+        if found.shape == MotionLaw::Linear {
             tally.equal(&j, serde_json::Value::Null);
         } else {
             tally.number(&j, found.jerk(t), room.j_rel * limits.jerk_mm_per_s3)?;
@@ -157,13 +157,13 @@ pub(super) fn power11(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagn
     for case in root.get("cases")?.items()? {
         let (length_mm, order) = (case.number_at("L")?, case.number_at("alpha")?);
         let limits = limits(&case, ["Vm", "Am", "Jm"])?;
-        let found = planned(&case, Shape::Power(order), length_mm, limits)?;
+        let found = planned(&case, MotionLaw::Power(order), length_mm, limits)?;
         let time = room.time_rel * found.duration_s();
         let mut tally = Tally::of(&case);
         compare(&mut tally, &case, &found, limits, room)?;
         tally.member(&case, "Tf", 0.5 * found.jerk_time_s, time)?;
         tally.relative(&case, "J_equivalent", limits.jerk_mm_per_s3 / (1.0 + order), room.time_rel)?;
-        let s_curve = planned(&case, Shape::SCurve, length_mm, limits)?;
+        let s_curve = planned(&case, MotionLaw::SCurve, length_mm, limits)?;
         tally.relative(&case, "scurve_total_time", s_curve.duration_s(), room.time_rel)?;
         tally.member(&case, "time_at_half", found.time_at(0.5 * length_mm), time)?;
         tally.member(&case, "time_at_three_quarters", found.time_at(0.75 * length_mm), time)?;
@@ -183,10 +183,10 @@ pub(super) fn oracle(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagno
             let found_s = planned(&case, shape, length_mm, limits)?.duration_s();
             keys.iter().try_for_each(|key| tally.relative(&case, key, found_s, relative))
         };
-        compare(&["oracle_duration", "scurve_duration"], Shape::SCurve)?;
-        compare(&["linear_duration"], Shape::Linear)?;
+        compare(&["oracle_duration", "scurve_duration"], MotionLaw::SCurve)?;
+        compare(&["linear_duration"], MotionLaw::Linear)?;
         if let Some(order) = case.find("alpha") {
-            let power = Shape::Power(order.number()?);
+            let power = MotionLaw::Power(order.number()?);
             compare(&["power11_duration", "oracle_duration_at_J_over_1_plus_alpha"], power)?;
         }
         checked.done(tally, &case)?;

@@ -10,8 +10,8 @@ use super::timeline::compare_times;
 use super::{Checked, at, tolerance};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Dynamics;
-use annulus_core::motion::coordination::{Rules, SpindleTimes, cycle_s};
-use annulus_core::motion::profile::{Limits, Shape, Stroke, two_speeds};
+use annulus_core::motion::coordination::{SpindleRules, SpindleTimes, cycle_s};
+use annulus_core::motion::profile::{Limits, MotionLaw, Stroke, two_speeds};
 use annulus_core::steps::automaton;
 use std::collections::BTreeMap;
 
@@ -40,8 +40,8 @@ pub(super) fn throughput(checked: &mut Checked, root: Node<'_>) -> Result<(), Di
         let table = tables.get(xy.text()?).ok_or_else(|| unknown(&xy))?;
         let times = spindles.get(z.text()?).ok_or_else(|| unknown(&z))?;
         let limits = super::profiles::limits(table, ["V", "A", "J"])?;
-        let hop_s = planned(&case, Shape::SCurve, case.number_at("pitch")?, limits)?.duration_s();
-        let rules = Rules { settle_s: root.number_at("settle")?, latency_s: 0.0 };
+        let hop_s = planned(&case, MotionLaw::SCurve, case.number_at("pitch")?, limits)?.duration_s();
+        let rules = SpindleRules { settle_s: root.number_at("settle")?, latency_s: 0.0 };
         let mut tally = Tally::of(&case);
         tally.relative(&case, "t_xy", hop_s, room)?;
         rate(&mut tally, &case, cycle_s(hop_s, rules, times), room)?;
@@ -86,12 +86,12 @@ fn spindle(node: &Node<'_>) -> Result<SpindleTimes, Diagnostic> {
     };
     let (down, up) = (node.get("down")?, node.get("up")?);
     let items = down.items()?;
-    let one = |limits| planned(node, Shape::SCurve, height_mm + depth_mm, limits).map(Stroke::One);
+    let one = |limits| planned(node, MotionLaw::SCurve, height_mm + depth_mm, limits).map(Stroke::One);
     let stroke = match items.as_slice() {
         [kind, rest @ ..] if kind.text()? == "s" => one(row(rest)?)?,
         [kind, rest @ .., feed] if kind.text()? == "2" => {
             let limits = row(rest)?;
-            two_speeds(Shape::SCurve, height_mm, depth_mm, feed.number()?, limits).or_else(at(&down))?
+            two_speeds(MotionLaw::SCurve, height_mm, depth_mm, feed.number()?, limits).or_else(at(&down))?
         }
         [kind, ..] => return Err(kind.refuse("lab.unknown_name").with("found", kind.value())),
         [] => return Err(down.refuse("lab.wrong_length").with("found", 0).with("wanted", "4 or 5")),
@@ -109,7 +109,7 @@ fn sequential(checked: &mut Checked, hobby: &Node<'_>, room: f64) -> Result<(), 
     let (xy, z) = (pair("xy")?, pair("z")?);
     let (height_mm, depth_mm) = (params.number_at("H")?, params.number_at("D")?);
     let linear_s = |length_mm: f64, limits| {
-        planned(&params, Shape::Linear, length_mm, limits).map(|profile| profile.duration_s())
+        planned(&params, MotionLaw::Linear, length_mm, limits).map(|profile| profile.duration_s())
     };
     let feed = Limits { speed_mm_per_s: params.number_at("feed")?, ..z };
     let stroke_s = linear_s(height_mm, z)? + linear_s(depth_mm, feed)? + linear_s(height_mm + depth_mm, z)?;

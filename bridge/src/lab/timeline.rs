@@ -8,8 +8,8 @@ use super::profiles::{limits, planned};
 use super::tally::Tally;
 use super::{Checked, at, tolerance};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
-use annulus_core::motion::profile::{Limits, Shape, Stroke, point_of_no_return_s};
+use annulus_core::motion::coordination::{Cycle, SpindleRules, SpindleTimes, cycles, sequential_s};
+use annulus_core::motion::profile::{Limits, MotionLaw, Stroke, point_of_no_return_s};
 
 /// `xyz-timeline/1`.
 pub(super) fn xyz_timeline(checked: &mut Checked, root: Node<'_>) -> Result<(), Diagnostic> {
@@ -17,7 +17,8 @@ pub(super) fn xyz_timeline(checked: &mut Checked, root: Node<'_>) -> Result<(), 
     for case in root.get("cases")?.items()? {
         let mut tally = Tally::of(&case);
         let hops = hops(&case)?;
-        let rules = Rules { settle_s: case.number_at("settle")?, latency_s: case.number_at("latency")? };
+        let rules =
+            SpindleRules { settle_s: case.number_at("settle")?, latency_s: case.number_at("latency")? };
         let nodes = case.get("z")?.items()?;
         checked.spend((hops.len() * nodes.len()) as u64, &case)?;
         let mut spindles = Vec::new();
@@ -45,7 +46,7 @@ fn hops(case: &Node<'_>) -> Result<Vec<f64>, Diagnostic> {
         let [dx, dy] = row.exactly()?;
         let mut longest = 0.0_f64;
         for (way, limits) in [(dx, x), (dy, y)] {
-            let profile = planned(&way, Shape::SCurve, way.number()?.abs(), limits)?;
+            let profile = planned(&way, MotionLaw::SCurve, way.number()?.abs(), limits)?;
             longest = longest.max(profile.duration_s());
         }
         Ok(longest)
@@ -57,10 +58,10 @@ fn hops(case: &Node<'_>) -> Result<Vec<f64>, Diagnostic> {
 fn spindle(tally: &mut Tally, node: &Node<'_>, room: f64) -> Result<SpindleTimes, Diagnostic> {
     let (height_mm, depth_mm) = (node.number_at("H")?, node.number_at("D")?);
     let (down, up) = (node.get("down")?, node.get("up")?);
-    let order = Shape::Power(down.number_at("alpha")?);
+    let order = MotionLaw::Power(down.number_at("alpha")?);
     let full_mm = height_mm + depth_mm;
     let down = Stroke::One(planned(&down, order, full_mm, limits(&down, ["Vm", "Am", "Jm"])?)?);
-    let up = Stroke::One(planned(&up, Shape::SCurve, full_mm, limits(&up, ["Vm", "Am", "J"])?)?);
+    let up = Stroke::One(planned(&up, MotionLaw::SCurve, full_mm, limits(&up, ["Vm", "Am", "J"])?)?);
     let times = SpindleTimes {
         dwell_bottom_s: node.number_at("dwell_bottom")?,
         dwell_top_s: node.number_at("dwell_top")?,

@@ -95,7 +95,7 @@ fn take(file: &File) -> io::Result<()> {
 #[cfg(test)]
 mod tests {
     use super::DRIVERS;
-    use annulus_core::machine::{Kind, Output, setting};
+    use annulus_core::machine::{Output, ValueKind, setting};
 
     #[test]
     fn every_output_but_the_virtual_drill_has_one_driver() {
@@ -103,7 +103,7 @@ mod tests {
         // The virtual drill needs no pins, and the adapter has them at the other end of a cable.
         let no_pins = [Output::Virtual, Output::Adapter];
         let words = setting("machine.output").map(|row| row.kind);
-        assert!(matches!(words, Some(Kind::Choice(words)) if words.len() == all.len()), "{words:?}");
+        assert!(matches!(words, Some(ValueKind::Choice(words)) if words.len() == all.len()), "{words:?}");
         for output in all {
             let drivers = DRIVERS.iter().filter(|(own, _)| *own == output).count();
             assert_eq!(drivers, usize::from(!no_pins.contains(&output)), "{output:?}");

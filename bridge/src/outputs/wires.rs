@@ -258,9 +258,9 @@ impl Pins for Wires {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::job::{Effect, Mark, Stage};
+    use annulus_core::job::{Mark, Stage, Switching};
     use annulus_core::machine::{Output, lab};
-    use annulus_core::pins::{Clock, Line, Motors, Operator, Order, Outcome, play};
+    use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Playhead, play};
     use annulus_core::steps::{Run, Segment, Steps};
     use std::collections::VecDeque;
     use std::sync::Mutex;
@@ -475,14 +475,14 @@ mod tests {
             stage: Stage::Travel,
             duration_ticks: 1_000_000,
             runs: vec![run(140_000, 4), run(15_000, 4)],
-            effect: Effect::None,
+            effect: Switching::None,
             gate: None,
             end: [8, 0, 0, 0, 0, 0, 0, 0],
         };
         let (wires, _) = wires(&machine());
         let mut pins = Watched(wires, Vec::new());
         let motors = Motors::of(&machine());
-        let mut line = Line::default();
+        let mut line = Playhead::default();
         let outcome = play(&segment, &motors, &mut line, &mut pins, &mut Free(0), &mut Idle);
         assert_eq!(outcome, Outcome::Completed);
         let expected = [

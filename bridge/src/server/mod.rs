@@ -21,9 +21,9 @@ mod socket;
 mod watchers;
 
 use crate::drill::{Begun, Drill, Ticket};
-use annulus_core::control::lease::{Event, Outcome, Viewer};
+use annulus_core::control::lease::{LeaseEvent, LeaseOutcome, Viewer};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::wire::{Link, PROOF_HEADER, Pair, Scope, Tell, auth};
+use annulus_core::wire::{LinkBody, PROOF_HEADER, PairBody, Scope, Tell, auth};
 use axum::Router;
 use axum::extract::ws::rejection::WebSocketUpgradeRejection;
 use axum::extract::{Request, State, WebSocketUpgrade};
@@ -141,7 +141,7 @@ impl Bridge {
     }
 
     /// Something happened to control.
-    fn control(&self, viewer: Viewer, event: Event) {
+    fn control(&self, viewer: Viewer, event: LeaseEvent) {
         let mut watchers = self.watchers();
         let outcome = watchers.control(event, self.now_ms());
         self.after_control(&watchers, &outcome);
@@ -153,7 +153,7 @@ impl Bridge {
 
     /// Whoever lost control no longer watches what moved by hand: that comes to rest, and what waits is not begun. A job goes
     /// on. The watchers are kept meanwhile, so that nobody gets a ticket in between.
-    fn after_control(&self, watchers: &Watchers, outcome: &Outcome) {
+    fn after_control(&self, watchers: &Watchers, outcome: &LeaseOutcome) {
         if outcome.changed {
             tracing::info!(holder = watchers.holder(), lost = ?outcome.lost, "control");
             self.drill.control_changed();
@@ -229,7 +229,7 @@ async fn pump(bridge: Arc<Bridge>) {
                 }
                 Err(RecvError::Closed) => return,
             },
-            _ = check.tick() => bridge.control(0, Event::Tick),
+            _ = check.tick() => bridge.control(0, LeaseEvent::Tick),
         }
     }
 }
@@ -315,7 +315,7 @@ async fn file(uri: Uri, headers: HeaderMap) -> Response {
 async fn pair(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Response, Refused> {
     let (parts, body) = request.into_parts();
     let bytes = jobs::read_body(body, &parts.headers, SMALL_LIMIT, SMALL_TIME).await?;
-    let asked: Pair = serde_json::from_slice(&bytes)
+    let asked: PairBody = serde_json::from_slice(&bytes)
         .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.not_understood"))?;
     let peer = parts.extensions.get::<Peer>().map_or(IpAddr::from([127, 0, 0, 1]), |peer| peer.0);
     let paired = bridge.pairing().pair(&asked.token, peer, bridge.now_ms());
@@ -348,7 +348,7 @@ async fn link(State(bridge): State<Arc<Bridge>>, request: Request) -> Result<Res
         return Err(Refused::new(StatusCode::UNAUTHORIZED, "door.proof"));
     }
     let bytes = jobs::read_body(body, &headers, SMALL_LIMIT, SMALL_TIME).await?;
-    let asked: Link = serde_json::from_slice(&bytes)
+    let asked: LinkBody = serde_json::from_slice(&bytes)
         .map_err(|_| Refused::new(StatusCode::BAD_REQUEST, "door.not_understood"))?;
     let url = bridge
         .address(asked.scope)

@@ -7,14 +7,14 @@
 //!            └─ write ◀── watchers: tells in order, latest status
 //! ```
 //!
-//! Comes in: text frames of at most [`FRAME_LIMIT`] bytes, at most [`RATE`] a second. Goes out: the same way. A frame
+//! Comes in: text frames of at most [`FRAME_LIMIT`] bytes, at most [`RATE_PER_S`] a second. Goes out: the same way. A frame
 //! that cannot be understood moves nothing. Does not know HTTP.
 
 use super::Bridge;
 use super::pairing::{self, Session};
 use super::watchers::Seat;
 use crate::drill::Begun;
-use annulus_core::control::lease::{Event, Viewer};
+use annulus_core::control::lease::{LeaseEvent, Viewer};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::{Ask, FRAME_LIMIT, OLDEST_PROTOCOL, PROTOCOL, Scope, Tell, auth, understand};
 use axum::extract::ws::{CloseFrame, Message, WebSocket, close_code};
@@ -36,9 +36,9 @@ const SILENCE: Duration = Duration::from_secs(45);
 /// Time for a page to answer the goodbye.
 const LINGER: Duration = Duration::from_secs(2);
 /// Frames a page may send in a second, on the long run.
-pub(crate) const RATE: f64 = 100.0;
+pub(crate) const RATE_PER_S: f64 = 100.0;
 /// Frames it may send at once.
-const BURST: f64 = 200.0;
+const BURST_FRAMES: f64 = 200.0;
 /// Asks of one page that may wait for the drill.
 const WAITING: usize = 32;
 /// What the transport lets through; longer than [`FRAME_LIMIT`], so that a frame a little too long is answered with a
@@ -158,11 +158,11 @@ async fn listen(
     frames: &mut SplitStream<WebSocket>,
     queue: &mpsc::Sender<Begun>,
 ) -> Option<Diagnostic> {
-    let mut allowance = BURST;
+    let mut allowance = BURST_FRAMES;
     let mut last = Instant::now();
     while let Ok(Some(Ok(frame))) = timeout(SILENCE, frames.next()).await {
         let now = Instant::now();
-        allowance = (allowance + (now - last).as_secs_f64() * RATE).min(BURST) - 1.0;
+        allowance = (allowance + (now - last).as_secs_f64() * RATE_PER_S).min(BURST_FRAMES) - 1.0;
         last = now;
         let text = match frame {
             _ if allowance < 0.0 => return Some(no("socket.too_fast")),
@@ -174,7 +174,7 @@ async fn listen(
             Message::Close(_) => return None,
             Message::Ping(_) | Message::Pong(_) => continue,
         };
-        bridge.control(viewer, Event::Heard(viewer));
+        bridge.control(viewer, LeaseEvent::Heard(viewer));
         match understand(&text) {
             Ok(ask) if ask.scope() > scope => bridge.refuse(viewer, no("control.scope")),
             Ok(ask) => take(bridge, viewer, ask, queue),
@@ -190,8 +190,8 @@ fn take(bridge: &Arc<Bridge>, viewer: Viewer, ask: Ask, queue: &mpsc::Sender<Beg
     match ask {
         Ask::Hello { .. } => return bridge.refuse(viewer, no("socket.hello_again")),
         Ask::Ping { stamp } => return bridge.tell(viewer, &Tell::Pong { stamp }),
-        Ask::TakeControl { force } => return bridge.control(viewer, Event::Take { viewer, force }),
-        Ask::ReleaseControl => return bridge.control(viewer, Event::Release(viewer)),
+        Ask::TakeControl { force } => return bridge.control(viewer, LeaseEvent::Take { viewer, force }),
+        Ask::ReleaseControl => return bridge.control(viewer, LeaseEvent::Release(viewer)),
         Ask::Stop => return bridge.stop(viewer),
         _ => {}
     }

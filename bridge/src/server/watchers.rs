@@ -9,7 +9,7 @@
 //! reads slowly can hold up the drill. Does not know sockets.
 
 use annulus_core::control::State;
-use annulus_core::control::lease::{Event, Lease, Outcome, Viewer};
+use annulus_core::control::lease::{Lease, LeaseEvent, LeaseOutcome, Viewer};
 use annulus_core::wire::{Status, Tell};
 use axum::extract::ws::Utf8Bytes;
 use std::collections::BTreeMap;
@@ -87,15 +87,15 @@ impl Watchers {
     }
 
     /// A page is gone. Gives whether control went with it.
-    pub(crate) fn leave(&mut self, viewer: Viewer, now_ms: u64) -> Outcome {
+    pub(crate) fn leave(&mut self, viewer: Viewer, now_ms: u64) -> LeaseOutcome {
         self.viewers.remove(&viewer);
-        let outcome = self.lease.step(Event::Left(viewer), now_ms);
+        let outcome = self.lease.step(LeaseEvent::Left(viewer), now_ms);
         self.tell_control();
         outcome
     }
 
     /// Something happened to control; everybody is told if it changed.
-    pub(crate) fn control(&mut self, event: Event, now_ms: u64) -> Outcome {
+    pub(crate) fn control(&mut self, event: LeaseEvent, now_ms: u64) -> LeaseOutcome {
         let outcome = self.lease.step(event, now_ms);
         if outcome.changed {
             self.tell_control();
@@ -189,7 +189,7 @@ mod tests {
         let mut two = watchers.join("b").unwrap();
         assert_eq!(drain(&mut two).len(), 2);
         assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":false,"viewers":2}"#]);
-        watchers.control(Event::Take { viewer: two.viewer, force: false }, 0);
+        watchers.control(LeaseEvent::Take { viewer: two.viewer, force: false }, 0);
         assert!(watchers.has_control(two.viewer) && !watchers.has_control(one.viewer));
         assert_eq!(drain(&mut one), [r#"{"t":"control","yours":false,"taken":true,"viewers":2}"#]);
         assert_eq!(drain(&mut two), [r#"{"t":"control","yours":true,"taken":true,"viewers":2}"#]);
@@ -202,7 +202,7 @@ mod tests {
         let mut watchers = Watchers::new();
         let mut seats: Vec<Seat> = (0..VIEWERS - 1).map(|_| watchers.join("many").unwrap()).collect();
         let own = watchers.join("own").unwrap();
-        watchers.control(Event::Take { viewer: seats[0].viewer, force: false }, 0);
+        watchers.control(LeaseEvent::Take { viewer: seats[0].viewer, force: false }, 0);
         // Reloaded before the bridge saw that the old one is gone.
         let again = watchers.join("own").unwrap();
         assert_eq!(watchers.viewers.len(), VIEWERS);

@@ -9,7 +9,7 @@ use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::{Machine, Value};
-use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::fs;
 use std::path::Path;
 use tempfile::TempDir;
@@ -158,7 +158,7 @@ impl Shop {
         self.page.ask(&Ask::Arm { job: self.job.clone(), from_leg: leg });
         let armed = self.page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
         let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
-        assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+        assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
         let (job, digest) = (self.job.clone(), stream_digest.clone());
         self.page.ask(&Ask::Start { job, stream_digest, from_leg: leg });
         digest

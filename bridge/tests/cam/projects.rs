@@ -5,7 +5,7 @@ use super::{BOARD, CAM, answer, folder};
 use annulus_app::engine::messages::{Answer, Request, Settings, ToRead};
 use annulus_app::engine::{Cache, perform};
 use annulus_core::machine::virtual_drill;
-use annulus_core::project::saved::{self, Project, Said};
+use annulus_core::project::saved::{self, Project, SaidOfFiles};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
@@ -14,7 +14,11 @@ use std::path::Path;
 fn project() -> Project {
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("../www/examples");
     let files = BOARD.map(|name| (name.to_owned(), fs::read(examples.join(name)).unwrap())).to_vec();
-    Project { files, said: Said::default(), job: Some("schema = 1\n[setup]\ncolumns = 2\n".to_owned()) }
+    Project {
+        files,
+        said: SaidOfFiles::default(),
+        job: Some("schema = 1\n[setup]\ncolumns = 2\n".to_owned()),
+    }
 }
 
 #[test]
@@ -59,7 +63,7 @@ fn what_a_project_says_of_its_files_goes_before_what_they_say() {
     let mut project = project();
     project.files.push(("more.drl".to_owned(), b"M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n".to_vec()));
     let holes = [None, Some(vec!["sensor.drl".to_owned()])].map(|used| {
-        project.said = Said { used, ..Said::default() };
+        project.said = SaidOfFiles { used, ..SaidOfFiles::default() };
         fs::write(home.join("board.annulus"), saved::write(&project).unwrap()).unwrap();
         // By its name the file is of another board.
         let (exit, told) = answer(home, "plan board.annulus --accept board.several,job.operations_left_out");
@@ -87,7 +91,7 @@ fn saved_by_the_page(files: &[(String, Vec<u8>)]) -> Vec<u8> {
         panic!()
     };
     let job = Some(annulus_core::project::write(&reading.work));
-    let project = Project { files: files.to_vec(), said: Said::default(), job };
+    let project = Project { files: files.to_vec(), said: SaidOfFiles::default(), job };
     let Answer::Saved(bytes) = ask(Request::Save(project)) else { panic!() };
     bytes
 }
@@ -177,7 +181,7 @@ fn what_lies_beside_a_file_is_in_its_project_where_the_board_needs_it() {
     let whole = home.join("board").display().to_string();
     answer(home, &format!("cam {whole} {take} -o out --save-project whole.annulus"));
     let kept = saved::read("whole", &fs::read(home.join("whole.annulus")).unwrap()).unwrap();
-    assert_eq!((kept.files.len(), kept.said), (3, Said::default()));
+    assert_eq!((kept.files.len(), kept.said), (3, SaidOfFiles::default()));
     assert!(kept.files.iter().all(|(name, _)| name.starts_with("board/sensor")), "{:?}", kept.files[0].0);
     let (exit, told) =
         answer(home, &format!("cam sensor.drl {take} -o out --save-project no/such/x.annulus"));

@@ -176,6 +176,71 @@ fn programs_of_both_sides_are_proved_each_on_its_own() {
     assert_eq!(missing(&alone), missing(&said), "{alone}");
 }
 
+/// A board of two sides with a window in it: pins, and a contour within.
+fn two_sides_and_a_window(home: &Path) {
+    fs::create_dir(home.join("board")).unwrap();
+    for name in BOARD {
+        fs::rename(home.join(name), home.join("board").join(name)).unwrap();
+    }
+    let change = |from: &str, to: &str, old: &str, new: &str| {
+        let text = fs::read_to_string(home.join("board").join(from)).unwrap();
+        assert!(text.contains(old), "{from}: {old}");
+        fs::write(home.join("board").join(to), text.replace(old, new)).unwrap();
+    };
+    change(BOARD[1], "sensor-bottom.gbr", "Copper,L1,Top", "Copper,L2,Bot");
+    let corners = ["X2000000Y16000000D02", "X5000000Y16000000D01", "X5000000Y20500000D01"];
+    let window = [&corners[..], &["X2000000Y20500000D01", "X2000000Y16000000D01", "M02"]].concat();
+    change(BOARD[2], BOARD[2], "M02*", &(window.join("*\n") + "*"));
+}
+
+#[test]
+fn pins_and_a_contour_within_are_asked_for_in_files() {
+    let folder = folder();
+    let home = folder.path();
+    two_sides_and_a_window(home);
+    let (exit, told) = answer(home, "cam board --machine hobby --cure --to grbl -o out --save-job job.toml");
+    assert_eq!(exit, 0, "{told}");
+    let files = files(&home.join("out"));
+    let (exit, told) = prove(home, "board", &files, &["--job", "job.toml"]);
+    assert_eq!((exit, counts(&told)), (0, vec![]), "{told}");
+    let texts: Vec<String> = files.iter().map(|file| fs::read_to_string(file).unwrap()).collect();
+    let (pins, edge) = (&texts[0], texts.last().unwrap());
+    assert!(pins.contains("drill 3)") && edge.contains("end mill 1.5)"), "{files:?}");
+    // The contour within comes first, then the way round the board.
+    let around = edge.find("\nG0 X-0.7490").unwrap();
+    let within = edge.find("\nG0 X2.7490").unwrap();
+    let (head, rest) = edge.split_at(within);
+    let (inner, round) = rest.split_at(around - within);
+    let last = files.len() - 1;
+    let rows = [
+        (0, pins.replacen("X64.0000", "X64.3000", 1), ("shifted", 1), "prove.shifted"),
+        (0, pins.replacen("G1 Z-8.2995", "G1 Z-0.5000", 1), ("shallow", 1), "prove.shallow"),
+        (last, format!("{head}{round}"), ("inner_missing", 1), "prove.inner_missing"),
+        (
+            last,
+            format!("{head}{}{round}", no_deeper(inner, 1.0)),
+            ("inner_missing", 1),
+            "prove.inner_missing",
+        ),
+        (
+            last,
+            format!("{head}{}{round}", inner.replace("Y19.7510", "Y18.0000")),
+            ("inner_missing", 1),
+            "prove.inner_missing",
+        ),
+    ];
+    for (index, text, wanted, code) in rows {
+        assert_ne!(text, texts[index], "{code}");
+        fs::write(&files[index], text).unwrap();
+        let (exit, told) = prove(home, "board", &files, &["--job", "job.toml"]);
+        assert_eq!((exit, counts(&told)), (1, vec![wanted]), "{told}");
+        assert!(codes(&told["diagnostics"]).contains(&code), "{told}");
+        fs::write(&files[index], &texts[index]).unwrap();
+    }
+    let (exit, told) = prove(home, "board", &files[1..], &["--job", "job.toml"]);
+    assert_eq!((exit, counts(&told)), (1, vec![("missing", 2)]), "{told}");
+}
+
 /// Boards of the corpus: with holes milled in rings, two holes at one place, slots. The first two on every push.
 const BOARDS: [&str; 4] =
     ["eagle/pcb-tools-board", "proteus/yawdamper", "horizon/usbkvm", "kicad/2013-clockblock"];

@@ -4,7 +4,7 @@ use super::{BOARD, CAM, answer, codes, folder};
 use annulus_app::engine::messages::{Answer, Request, Settings, ToExport, ToPlan, ToProve, ToRead};
 use annulus_app::engine::{Cache, perform};
 use annulus_core::machine::virtual_drill;
-use annulus_core::project::saved::Said;
+use annulus_core::project::saved::SaidOfFiles;
 use std::fs;
 use std::path::Path;
 
@@ -13,7 +13,7 @@ fn page(files: &[(String, Vec<u8>)], aligned: bool, target: &str) -> (Vec<(Strin
     let mut cache = Cache::default();
     let mut ask = |request| perform(request, &mut cache, &mut |_, _| {}).unwrap();
     let machine = Settings::of(&virtual_drill());
-    let said = Said { aligned, ..Said::default() };
+    let said = SaidOfFiles { aligned, ..SaidOfFiles::default() };
     let wanted = ToRead { files: files.to_vec(), said, machine: Some(machine.clone()), ..ToRead::default() };
     let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
     let accept = vec!["plan.no_bit".to_owned()];

@@ -3,7 +3,7 @@
 use crate::server::client::{Page, Running};
 use crate::server::work::{home, row_of_holes, until_status};
 use annulus_core::control::State;
-use annulus_core::wire::{Ask, Tell, Verdict, program};
+use annulus_core::wire::{Ask, RowVerdict, Tell, program};
 use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
@@ -21,7 +21,7 @@ fn drilling(bridge: &Running, holes: u32) -> Page {
     let (took_s, busy_s) = (asked.elapsed().as_secs_f64(), busy_s(bridge));
     println!("{holes} holes armed in {took_s:.2} s, {busy_s:.2} s of a processor since the bridge began");
     let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
-    assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+    assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
     page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
     until_status(&mut page, |status| status.state == State::ToolChange);
     page.ask(&Ask::ToolChanged);

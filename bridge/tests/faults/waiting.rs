@@ -4,7 +4,7 @@
 use crate::server::client::{Page, Running, annulus};
 use crate::server::work::{home, until_status};
 use annulus_core::control::{Ending, State, Trust};
-use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::fs;
 use std::path::Path;
 use std::process::{Command, Stdio};
@@ -70,7 +70,7 @@ impl Shop {
         self.page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
         let armed = self.page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
         let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
-        assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+        assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
         (job, stream_digest)
     }
 

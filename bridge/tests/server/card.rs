@@ -14,7 +14,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, Value};
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::fs::{self, File, OpenOptions};
 use std::os::unix::fs::FileExt;
 use std::path::{Path, PathBuf};
@@ -163,7 +163,7 @@ pub(crate) fn arm(bridge: &Running, page: &mut Page, program: &Program) -> (Stri
     page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
     let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
     let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
-    let failed = checks.into_iter().filter(|row| row.verdict == Verdict::Fail);
+    let failed = checks.into_iter().filter(|row| row.verdict == RowVerdict::Fail);
     (job, stream_digest, failed.map(|row| row.finding.code).collect())
 }
 

@@ -6,7 +6,7 @@ use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
-use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use tempfile::TempDir;
 
 /// Holes in rows of a hundred, 2 mm apart.
@@ -59,7 +59,7 @@ fn a_closed_tab_leaves_the_job_running_and_stoppable() {
     worker.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
     let armed = worker.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
     let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
-    assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+    assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
     worker.ask(&Ask::Start { job: job.clone(), stream_digest, from_leg: 0 });
     until_status(&mut worker, |status| status.state == State::ToolChange);
     worker.ask(&Ask::ToolChanged);

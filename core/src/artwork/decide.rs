@@ -15,18 +15,18 @@ use super::measure::{impossible, odd, oddity};
 use super::number::Reading;
 use super::rank::{Grounds, Ranked, agrees, rank, readings, sample};
 use super::read::{FileRead, Neighbours, drill_program, plated_by_name};
-use super::registration::{FITS, same_place, same_size};
+use super::registration::{FITS_SHARE, same_place, same_size};
 use super::second_look::{Look, look};
 use super::{Evidence, Overrides, Source, Zeros, tool_units};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::units::Length;
 
 /// Readings closer than this cannot be told apart by copper.
-const CLOSE: f64 = 0.10;
+const CLOSE_SHARE: f64 = 0.10;
 /// A reading that is this much better than what words say makes words doubtful.
-const MUCH_BETTER: f64 = 0.30;
+const MUCH_BETTER_SHARE: f64 = 0.30;
 /// Copper under so many of the holes outweighs a report.
-const NEARLY_ALL: f64 = 0.95;
+const NEARLY_ALL_SHARE: f64 = 0.95;
 /// So many words of a report that are otherwise in the file are no slip.
 const FEWEST_DIFFER: usize = 2;
 /// So many holes that lie beside all copper are no chance.
@@ -246,7 +246,7 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let unsettled = !Sensed::stated(sensed.weakest());
     let own_votes = voting.iter().any(|ranked| ranked.reading == own.reading);
     let best = voting.iter().copied().find(|ranked| ranked.allowed);
-    let best = best.filter(|best| !own_votes || best.fit.share >= own.fit.share + CLOSE);
+    let best = best.filter(|best| !own_votes || best.fit.share >= own.fit.share + CLOSE_SHARE);
     let over_report = over_report(own, &voting);
     let chosen = over_report.or(best).unwrap_or(own);
     let speaks = own_votes || chosen.reading != own.reading;
@@ -256,7 +256,7 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
             && ranked.possible
             && speaks
             && ranked.reading != chosen.reading
-            && ranked.fit.share > chosen.fit.share - CLOSE
+            && ranked.fit.share > chosen.fit.share - CLOSE_SHARE
     });
     let by_outline = if speaks { None } else { by_outline(grounds, own, ranking) };
     let chosen = by_outline.filter(|ranked| ranked.allowed && unsettled).unwrap_or(chosen);
@@ -273,8 +273,9 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
         look_again(grounds, chosen, &mut choice);
     }
     let score = choice.evidence.score.unwrap_or_default();
-    let better =
-        voting.iter().find(|rival| rival.reading != chosen.reading && rival.fit.share >= score + MUCH_BETTER);
+    let better = voting
+        .iter()
+        .find(|rival| rival.reading != chosen.reading && rival.fit.share >= score + MUCH_BETTER_SHARE);
     choice
         .said
         .extend(better.map(|rival| (Severity::Warning, "drill.copper_disagrees", Some(rival.reading))));
@@ -301,14 +302,14 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
 fn over_report<'a>(own: &Ranked, voting: &[&'a Ranked]) -> Option<&'a Ranked> {
     let best = voting.first().copied()?;
     let allowed = voting.iter().any(|ranked| ranked.allowed || ranked.reading == own.reading);
-    (!allowed && best.own_words && best.fit.share >= NEARLY_ALL).then_some(best)
+    (!allowed && best.own_words && best.fit.share >= NEARLY_ALL_SHARE).then_some(best)
 }
 
 /// Looks again at the holes that were chosen, if they can be those of the copper.
 fn look_again(grounds: &Grounds<'_>, chosen: &Ranked, choice: &mut Choice) {
     let Some(copper) = grounds.copper.filter(|_| !grounds.unplated) else { return };
     if !chosen.as_large {
-        if chosen.fit.share < FITS && chosen.holes.len() >= MANY {
+        if chosen.fit.share < FITS_SHARE && chosen.holes.len() >= MANY {
             choice.said.push((Severity::Warning, "drill.copper_of_another_size", None));
         }
         return;

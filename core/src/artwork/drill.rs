@@ -3,7 +3,7 @@
 //! Comes in: what a reader found. Goes out: the data and its measures in mm. Does not know how it was written, and
 //! not what the holes are for.
 
-use crate::geometry::{Bounds, Point, Segment};
+use crate::geometry::{Bounds, PathSegment, Point};
 use crate::units::Length;
 
 /// A drill file.
@@ -64,7 +64,7 @@ pub struct Route {
     /// Where the tool went down.
     pub from: Point,
     /// The moves.
-    pub segments: Vec<Segment>,
+    pub segments: Vec<PathSegment>,
     /// Line in the file, from 1.
     pub line: u32,
     /// Index into [`DrillFile::tools`].

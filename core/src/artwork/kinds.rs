@@ -4,7 +4,7 @@
 
 /// What a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
+pub enum FileKind {
     /// A drill or rout program, or a plain list of holes.
     Drill,
     /// A Gerber layer.
@@ -140,7 +140,7 @@ macro_rules! names {
         }
     };
 }
-names!(Kind: Drill "drill", Gerber "gerber", Report "report", Archive "archive", Refused "refused", Unknown "unknown");
+names!(FileKind: Drill "drill", Gerber "gerber", Report "report", Archive "archive", Refused "refused", Unknown "unknown");
 names!(Role: Drill "drill", Copper "copper", Mask "mask", Silk "silk", Paste "paste", Outline "outline", Other "other");
 names!(Side: Top "top", Bottom "bottom", Inner "inner");
 names!(Units: Mm "mm", Inch "inch");

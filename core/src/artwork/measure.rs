@@ -32,7 +32,7 @@ const NEIGHBOURS: usize = 64;
 const DEEP_WINDOW: usize = 100_000;
 const DEEP_NEIGHBOURS: usize = 500;
 /// A row of holes bends by less, as a sine.
-const TURN: f64 = 0.5;
+const TURN_SINE: f64 = 0.5;
 
 /// What is odd about the holes of a file, as the code of a diagnostic.
 pub(super) fn oddity(drill: &DrillFile) -> Option<&'static str> {
@@ -127,7 +127,7 @@ fn holes_inside(drill: &DrillFile) -> Option<(usize, u32)> {
 fn turns(from: Point, one: Point, other: Point) -> bool {
     let way = |to: Point| ((to.x - from.x).mm(), (to.y - from.y).mm());
     let ((ax, ay), (bx, by)) = (way(one), way(other));
-    (ax * by - ay * bx).abs() > TURN * libm::sqrt((ax * ax + ay * ay) * (bx * bx + by * by))
+    (ax * by - ay * bx).abs() > TURN_SINE * libm::sqrt((ax * ax + ay * ay) * (bx * bx + by * by))
 }
 
 /// A hole whose size is known.

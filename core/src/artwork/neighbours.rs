@@ -8,8 +8,8 @@
 //! Comes in: the files of a set, read. Goes out: their diagnostics and shifts, mended. Does not read anything.
 
 use super::companion::{base, folder, stem};
-use super::registration::FITS;
-use super::{FileRead, Kind};
+use super::registration::FITS_SHARE;
+use super::{FileKind, FileRead};
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// Shifts this near to each other are one, in mm.
@@ -25,7 +25,7 @@ pub(super) fn settle(files: &mut [FileRead]) {
 fn tapes(files: &mut [FileRead]) {
     let programs: Vec<String> =
         files.iter().filter(|file| file.is_program_with_holes()).map(|file| file.name.clone()).collect();
-    for file in files.iter_mut().filter(|file| file.kind == Kind::Refused) {
+    for file in files.iter_mut().filter(|file| file.kind == FileKind::Refused) {
         let (of, name) = (folder(&file.name), stem(&file.name));
         let twin = programs.iter().find(|twin| folder(twin) == of && stem(twin).eq_ignore_ascii_case(name));
         let tape = file.diagnostics.iter_mut().find(|diagnostic| diagnostic.code == "refused.eia_tape");
@@ -41,11 +41,11 @@ fn tapes(files: &mut [FileRead]) {
 fn shifts(files: &mut [FileRead]) {
     let shift = |file: &FileRead| Some((folder(&file.name).to_owned(), file.evidence.as_ref()?.shift_mm?));
     let known: Vec<(String, (f64, f64))> = files.iter().filter_map(shift).collect();
-    for file in files.iter_mut().filter(|file| file.kind == Kind::Drill && file.plated == Some(false)) {
+    for file in files.iter_mut().filter(|file| file.kind == FileKind::Drill && file.plated == Some(false)) {
         let mut beside = known.iter().filter(|(of, _)| of == folder(&file.name)).map(|(_, by)| *by);
         let (Some(by), Some(evidence)) = (beside.next(), &mut file.evidence) else { continue };
         let agree = |other: (f64, f64)| (other.0 - by.0).abs() < SAME_MM && (other.1 - by.1).abs() < SAME_MM;
-        let lies_well = evidence.score.is_some_and(|score| score >= FITS);
+        let lies_well = evidence.score.is_some_and(|score| score >= FITS_SHARE);
         if evidence.shift_mm.is_none() && !lies_well && beside.all(agree) {
             evidence.shift_mm = Some(by);
             file.diagnostics.push(Diagnostic::note("drill.shifted_with_others").at(&file.name, 0, 0));
@@ -94,7 +94,7 @@ mod tests {
         let other = set(&[("a/board.DRL", tape()), ("a/lid.TXT", text.clone())]);
         assert_eq!(codes(&other.files[0], Severity::Error), ["refused.eia_tape"]);
         let both = set(&[("a/board.DRL", tape()), ("a/board.TXT", text)]);
-        assert_eq!(both.files[0].kind, Kind::Refused);
+        assert_eq!(both.files[0].kind, FileKind::Refused);
         assert_eq!(codes(&both.files[0], Severity::Error), Vec::<&str>::new());
         assert_eq!(codes(&both.files[0], Severity::Note), ["refused.eia_tape", "set.tape_twin"]);
     }

@@ -7,7 +7,7 @@
 use super::excellon::{self, Sensed, Survey, Task, ToolTable, customary};
 use super::measure::{impossible_bit, oddity};
 use super::number::Reading;
-use super::registration::{Copper, FITS, Fit, SAMPLE, every, same_place, same_size};
+use super::registration::{Copper, FITS_SHARE, Fit, SAMPLE, every, same_place, same_size};
 use super::text::front;
 use super::{Digits, Source, Units, Zeros};
 use crate::geometry::{Bounds, Point};
@@ -111,10 +111,10 @@ pub(super) fn rank(grounds: &Grounds<'_>) -> Option<Vec<Ranked>> {
         all.push(Ranked { reading, fit, holes, tools, allowed, own_words, possible, bounds, as_large });
     }
     // Holes that need no copper fit somewhere by chance.
-    if !unplated && all.iter().all(|ranked| ranked.fit.share < FITS) {
+    if !unplated && all.iter().all(|ranked| ranked.fit.share < FITS_SHARE) {
         for ranked in all.iter_mut().filter(|ranked| ranked.possible && ranked.as_large) {
             let shifted = copper.map_or(Fit::default(), |copper| copper.fit_shifted(&ranked.holes));
-            if shifted.share >= FITS {
+            if shifted.share >= FITS_SHARE {
                 ranked.fit = shifted;
             }
         }

@@ -12,8 +12,8 @@ use super::neighbours;
 use super::registration::Copper;
 use super::text::{decode, holds};
 use super::{
-    Counts, Digits, DrillFile, Evidence, Kind, Overrides, Role, Side, Units, Zeros, aperture_list, decide,
-    drill_list, measure, names, set, witness,
+    Counts, Digits, DrillFile, Evidence, FileKind, Overrides, Role, Side, Units, Zeros, aperture_list,
+    decide, drill_list, measure, names, set, witness,
 };
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::Bounds;
@@ -32,7 +32,7 @@ pub struct FileRead {
     /// Its name as given; members are called `archive.zip!/dir/name`.
     pub name: String,
     /// What it is.
-    pub kind: Kind,
+    pub kind: FileKind,
     /// What it is for.
     pub role: Role,
     /// Which side of the board it shows.
@@ -64,7 +64,7 @@ pub struct FileRead {
 }
 
 impl FileRead {
-    fn new(name: &str, kind: Kind, role: Role, reason: Diagnostic) -> Self {
+    fn new(name: &str, kind: FileKind, role: Role, reason: Diagnostic) -> Self {
         Self {
             name: name.to_owned(),
             kind,
@@ -88,14 +88,14 @@ impl FileRead {
     /// A file of which nothing is kept.
     pub(super) fn refused(name: &str, why: Diagnostic) -> Self {
         let why = if why.place.is_some() { why } else { why.at(name, 0, 0) };
-        let mut file = Self::new(name, Kind::Refused, Role::Other, why.clone());
+        let mut file = Self::new(name, FileKind::Refused, Role::Other, why.clone());
         file.diagnostics.push(why);
         file
     }
 
     /// Whether it is a drill file, and no layer, with something to drill in it.
     pub(crate) fn is_program_with_holes(&self) -> bool {
-        self.kind == Kind::Drill
+        self.kind == FileKind::Drill
             && self.drill.as_ref().is_some_and(|drill| drill.totals() != Counts::default())
     }
 
@@ -120,8 +120,8 @@ impl Artwork {
         let mut used = Vec::new();
         for &index in files {
             let Some(file) = file(&index) else { continue };
-            let layer = !programs && file.kind == Kind::Gerber && file.drill.is_some();
-            if (file.kind == Kind::Drill && file.role == Role::Drill || layer)
+            let layer = !programs && file.kind == FileKind::Gerber && file.drill.is_some();
+            if (file.kind == FileKind::Drill && file.role == Role::Drill || layer)
                 && !seen.contains(&file.fingerprint)
             {
                 seen.push(file.fingerprint);
@@ -135,7 +135,8 @@ impl Artwork {
     /// members that were left out: these are missing from the board.
     pub fn missing(&self, among: &[usize]) -> impl Iterator<Item = &Diagnostic> {
         let files = among.iter().filter_map(|&index| self.files.get(index));
-        let missing = files.filter(|file| matches!(file.kind, Kind::Refused | Kind::Archive | Kind::Unknown));
+        let missing = files
+            .filter(|file| matches!(file.kind, FileKind::Refused | FileKind::Archive | FileKind::Unknown));
         missing.flat_map(|file| &file.diagnostics)
     }
 
@@ -177,7 +178,7 @@ impl Artwork {
             return;
         }
         for file in &mut self.files {
-            if file.kind == Kind::Gerber && file.drill.is_some() {
+            if file.kind == FileKind::Gerber && file.drill.is_some() {
                 let told = Diagnostic::note("set.drill_layer_beside").at(&file.name, 0, 0);
                 file.diagnostics.push(told);
             }
@@ -297,7 +298,7 @@ fn collect<'a>(
         }
     };
     let reason = Diagnostic::note("kind.archive").with("count", members.len());
-    let archive = FileRead::new(&name, Kind::Archive, Role::Other, reason);
+    let archive = FileRead::new(&name, FileKind::Archive, Role::Other, reason);
     let inside = format!("{name}!/");
     out.push(Pending { name, bytes, what, settled: Some(archive) });
     for member in members {
@@ -341,7 +342,7 @@ fn boards_of(files: &[Pending<'_>], layers: &[Option<FileRead>]) -> Vec<String> 
 fn gerber_file(name: &str, bytes: &[u8], person: &Overrides) -> FileRead {
     let (layer, diagnostics) = gerber::read(name, &decode(bytes), person);
     let unknown = Diagnostic::note("kind.gerber");
-    let mut file = FileRead::new(name, Kind::Gerber, Role::Other, unknown);
+    let mut file = FileRead::new(name, FileKind::Gerber, Role::Other, unknown);
     file.diagnostics = diagnostics;
     (file.units, file.number_format, file.zeros) = (layer.units, layer.digits, layer.zeros);
     file.generator = layer.generator.clone();
@@ -386,7 +387,7 @@ fn drill_file(
 
 fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnostic> {
     let list = drill_list::read(name, text, person)?;
-    let mut file = FileRead::new(name, Kind::Drill, Role::Drill, Diagnostic::note("kind.drill_list"));
+    let mut file = FileRead::new(name, FileKind::Drill, Role::Drill, Diagnostic::note("kind.drill_list"));
     file.units = Some(list.units);
     file.zeros = Some(Zeros::Decimal);
     let source = list.units_by;
@@ -400,7 +401,7 @@ fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnos
 
 /// A drill program's file, still without content.
 pub(super) fn drill_program(name: &str) -> FileRead {
-    FileRead::new(name, Kind::Drill, Role::Drill, Diagnostic::note("kind.drill_program"))
+    FileRead::new(name, FileKind::Drill, Role::Drill, Diagnostic::note("kind.drill_program"))
 }
 
 fn same_plating(file: &FileRead) -> Option<bool> {
@@ -433,22 +434,23 @@ fn plain(name: &str, what: What, bytes: &[u8]) -> FileRead {
 fn plain_kind(name: &str, what: What) -> FileRead {
     match what {
         What::Refused(code) => match names::foreign(companion::base(name), code) {
-            Some(reason) => FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note(reason)),
+            Some(reason) => FileRead::new(name, FileKind::Unknown, Role::Other, Diagnostic::note(reason)),
             None => FileRead::refused(name, Diagnostic::error(code)),
         },
-        What::Report => FileRead::new(name, Kind::Report, Role::Other, Diagnostic::note("kind.report")),
+        What::Report => FileRead::new(name, FileKind::Report, Role::Other, Diagnostic::note("kind.report")),
         What::Placement => {
-            FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note("kind.placement"))
+            FileRead::new(name, FileKind::Unknown, Role::Other, Diagnostic::note("kind.placement"))
         }
         What::Packed(format) => {
             let reason = Diagnostic::note("kind.packed").with("format", format);
-            let mut file = FileRead::new(name, Kind::Unknown, Role::Other, reason);
+            let mut file = FileRead::new(name, FileKind::Unknown, Role::Other, reason);
             let warning = Diagnostic::warning("archive.not_opened").at(name, 0, 0);
             file.diagnostics.push(warning.with("format", format));
             file
         }
         _ => {
-            let mut file = FileRead::new(name, Kind::Unknown, Role::Other, Diagnostic::note("kind.unknown"));
+            let mut file =
+                FileRead::new(name, FileKind::Unknown, Role::Other, Diagnostic::note("kind.unknown"));
             if holds(name.as_bytes(), ".drl")
                 || holds(name.as_bytes(), ".xln")
                 || holds(name.as_bytes(), ".exc")

@@ -26,19 +26,19 @@ const VOTING_PADS: usize = 3_000;
 /// Cells in which votes are counted.
 const VOTE_CELL_MM: f64 = 0.1;
 /// Unshifted readings that fit this well need no shift.
-pub(super) const FITS: f64 = 0.5;
+pub(super) const FITS_SHARE: f64 = 0.5;
 /// Where holes are put to see how many lie on copper by chance, in mm: no multiple of any grid.
 const BESIDE_MM: [(f64, f64); 6] =
     [(0.71, 0.43), (-0.59, 0.97), (1.13, -0.67), (-0.83, -1.09), (1.87, 0.79), (-1.61, 1.73)];
 /// A vote needs so many different pads and tracks under the holes.
 const VOTERS: usize = 8;
 /// And so large a share of the holes, chance taken off.
-const SPEAKS: f64 = 0.5;
+const SPEAKS_SHARE: f64 = 0.5;
 /// Holes may lie beyond the copper and the outline by so much, in mm and as a share of the board.
 const BEYOND_MM: f64 = 3.0;
-const BEYOND: f64 = 0.15;
+const BEYOND_SHARE: f64 = 0.15;
 /// Holes that span less than this share of a board say nothing of its scale.
-const SPANS: f64 = 0.25;
+const SPANS_SHARE: f64 = 0.25;
 
 /// The copper of a folder, ready to be asked.
 pub(super) struct Copper {
@@ -144,7 +144,7 @@ impl Copper {
         let shifted = |(x, y): (f64, f64)| (fit.shift_mm.0 + x, fit.shift_mm.1 + y);
         let chance: f64 = BESIDE_MM.iter().map(|by| share(&self.layers, holes, shifted(*by))).sum();
         let more = fit.share - chance / BESIDE_MM.len() as f64;
-        under.len() >= VOTERS && more.max(on_pads as f64 / all) >= SPEAKS
+        under.len() >= VOTERS && more.max(on_pads as f64 / all) >= SPEAKS_SHARE
     }
 
     /// The box of its pads and tracks.
@@ -163,14 +163,14 @@ impl Copper {
 pub(super) fn same_size(holes: Bounds, board: Bounds) -> bool {
     let size = |bounds: Bounds| ((bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm());
     let ((w, h), (width, height)) = (size(holes), size(board));
-    let fits = |own: f64, board: f64| own <= board * (1.0 + BEYOND) + BEYOND_MM;
-    fits(w, width) && fits(h, height) && w.max(h) >= SPANS * width.max(height)
+    let fits = |own: f64, board: f64| own <= board * (1.0 + BEYOND_SHARE) + BEYOND_MM;
+    fits(w, width) && fits(h, height) && w.max(h) >= SPANS_SHARE * width.max(height)
 }
 
 /// The same, where it lies.
 pub(super) fn same_place(holes: Bounds, board: Bounds) -> bool {
     let size = (board.max.x - board.min.x).mm().max((board.max.y - board.min.y).mm());
-    let around = board.grown(Length::from_mm(size * BEYOND + BEYOND_MM));
+    let around = board.grown(Length::from_mm(size * BEYOND_SHARE + BEYOND_MM));
     same_size(holes, board) && around.contains(holes.min) && around.contains(holes.max)
 }
 

@@ -11,23 +11,23 @@
 //! Comes in: holes under the reading that was chosen, with the tools that drill them, and the copper. Goes out: how they fit,
 //! and what to say, in shares from 0 to 1. Moves nothing and turns nothing over.
 
-use super::registration::{Copper, FITS, Fit, Layer, fit_shifted, share};
+use super::registration::{Copper, FITS_SHARE, Fit, Layer, fit_shifted, share};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use std::collections::BTreeMap;
 
 /// Holes of which fewer lie on copper are looked at again.
-const SURE: f64 = 0.95;
+const SURE_SHARE: f64 = 0.95;
 /// A shift that puts so many more of the holes on copper is meant.
-const CLEARLY: f64 = 0.15;
+const CLEARLY_SHARE: f64 = 0.15;
 /// And any that puts so many there, where fewer were.
-const NEARLY_ALL: f64 = 0.98;
+const NEARLY_ALL_SHARE: f64 = 0.98;
 /// Turned over so many of the holes lie on copper, or it is chance.
-const MIRRORED: f64 = 0.9;
+const MIRRORED_SHARE: f64 = 0.9;
 /// And so many more than as they are.
-const MUCH: f64 = 0.3;
+const MUCH_SHARE: f64 = 0.3;
 /// Holes of tools for pads of which fewer lie on copper are doubted: vias may lie in areas, which are not looked at.
-const WELL: f64 = 0.9;
+const WELL_SHARE: f64 = 0.9;
 /// Fewer holes prove nothing.
 const FEWEST: usize = 10;
 
@@ -47,13 +47,13 @@ pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit:
         return look;
     }
     let still = fit.shift_mm == (0.0, 0.0);
-    if still && fit.share < SURE {
+    if still && fit.share < SURE_SHARE {
         let shifted = copper.fit_shifted(holes);
-        if shifted.share >= (fit.share + CLEARLY).clamp(FITS, NEARLY_ALL) {
+        if shifted.share >= (fit.share + CLEARLY_SHARE).clamp(FITS_SHARE, NEARLY_ALL_SHARE) {
             look.fit = shifted;
         }
     }
-    if look.fit.share < SURE
+    if look.fit.share < SURE_SHARE
         && let Some((word, share)) = mirrored(|holes| copper.fit_shifted(holes), holes, look.fit.share)
     {
         look.fit = copper.fit(holes);
@@ -62,7 +62,7 @@ pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit:
     }
     look.warnings.extend(copper.apart().iter().filter_map(|layer| alone(layer, holes, look.fit)));
     let common = common(copper, holes, tools, look.fit);
-    if look.fit.share < SURE && common < WELL {
+    if look.fit.share < SURE_SHARE && common < WELL_SHARE {
         look.warnings.push(told("drill.beside_copper", common, look.fit.share));
     }
     look
@@ -72,7 +72,7 @@ pub(super) fn look(copper: &Copper, holes: &[Point], tools: &[Option<u16>], fit:
 fn alone(layer: &Layer, holes: &[Point], fit: Fit) -> Option<Diagnostic> {
     let layers = std::slice::from_ref(layer);
     let own = share(layers, holes, fit.shift_mm);
-    if own >= FITS || fit.share < MIRRORED {
+    if own >= FITS_SHARE || fit.share < MIRRORED_SHARE {
         return None;
     }
     let (word, share) = mirrored(|holes| fit_shifted(layers, holes), holes, own)?;
@@ -87,7 +87,7 @@ fn mirrored(fit: impl Fn(&[Point]) -> Fit, holes: &[Point], own: f64) -> Option<
         [("X", holes.iter().map(in_x).collect()), ("Y", holes.iter().map(in_y).collect())];
     ways.into_iter().find_map(|(word, turned)| {
         let share = fit(&turned).share;
-        (share >= (own + MUCH).clamp(MIRRORED, NEARLY_ALL)).then_some((word, share))
+        (share >= (own + MUCH_SHARE).clamp(MIRRORED_SHARE, NEARLY_ALL_SHARE)).then_some((word, share))
     })
 }
 

@@ -10,7 +10,7 @@
 use super::{Board, Copper, Face, rivals};
 use crate::artwork::{Artwork, FileRead, Gerber, Role, Side, nets, painted};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::geometry::{Point, Region, Rule, combine};
+use crate::geometry::{CombineRule, Point, Region, combine};
 
 /// What is said of a second layer for one side: of one that is the same, and of another one, which a person has to see.
 const TWO: [(Severity, &str); 2] =
@@ -88,5 +88,5 @@ fn inverted(board: &Board, file: &FileRead, drawn: &Region, diagnostics: &mut Ve
     if board.outline.is_empty() {
         diagnostics.push(Diagnostic::error("board.negative_without_outline").at(&file.name, 0, 0));
     }
-    combine(&board.outline, drawn, Rule::Difference)
+    combine(&board.outline, drawn, CombineRule::Difference)
 }

@@ -7,7 +7,7 @@ use super::outline::{contours, nest, shut};
 use super::{Board, Hole, Slot, copper, legend, mend, rivals};
 use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, ToolEntry};
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::geometry::{Bounds, Path, Placement, Point, Region, Segment, area_mm2, chords, path_bounds};
+use crate::geometry::{Bounds, Path, PathSegment, Placement, Point, Region, area_mm2, chords, path_bounds};
 use crate::units::Length;
 
 /// How far a chord may be from its arc, in mm.
@@ -20,7 +20,7 @@ const SAME_EDGE: Length = Length::from_um(50);
 
 /// What a board shall have besides its holes and its outline.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Wanted {
+pub struct BoardWanted {
     /// The copper of both sides, painted: this takes time; and their legends.
     pub copper: bool,
     /// Layers that do not share the copper's zero point moved to where they fit it. Nobody moves them unasked: a person is
@@ -30,12 +30,12 @@ pub struct Wanted {
 
 /// Makes the board of the files at `used`, without copper and with everything where its file puts it.
 pub fn from_artwork(artwork: &Artwork, used: &[usize]) -> (Board, Vec<Diagnostic>) {
-    from_artwork_with(artwork, used, Wanted::default())
+    from_artwork_with(artwork, used, BoardWanted::default())
 }
 
 /// Makes the board of the files at `used`. What has neither holes nor copper among them adds nothing. The
 /// diagnostics are those of the files used, and those of the board itself.
-pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: Wanted) -> (Board, Vec<Diagnostic>) {
+pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: BoardWanted) -> (Board, Vec<Diagnostic>) {
     let mut board = Board::default();
     let mut diagnostics = Vec::new();
     for file in used.iter().filter_map(|&index| artwork.files.get(index)) {
@@ -120,8 +120,8 @@ fn add(board: &mut Board, file: &FileRead, drill: &DrillFile, source: u32) {
         for segment in &route.segments {
             let from = path.last().copied().unwrap_or(route.from);
             match *segment {
-                Segment::Line { to } => path.push(to),
-                Segment::Arc { to, centre, clockwise } => {
+                PathSegment::Line { to } => path.push(to),
+                PathSegment::Arc { to, centre, clockwise } => {
                     path.extend(chords::arc(from, to, centre, clockwise, CHORD_ERROR_MM));
                 }
             }
@@ -138,7 +138,7 @@ fn outline(
     board: &mut Board,
     artwork: &Artwork,
     used: &[usize],
-    wanted: Wanted,
+    wanted: BoardWanted,
     diagnostics: &mut Vec<Diagnostic>,
 ) {
     for file in layers(artwork, Role::Outline) {
@@ -188,7 +188,7 @@ fn outline(
 fn elsewhere(
     board: &mut Board,
     artwork: &Artwork,
-    wanted: Wanted,
+    wanted: BoardWanted,
     name: &str,
     diagnostics: &mut Vec<Diagnostic>,
 ) {

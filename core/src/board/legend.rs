@@ -10,8 +10,8 @@
 
 use super::copper::layers;
 use super::{Board, Face, Legend};
-use crate::artwork::{Artwork, Form, Gerber, Object, Role, Shape, Side};
-use crate::geometry::{Path, Point, Segment};
+use crate::artwork::{Artwork, Form, Gerber, Object, ObjectShape, Role, Side};
+use crate::geometry::{Path, PathSegment, Point};
 
 /// Takes the legend of each side: the layer among `used`, else the first beside the board's drill file, else the first.
 pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize]) {
@@ -46,9 +46,9 @@ fn dark(layer: &Gerber) -> Gerber {
 fn adding(objects: &[Object]) -> Vec<Object> {
     let dark = objects.iter().filter(|object| !object.clear).cloned();
     dark.map(|object| match object.shape {
-        Shape::Repeat { objects, columns, rows, step } => {
+        ObjectShape::Repeat { objects, columns, rows, step } => {
             let objects = adding(&objects);
-            Object { shape: Shape::Repeat { objects, columns, rows, step }, ..object }
+            Object { shape: ObjectShape::Repeat { objects, columns, rows, step }, ..object }
         }
         _ => object,
     })
@@ -56,10 +56,10 @@ fn adding(objects: &[Object]) -> Vec<Object> {
 }
 
 /// Strokes in the order of the file as lines; those without length, which are dots, are left out.
-fn chained(strokes: Vec<(Point, Segment)>) -> Vec<Path> {
+fn chained(strokes: Vec<(Point, PathSegment)>) -> Vec<Path> {
     let mut lines: Vec<Path> = Vec::new();
     for (from, segment) in strokes {
-        if segment == (Segment::Line { to: from }) {
+        if segment == (PathSegment::Line { to: from }) {
             continue;
         }
         match lines.last_mut() {

@@ -11,15 +11,15 @@
 //! told.
 
 use super::outline::{filled, nest};
-use crate::geometry::{Index, Path, Point, Region, Segment};
+use crate::geometry::{Index, Path, PathSegment, Point, Region};
 use crate::units::Length;
 
 /// Ends this near to each other are meant to meet.
 const NEAR: Length = Length::from_um(100);
 /// A line that closes so is at least this many times as long as the gap.
-const LEAST_LENGTHS: f64 = 10.0;
+const LEAST_LENGTH_FACTOR: f64 = 10.0;
 /// The rest of an outline is at least this many times as long as the piece that is missing.
-const LEAST_REST: f64 = 3.0;
+const LEAST_REST_FACTOR: f64 = 3.0;
 /// Of more lines than this none is mended: it is a drawing.
 const MOST_LINES: usize = 200;
 
@@ -39,7 +39,7 @@ pub(super) fn joined(mut open: Vec<Path>) -> (Vec<(Path, Length)>, Vec<Path>) {
             path = path.reversed();
         }
         let ends = gap(path.start, path.end());
-        if ends <= NEAR && path.length_mm() >= NEAR.mm() * LEAST_LENGTHS {
+        if ends <= NEAR && path.length_mm() >= NEAR.mm() * LEAST_LENGTH_FACTOR {
             closed.push((straight(&path), widest.max(ends)));
         } else {
             rest.push(path);
@@ -50,7 +50,7 @@ pub(super) fn joined(mut open: Vec<Path>) -> (Vec<(Path, Length)>, Vec<Path>) {
 
 /// The line of `rest` that a straight piece makes an outline which `holds` all there is.
 pub(super) fn whole(rest: &[Path], holds: &dyn Fn(&Region) -> bool) -> Option<usize> {
-    let short = |path: &Path| gap(path.start, path.end()).mm() * LEAST_REST <= path.length_mm();
+    let short = |path: &Path| gap(path.start, path.end()).mm() * LEAST_REST_FACTOR <= path.length_mm();
     let outline = |path: &Path| Some(nest(vec![straight(path)])).filter(|region| !region.is_empty());
     let lines = rest.iter().enumerate().filter(|(_, path)| rest.len() <= MOST_LINES && short(path));
     let mut whole = lines.filter(|(_, path)| outline(path).is_some_and(|region| holds(&region)));
@@ -61,7 +61,7 @@ pub(super) fn whole(rest: &[Path], holds: &dyn Fn(&Region) -> bool) -> Option<us
 pub(super) fn straight(path: &Path) -> Path {
     let mut closed = path.clone();
     if closed.end() != closed.start {
-        closed.segments.push(Segment::Line { to: closed.start });
+        closed.segments.push(PathSegment::Line { to: closed.start });
     }
     closed
 }
@@ -88,7 +88,7 @@ pub(super) fn gap(from: Point, to: Point) -> Length {
 /// Takes the line of `open` that goes on at the end of `path`, turned where need be; none where `path` is closed.
 fn next(path: &Path, open: &mut Vec<Path>) -> Option<Path> {
     let end = path.end();
-    if gap(path.start, end) <= NEAR && path.length_mm() >= NEAR.mm() * LEAST_LENGTHS {
+    if gap(path.start, end) <= NEAR && path.length_mm() >= NEAR.mm() * LEAST_LENGTH_FACTOR {
         return None;
     }
     let meets = |line: &Path| gap(end, line.start) <= NEAR || gap(end, line.end()) <= NEAR;
@@ -99,7 +99,7 @@ fn next(path: &Path, open: &mut Vec<Path>) -> Option<Path> {
 
 fn append(path: &mut Path, line: Path) {
     if path.end() != line.start {
-        path.segments.push(Segment::Line { to: line.start });
+        path.segments.push(PathSegment::Line { to: line.start });
     }
     path.segments.extend(line.segments);
 }

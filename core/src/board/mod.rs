@@ -13,7 +13,7 @@ mod rivals;
 #[cfg(test)]
 mod tests;
 
-pub use from_artwork::{Wanted, from_artwork, from_artwork_with};
+pub use from_artwork::{BoardWanted, from_artwork, from_artwork_with};
 
 use crate::geometry::{Bounds, Path, Point, Region};
 use crate::units::Length;

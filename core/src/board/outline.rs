@@ -10,7 +10,7 @@
 //!                   └────────────╯
 //! ```
 
-use crate::geometry::{Island, Path, Point, Region, Segment};
+use crate::geometry::{Island, Path, PathSegment, Point, Region};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -24,7 +24,7 @@ const MOST_CONTOURS: usize = 2_000;
 const CHORD_ERROR_MM: f64 = 0.005;
 
 /// One stroke: where it starts and how it goes on.
-pub(super) type Stroke = (Point, Segment);
+pub(super) type Stroke = (Point, PathSegment);
 
 /// The closed contours that strokes make, and the lines of those that belong to none.
 pub(super) fn contours(strokes: &[Stroke]) -> (Vec<Path>, Vec<Path>) {
@@ -109,8 +109,8 @@ fn walk(start: usize, rows: &[Stroke], ends: &BTreeMap<(i64, i64), Vec<usize>>, 
         let (from, segment) = if backwards { turned(from, segment) } else { (from, segment) };
         if path.segments.is_empty() {
             path.start = from;
-        } else if path.end() != from && matches!(segment, Segment::Arc { .. }) {
-            path.segments.push(Segment::Line { to: from });
+        } else if path.end() != from && matches!(segment, PathSegment::Arc { .. }) {
+            path.segments.push(PathSegment::Line { to: from });
         }
         path.segments.push(segment);
         let at = segment.to();
@@ -134,17 +134,19 @@ pub(super) fn shut(mut path: Path) -> Path {
     let start = path.start;
     if path.end() != start {
         match path.segments.last_mut() {
-            Some(Segment::Line { to }) => *to = start,
-            _ => path.segments.push(Segment::Line { to: start }),
+            Some(PathSegment::Line { to }) => *to = start,
+            _ => path.segments.push(PathSegment::Line { to: start }),
         }
     }
     path
 }
 
-fn turned(from: Point, segment: Segment) -> Stroke {
+fn turned(from: Point, segment: PathSegment) -> Stroke {
     let back = match segment {
-        Segment::Line { .. } => Segment::Line { to: from },
-        Segment::Arc { centre, clockwise, .. } => Segment::Arc { to: from, centre, clockwise: !clockwise },
+        PathSegment::Line { .. } => PathSegment::Line { to: from },
+        PathSegment::Arc { centre, clockwise, .. } => {
+            PathSegment::Arc { to: from, centre, clockwise: !clockwise }
+        }
     };
     (segment.to(), back)
 }
@@ -154,13 +156,13 @@ fn same(&(from, segment): &Stroke) -> (Point, Point, Option<Point>, bool) {
     let to = segment.to();
     let (low, high) = (from.min(to), from.max(to));
     match segment {
-        Segment::Line { .. } => (low, high, None, false),
-        Segment::Arc { centre, clockwise, .. } => (low, high, Some(centre), clockwise != (from == low)),
+        PathSegment::Line { .. } => (low, high, None, false),
+        PathSegment::Arc { centre, clockwise, .. } => (low, high, Some(centre), clockwise != (from == low)),
     }
 }
 
 fn goes_somewhere(&(from, segment): &Stroke) -> bool {
-    matches!(segment, Segment::Arc { .. }) || !near(from, segment.to())
+    matches!(segment, PathSegment::Arc { .. }) || !near(from, segment.to())
 }
 
 fn near(a: Point, b: Point) -> bool {
@@ -199,7 +201,7 @@ mod tests {
     use super::*;
 
     fn line(a: (f64, f64), b: (f64, f64)) -> Stroke {
-        (Point::from_mm(a.0, a.1), Segment::Line { to: Point::from_mm(b.0, b.1) })
+        (Point::from_mm(a.0, a.1), PathSegment::Line { to: Point::from_mm(b.0, b.1) })
     }
 
     fn square(low: f64, high: f64) -> Vec<Stroke> {
@@ -225,8 +227,11 @@ mod tests {
 
     #[test]
     fn a_contour_within_a_contour_is_a_hole_and_one_within_that_is_board() {
-        let circle =
-            Segment::Arc { to: Point::from_mm(6.0, 5.0), centre: Point::from_mm(5.0, 5.0), clockwise: false };
+        let circle = PathSegment::Arc {
+            to: Point::from_mm(6.0, 5.0),
+            centre: Point::from_mm(5.0, 5.0),
+            clockwise: false,
+        };
         let mut strokes = square(0.0, 20.0);
         strokes.extend(square(2.0, 18.0));
         strokes.push((Point::from_mm(6.0, 5.0), circle));
@@ -238,6 +243,6 @@ mod tests {
             assert!(twice_area(&island.outer.flattened(0.01)) > 0.0);
             assert!(island.holes.iter().all(|hole| twice_area(&hole.flattened(0.01)) < 0.0));
         }
-        assert!(matches!(region.islands[1].outer.segments[..], [Segment::Arc { .. }]), "arcs are kept");
+        assert!(matches!(region.islands[1].outer.segments[..], [PathSegment::Arc { .. }]), "arcs are kept");
     }
 }

@@ -1,6 +1,6 @@
 //! Boards whose outline is not whole: mended where it is plain what it encloses, else an error before anything is planned on it.
 
-use super::{Board, Wanted, from_artwork, from_artwork_with};
+use super::{Board, BoardWanted, from_artwork, from_artwork_with};
 use crate::artwork::{Overrides, read_set};
 use crate::diagnostic::{Diagnostic, Severity};
 
@@ -119,7 +119,7 @@ fn the_legend_has_the_middle_lines_of_what_is_drawn() {
         ("b-B_Silk.gbo".to_owned(), layer("Legend,Bot", &line(&[(0.0, 0.0), (1.0, 0.0)]))),
     ];
     let artwork = read_set(&files, &Overrides::default());
-    let wanted = super::Wanted { copper: true, aligned: false };
+    let wanted = super::BoardWanted { copper: true, aligned: false };
     let (board, _) = super::from_artwork_with(&artwork, &[], wanted);
     let [top, bottom] = board.legend.as_slice() else { panic!("{:?}", board.legend) };
     assert_eq!((top.face, bottom.face), (super::Face::Top, super::Face::Bottom));
@@ -167,7 +167,7 @@ fn a_second_file_for_one_thing_is_never_left_out_without_a_word() {
         let all = first.into_iter().chain([(name, bytes)]);
         let files: Vec<_> = all.map(|(name, bytes)| (name.to_owned(), bytes)).collect();
         let artwork = read_set(&files, &Overrides::default());
-        let wanted = Wanted { copper: true, aligned: false };
+        let wanted = BoardWanted { copper: true, aligned: false };
         let (board, diagnostics) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
         let about =
             |diagnostic: &&Diagnostic| diagnostic.code.contains("two_") || diagnostic.code.contains("same_");
@@ -212,7 +212,7 @@ fn an_outline_alone_with_another_zero_point_is_put_around_copper_and_holes_when_
         let files = files.map(|(name, bytes)| (name.to_owned(), bytes));
         let artwork = read_set(&files, &Overrides::default());
         for aligned in [false, true] {
-            let wanted = Wanted { copper: false, aligned };
+            let wanted = BoardWanted { copper: false, aligned };
             let (board, diagnostics) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
             let told = |code: &str| diagnostics.iter().find(|diagnostic| diagnostic.code == code);
             let (could, done) = (told("board.outline_could_move"), told("board.outline_centred"));
@@ -243,7 +243,7 @@ fn holes_beside_their_pads_are_told_whatever_the_board_is_wanted_for() {
         ("b.drl".to_owned(), program(&moved)),
     ];
     let artwork = read_set(&files, &Overrides::default());
-    for wanted in [Wanted::default(), Wanted { copper: true, aligned: false }] {
+    for wanted in [BoardWanted::default(), BoardWanted { copper: true, aligned: false }] {
         let (_, diagnostics) = from_artwork_with(&artwork, &artwork.default_use(), wanted);
         let warnings = diagnostics.iter().filter(|diagnostic| diagnostic.code == "board.holes_shifted");
         assert_eq!(

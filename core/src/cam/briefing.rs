@@ -4,11 +4,11 @@
 //! reckoned them puts them in.
 
 use super::Corner;
-use super::toolpaths::{Planned, Task};
-use super::work::{Action, Drill, Flip, Holes, Work, Zero};
+use super::toolpaths::{BitTask, Planned};
+use super::work::{Drill, Flip, Holes, OperationKind, Work, Zero};
 use crate::board::Face;
 use crate::geometry::{Bounds, Point};
-use crate::job::{Briefing, Pins, Program, SideBriefing, ToolBriefing, touched};
+use crate::job::{AlignmentPins, Briefing, Program, SideBriefing, ToolBriefing, touched};
 use crate::machine::Machine;
 use crate::units::Length;
 
@@ -61,11 +61,11 @@ pub fn add_side(
             {
                 last.operations.push(word.to_owned());
             }
-            if let Action::CutOut(cut_out) = &operation.action {
+            if let OperationKind::CutOut(cut_out) = &operation.action {
                 let by_hand = u32::try_from(cut_out.tab_at.len()).unwrap_or(u32::MAX);
                 briefing.tabs = Some(if by_hand > 0 { by_hand } else { cut_out.tabs });
             }
-            if matches!(operation.action, Action::Drill(Drill { holes: Holes::Alignment, .. })) {
+            if matches!(operation.action, OperationKind::Drill(Drill { holes: Holes::Alignment, .. })) {
                 pins(briefing, work, planned, task);
             }
         }
@@ -86,7 +86,10 @@ fn needed(work: &Work, planned: &Planned, program: &Program) -> Option<Bounds> {
     let all = both(touched(program), outline)?;
     let wants_rim = planned.parts.iter().filter(|part| !part.tasks.is_empty()).any(|part| {
         let action = work.operations.get(part.operation as usize).map(|operation| &operation.action);
-        matches!(action, Some(Action::CutOut(_) | Action::Drill(Drill { holes: Holes::Alignment, .. })))
+        matches!(
+            action,
+            Some(OperationKind::CutOut(_) | OperationKind::Drill(Drill { holes: Holes::Alignment, .. }))
+        )
     });
     Some(if wants_rim { all.grown(RIM) } else { all })
 }
@@ -117,10 +120,10 @@ fn both(a: Option<Bounds>, b: Option<Bounds>) -> Option<Bounds> {
     }
 }
 
-fn pins(briefing: &mut Briefing, work: &Work, planned: &Planned, task: &Task) {
+fn pins(briefing: &mut Briefing, work: &Work, planned: &Planned, task: &BitTask) {
     let alignment = &work.setup.alignment;
     let moved = |at: Point| Point::new(at.x - planned.origin.x, at.y - planned.origin.y);
-    let pins = briefing.pins.get_or_insert_with(|| Pins {
+    let pins = briefing.pins.get_or_insert_with(|| AlignmentPins {
         diameter: alignment.diameter,
         below: alignment.depth,
         at: Vec::new(),

@@ -11,7 +11,7 @@
 //! Comes in: [`Planned`], the time of a rapid as a function. Goes out: [`Figures`]. Lengths in mm, times in s. Does not know
 //! programs.
 
-use super::toolpaths::{Planned, Shape, Task};
+use super::toolpaths::{BitTask, HoleOrSlot, Planned};
 use crate::geometry::Point;
 use crate::job::Bit;
 use crate::units::Length;
@@ -21,7 +21,7 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figures {
     /// Sizes by tool, in order of use.
-    pub rows: Vec<Row>,
+    pub rows: Vec<SizeRow>,
     /// Travel of the drills with the holes as in the file, mm: for each from the work zero over its holes back to the work
     /// zero.
     pub travel_before_mm: f64,
@@ -37,7 +37,7 @@ pub struct Figures {
 
 /// One size of the files, and the tool that makes it.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct SizeRow {
     /// Number of the tool in order of use, from 1, as in the program.
     pub n: usize,
     /// The size in the files.
@@ -56,7 +56,7 @@ pub struct Row {
 pub fn figures(planned: &Planned, rapid_time: &dyn Fn(Point, Point) -> f64) -> Figures {
     let mut figures =
         Figures { iterations: planned.parts.iter().map(|part| part.iterations).sum(), ..Figures::default() };
-    let tasks: Vec<&Task> = planned.parts.iter().flat_map(|part| &part.tasks).collect();
+    let tasks: Vec<&BitTask> = planned.parts.iter().flat_map(|part| &part.tasks).collect();
     // As in the program: a tool that is in stays in.
     for (n, tasks) in (1..).zip(tasks.chunk_by(|a, b| a.bit == b.bit)) {
         figures.rows.extend(rows(n, tasks, planned));
@@ -85,22 +85,22 @@ fn round(zero: Point, holes: &[(u32, Point)], cost: &dyn Fn(Point, Point) -> f64
 }
 
 /// The sizes that tool `n` makes with `tasks`, ascending.
-fn rows(n: usize, tasks: &[&Task], planned: &Planned) -> Vec<Row> {
+fn rows(n: usize, tasks: &[&BitTask], planned: &Planned) -> Vec<SizeRow> {
     let Some(bit) = tasks.first().map(|task| &task.bit) else { return Vec::new() };
     let hole = |hole: u32| planned.board.holes.get(hole as usize).and_then(|hole| hole.diameter);
     let slot = |slot: u32| planned.board.slots.get(slot as usize).and_then(|slot| slot.width);
-    let mut by_size: BTreeMap<Length, Row> = BTreeMap::new();
-    let mut row = |size: Length, add: &dyn Fn(&mut Row)| {
-        let empty = || Row { n, size, bit: bit.clone(), holes: 0, slots: 0, toolpaths: 0 };
+    let mut by_size: BTreeMap<Length, SizeRow> = BTreeMap::new();
+    let mut row = |size: Length, add: &dyn Fn(&mut SizeRow)| {
+        let empty = || SizeRow { n, size, bit: bit.clone(), holes: 0, slots: 0, toolpaths: 0 };
         add(by_size.entry(size).or_insert_with(empty));
     };
     let strokes = tasks.iter().flat_map(|task| &task.strokes);
     strokes.filter_map(|stroke| hole(stroke.hole?)).for_each(|size| row(size, &|row| row.holes += 1));
-    let mut seen: BTreeSet<Shape> = BTreeSet::new();
+    let mut seen: BTreeSet<HoleOrSlot> = BTreeSet::new();
     for shape in tasks.iter().flat_map(|task| &task.toolpaths).filter_map(|way| way.clears) {
         let (size, holes, slots) = match shape {
-            Shape::Hole(number) => (hole(number), 1, 0),
-            Shape::Slot(number) => (slot(number), 0, 1),
+            HoleOrSlot::Hole(number) => (hole(number), 1, 0),
+            HoleOrSlot::Slot(number) => (slot(number), 0, 1),
         };
         let Some(size) = size else { continue };
         let new = usize::from(seen.insert(shape));

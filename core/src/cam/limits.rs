@@ -8,7 +8,7 @@
 //!
 //! Comes in: an operation, a machine. Goes out: the operation as it can be, and what was bounded. Does not know controllers.
 
-use super::work::{Action, Operation};
+use super::work::{Operation, OperationKind};
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 
@@ -46,7 +46,7 @@ pub(super) fn bounded(operation: &Operation, machine: &Machine) -> Vec<Diagnosti
     let feed = |code: &str, wanted: f64, most: f64| {
         (wanted > most).then(|| note(code, format!("{wanted:.1}"), format!("{most:.1}")))
     };
-    let mills = !matches!(operation.action, Action::Drill(_));
+    let mills = !matches!(operation.action, OperationKind::Drill(_));
     let along = feed("cam.feed_bounded", operation.feed_mm_per_s, plane(machine)).filter(|_| mills);
     let down = feed("cam.plunge_bounded", operation.plunge_mm_per_s, down(machine));
     let turning = spindle(machine).filter(|most| operation.spindle_rpm > *most);

@@ -31,12 +31,12 @@ use crate::geometry::{Bounds, Point};
 use crate::machine::Machine;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
-use work::{Action, Work};
+use work::{OperationKind, Work};
 
 /// Order of the holes of one bit.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Order {
+pub enum HoleOrder {
     /// Shortest closed tour in straight distance, cut open where it serves the approach.
     #[default]
     Shortest,
@@ -48,7 +48,7 @@ pub enum Order {
 
 /// Order of the bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Group {
+pub enum BitOrder {
     /// Small before large.
     #[default]
     Ascending,
@@ -63,8 +63,8 @@ pub const SEED: u64 = 1;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct PlanOptions {
     /// Order of the bits.
-    pub group: Group,
-    /// The bit in the spindle, for [`Group::LoadedFirst`].
+    pub group: BitOrder,
+    /// The bit in the spindle, for [`BitOrder::LoadedFirst`].
     pub loaded: Option<Length>,
     /// The spindles that are to drill, one bit each (bit 0 is Z1); none for all that the machine has.
     pub spindles: Option<u8>,
@@ -81,7 +81,7 @@ pub struct PlanOptions {
 impl Default for PlanOptions {
     fn default() -> Self {
         Self {
-            group: Group::default(),
+            group: BitOrder::default(),
             loaded: None,
             spindles: None,
             seed: SEED,
@@ -94,7 +94,7 @@ impl Default for PlanOptions {
 
 /// How far planning is, in whatever parts it is divided.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Progress {
+pub struct PlanningProgress {
     /// Parts done; never fewer than before.
     pub done: u64,
     /// Parts there are.
@@ -125,7 +125,7 @@ fn loaded_first(
     options: &PlanOptions,
     tolerance: Length,
 ) -> Result<usize, Option<Diagnostic>> {
-    if options.group != Group::LoadedFirst || sizes.is_empty() {
+    if options.group != BitOrder::LoadedFirst || sizes.is_empty() {
         return Err(None);
     }
     let Some(loaded) = options.loaded else {
@@ -174,7 +174,8 @@ impl Corner {
 
 /// Whether a job makes more than holes and slots, on any side: then its zero may depend on copper.
 fn makes_more(work: &Work) -> bool {
-    let makes_holes = |action: &Action| matches!(action, Action::Drill(_) | Action::MillHoles(_));
+    let makes_holes =
+        |action: &OperationKind| matches!(action, OperationKind::Drill(_) | OperationKind::MillHoles(_));
     work.operations.iter().any(|operation| operation.on && !makes_holes(&operation.action))
 }
 

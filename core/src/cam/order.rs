@@ -12,7 +12,7 @@
 //!
 //! Comes in: holes with their places. Goes out: the same holes in order. Does not know bits.
 
-use super::{Order, tour};
+use super::{HoleOrder, tour};
 use crate::geometry::Point;
 use std::cell::Cell;
 use tour::Effort;
@@ -39,7 +39,7 @@ pub(super) fn straight_mm(a: Point, b: Point) -> f64 {
 pub(super) fn arrange(
     holes: &[(u32, Point)],
     from: Point,
-    order: Order,
+    order: HoleOrder,
     rapid_time: &dyn Fn(Point, Point) -> f64,
     effort: Effort,
     tick: &mut dyn FnMut(u64) -> bool,
@@ -47,9 +47,9 @@ pub(super) fn arrange(
     let in_file: Vec<u32> = holes.iter().map(|(hole, _)| *hole).collect();
     let (places, stops) = stops(holes);
     let (tour, cost): (Vec<u32>, &dyn Fn(Point, Point) -> f64) = match order {
-        Order::File => return Some(in_file),
-        Order::Shortest => (shortest(&places, &stops, from, effort, tick)?, &straight_mm),
-        Order::Fastest => (fastest(&places, from, rapid_time, effort, tick)?, rapid_time),
+        HoleOrder::File => return Some(in_file),
+        HoleOrder::Shortest => (shortest(&places, &stops, from, effort, tick)?, &straight_mm),
+        HoleOrder::Fastest => (fastest(&places, from, rapid_time, effort, tick)?, rapid_time),
     };
     let before = way(from, holes.iter().map(|(_, at)| *at).chain([from]), cost);
     let after = way(from, tour.iter().map(|&stop| places[stop as usize]).chain([from]), cost);

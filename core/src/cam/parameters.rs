@@ -11,16 +11,16 @@
 //! Comes in: keys and values. Goes out: a changed setup, bit or operation, or a diagnostic naming the row. Does not know any
 //! file format.
 
-use super::Order;
+use super::HoleOrder;
 use super::work::{
-    Action, Clear, CutOut, CutSide, Direction, Drill, Flip, Holes, Isolate, Lines, MillHoles, Operation,
-    Setup, Work, Zero,
+    Clear, CutDirection, CutOut, CutSide, Drill, Flip, Holes, Isolate, Lines, MillHoles, Operation,
+    OperationKind, Setup, Work, Zero,
 };
 use crate::board::Face;
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter};
-use crate::machine::{Kind, Value};
+use crate::machine::{Value, ValueKind};
 use crate::units::Length;
 
 /// One row of the table, of something of type `T`.
@@ -31,7 +31,7 @@ pub struct Parameter<T: 'static> {
     /// Unit of the numbers, empty for words.
     pub unit: &'static str,
     /// What is allowed.
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// Its value; none where the row does not belong to this one.
     get: fn(&T) -> Option<Value>,
     set: fn(&mut T, &Value),
@@ -96,7 +96,7 @@ pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> 
     if let Some(row) = SETUP.iter().find(|row| row.key == key) {
         return row.set(&mut work.setup, &valued(row.kind, text));
     }
-    let kind = key.split_once('.').filter(|(kind, _)| Action::WORDS.contains(kind));
+    let kind = key.split_once('.').filter(|(kind, _)| OperationKind::WORDS.contains(kind));
     let shared = kind.map(|(_, name)| format!("operation.{name}"));
     let own = |row: &&Parameter<Operation>| row.key == key || Some(row.key) == shared.as_deref();
     let row = OPERATION.iter().find(own).ok_or_else(unknown)?;
@@ -113,16 +113,18 @@ pub fn assign(work: &mut Work, key: &str, text: &str) -> Result<(), Diagnostic> 
 }
 
 /// Text as the kind of value that is wanted; text where it is no number.
-fn valued(kind: Kind, text: &str) -> Value {
+fn valued(kind: ValueKind, text: &str) -> Value {
     let plain = || Value::Text(text.to_owned());
     let list = text.trim();
     // In a job file a list stands in brackets.
     let list = list.strip_prefix('[').and_then(|list| list.strip_suffix(']')).unwrap_or(list);
     let numbers = || list.split([',', ' ']).filter(|word| !word.is_empty()).map(|word| word.parse().ok());
     match kind {
-        Kind::Text(_) | Kind::Choice(_) => plain(),
-        Kind::Number(..) | Kind::Whole(..) => text.trim().parse().map_or_else(|_| plain(), Value::Number),
-        Kind::Numbers(..) | Kind::Wholes(..) => {
+        ValueKind::Text(_) | ValueKind::Choice(_) => plain(),
+        ValueKind::Number(..) | ValueKind::Whole(..) => {
+            text.trim().parse().map_or_else(|_| plain(), Value::Number)
+        }
+        ValueKind::Numbers(..) | ValueKind::Wholes(..) => {
             numbers().collect::<Option<Vec<f64>>>().map_or_else(plain, Value::Numbers)
         }
     }
@@ -178,10 +180,10 @@ macro_rules! part {
             $unit,
             $kind,
             |o: &Operation| match &o.action {
-                Action::$variant($variant { $field, .. }) => Some($read($field)),
+                OperationKind::$variant($variant { $field, .. }) => Some($read($field)),
                 _ => None,
             },
-            |o: &mut Operation, v: &Value| if let Action::$variant(part) = &mut o.action {
+            |o: &mut Operation, v: &Value| if let OperationKind::$variant(part) = &mut o.action {
                 part.$field = $write(v);
             }
         )
@@ -192,7 +194,7 @@ macro_rules! mm {
         part!(
             $key,
             "mm",
-            Kind::Number($low, $high),
+            ValueKind::Number($low, $high),
             $variant::$field,
             |length: &Length| Value::Number(length.mm()),
             |v: &Value| Length::from_mm(number(v))
@@ -201,7 +203,14 @@ macro_rules! mm {
 }
 macro_rules! plain {
     ($key:literal, $unit:literal, $low:literal, $high:literal, $variant:ident :: $field:ident) => {
-        part!($key, $unit, Kind::Number($low, $high), $variant::$field, |n: &f64| Value::Number(*n), number)
+        part!(
+            $key,
+            $unit,
+            ValueKind::Number($low, $high),
+            $variant::$field,
+            |n: &f64| Value::Number(*n),
+            number
+        )
     };
 }
 macro_rules! whole {
@@ -209,7 +218,7 @@ macro_rules! whole {
         part!(
             $key,
             "",
-            Kind::Whole($low, $high),
+            ValueKind::Whole($low, $high),
             $variant::$field,
             |n: &u32| Value::Number(f64::from(*n)),
             |v: &Value| number(v) as u32
@@ -218,26 +227,27 @@ macro_rules! whole {
 }
 macro_rules! flag {
     ($key:literal, $variant:ident :: $field:ident) => {
-        part!($key, "", Kind::Choice(&["no", "yes"]), $variant::$field, yes_no, |v: &Value| text(v) == "yes")
+        part!($key, "", ValueKind::Choice(&["no", "yes"]), $variant::$field, yes_no, |v: &Value| text(v)
+            == "yes")
     };
 }
 macro_rules! words {
     ($key:literal, $variant:ident :: $field:ident, $($word:literal => $value:path),+) => {
-        row!($key, "", Kind::Choice(&[$($word),+]),
+        row!($key, "", ValueKind::Choice(&[$($word),+]),
             |o: &Operation| match &o.action {
-                Action::$variant(part) => {
+                OperationKind::$variant(part) => {
                     Some(Value::Text(match part.$field { $($value => $word),+ }.to_owned()))
                 }
                 _ => None,
             },
-            |o: &mut Operation, v: &Value| if let Action::$variant(part) = &mut o.action {
+            |o: &mut Operation, v: &Value| if let OperationKind::$variant(part) = &mut o.action {
                 part.$field = match text(v) { $($word => $value,)+ _ => part.$field };
             })
     };
 }
 macro_rules! list {
     ($key:literal, $variant:ident :: $field:ident) => {
-        part!($key, "", Kind::Text(400), $variant::$field, |bits: &Vec<String>| named(bits), names)
+        part!($key, "", ValueKind::Text(400), $variant::$field, |bits: &Vec<String>| named(bits), names)
     };
 }
 
@@ -253,9 +263,9 @@ fn face(value: &Value) -> Face {
     if text(value) == "bottom" { Face::Bottom } else { Face::Top }
 }
 
-const FACES: Kind = Kind::Choice(&["top", "bottom"]);
+const FACES: ValueKind = ValueKind::Choice(&["top", "bottom"]);
 /// Boxes as four numbers each: low X, low Y, high X, high Y.
-const PLACES: Kind = Kind::Numbers(-2000.0, 2000.0);
+const PLACES: ValueKind = ValueKind::Numbers(-2000.0, 2000.0);
 
 fn zones(setup: &Setup) -> Option<Value> {
     Some(pairs(setup.exclusions.iter().flat_map(|zone| [zone.min, zone.max])))
@@ -275,7 +285,7 @@ macro_rules! setup {
 }
 macro_rules! count {
     ($key:literal, $low:literal, $high:literal, $($field:ident).+) => {
-        row!($key, "", Kind::Whole($low, $high), |s: &Setup| Some(Value::Number(f64::from(s.$($field).+))),
+        row!($key, "", ValueKind::Whole($low, $high), |s: &Setup| Some(Value::Number(f64::from(s.$($field).+))),
             |s: &mut Setup, v: &Value| s.$($field).+ = number(v) as u32)
     };
 }
@@ -287,7 +297,7 @@ pub const SETUP: &[Parameter<Setup>] = &[
     row!(
         "setup.flip",
         "",
-        Kind::Choice(&["left_right", "top_bottom"]),
+        ValueKind::Choice(&["left_right", "top_bottom"]),
         |s: &Setup| Some(Value::Text(
             if s.flip == Flip::LeftRight { "left_right" } else { "top_bottom" }.to_owned()
         )),
@@ -296,15 +306,15 @@ pub const SETUP: &[Parameter<Setup>] = &[
     ),
     count!("setup.columns", 1.0, 50.0, panel.columns),
     count!("setup.rows", 1.0, 50.0, panel.rows),
-    setup!("setup.gap", Kind::Number(0.0, 100.0), panel.gap),
+    setup!("setup.gap", ValueKind::Number(0.0, 100.0), panel.gap),
     count!("setup.pairs", 0.0, 4.0, alignment.pairs),
-    setup!("setup.pin", Kind::Number(0.3, 10.0), alignment.diameter),
-    setup!("setup.pin_margin", Kind::Number(0.0, 50.0), alignment.margin),
-    setup!("setup.pin_depth", Kind::Number(0.0, 30.0), alignment.depth),
+    setup!("setup.pin", ValueKind::Number(0.3, 10.0), alignment.diameter),
+    setup!("setup.pin_margin", ValueKind::Number(0.0, 50.0), alignment.margin),
+    setup!("setup.pin_depth", ValueKind::Number(0.0, 30.0), alignment.depth),
     row!(
         "setup.zero",
         "",
-        Kind::Choice(&["corner", "blank", "file"]),
+        ValueKind::Choice(&["corner", "blank", "file"]),
         |s: &Setup| Some(Value::Text(
             match s.zero {
                 Zero::Board => "corner",
@@ -319,7 +329,7 @@ pub const SETUP: &[Parameter<Setup>] = &[
             _ => Zero::Board,
         }
     ),
-    setup!("setup.margin", Kind::Number(0.0, 50.0), margin),
+    setup!("setup.margin", ValueKind::Number(0.0, 50.0), margin),
     row!("setup.exclusions", "mm", PLACES, zones, set_zones),
 ];
 
@@ -350,22 +360,22 @@ pub const BIT: &[Parameter<Bit>] = &[
     row!(
         "bit.name",
         "",
-        Kind::Text(60),
+        ValueKind::Text(60),
         |b: &Bit| Some(Value::Text(b.name.clone())),
         |b: &mut Bit, v: &Value| b.name = text(v).to_owned()
     ),
-    row!("bit.form", "", Kind::Choice(&["drill", "mill", "vee"]), form, set_form),
+    row!("bit.form", "", ValueKind::Choice(&["drill", "mill", "vee"]), form, set_form),
     row!(
         "bit.diameter",
         "mm",
-        Kind::Number(0.05, 20.0),
+        ValueKind::Number(0.05, 20.0),
         |b: &Bit| Some(Value::Number(b.diameter.mm())),
         |b: &mut Bit, v: &Value| b.diameter = Length::from_mm(number(v))
     ),
     row!(
         "bit.tip",
         "mm",
-        Kind::Number(0.0, 10.0),
+        ValueKind::Number(0.0, 10.0),
         |b: &Bit| vee(b).map(|(tip, _)| Value::Number(tip.mm())),
         |b: &mut Bit, v: &Value| if let Cutter::Vee { tip, .. } = &mut b.cutter {
             *tip = Length::from_mm(number(v));
@@ -374,7 +384,7 @@ pub const BIT: &[Parameter<Bit>] = &[
     row!(
         "bit.angle",
         "°",
-        Kind::Number(1.0, 179.0),
+        ValueKind::Number(1.0, 179.0),
         |b: &Bit| vee(b).map(|(_, angle)| Value::Number(f64::from(angle) * 1e-3)),
         |b: &mut Bit, v: &Value| if let Cutter::Vee { angle_mdeg, .. } = &mut b.cutter {
             *angle_mdeg = libm::round(number(v) * 1e3) as u32;
@@ -390,53 +400,59 @@ macro_rules! common {
 
 /// The rows of an operation.
 pub const OPERATION: &[Parameter<Operation>] = &[
-    common!("operation.name", "", Kind::Text(60), |o: &Operation| Value::Text(o.name.clone()), |o, v| o
-        .name =
-        text(v).to_owned()),
-    common!("operation.on", "", Kind::Choice(&["no", "yes"]), |o: &Operation| yes_no(&o.on), |o, v| o.on =
+    common!(
+        "operation.name",
+        "",
+        ValueKind::Text(60),
+        |o: &Operation| Value::Text(o.name.clone()),
+        |o, v| o.name = text(v).to_owned()
+    ),
+    common!("operation.on", "", ValueKind::Choice(&["no", "yes"]), |o: &Operation| yes_no(&o.on), |o, v| o
+        .on =
         text(v) == "yes"),
     common!("operation.face", "", FACES, |o: &Operation| face_word(o.face), |o, v| o.face = face(v)),
-    common!("operation.bit", "", Kind::Text(60), |o: &Operation| Value::Text(o.bit.clone()), |o, v| o.bit =
+    common!("operation.bit", "", ValueKind::Text(60), |o: &Operation| Value::Text(o.bit.clone()), |o, v| o
+        .bit =
         text(v).to_owned()),
     common!(
         "operation.feed",
         "mm/s",
-        Kind::Number(0.01, 500.0),
+        ValueKind::Number(0.01, 500.0),
         |o: &Operation| Value::Number(o.feed_mm_per_s),
         |o, v| o.feed_mm_per_s = number(v)
     ),
     common!(
         "operation.plunge",
         "mm/s",
-        Kind::Number(0.01, 500.0),
+        ValueKind::Number(0.01, 500.0),
         |o: &Operation| Value::Number(o.plunge_mm_per_s),
         |o, v| o.plunge_mm_per_s = number(v)
     ),
     common!(
         "operation.speed",
         "rpm",
-        Kind::Whole(1.0, 300_000.0),
+        ValueKind::Whole(1.0, 300_000.0),
         |o: &Operation| Value::Number(f64::from(o.spindle_rpm)),
         |o, v| o.spindle_rpm = number(v) as u32
     ),
     common!(
         "operation.depth",
         "mm",
-        Kind::Number(0.0, 30.0),
+        ValueKind::Number(0.0, 30.0),
         |o: &Operation| Value::Number(o.depth.mm()),
         |o, v| o.depth = Length::from_mm(number(v))
     ),
     common!(
         "operation.depth_per_pass",
         "mm",
-        Kind::Number(0.0, 30.0),
+        ValueKind::Number(0.0, 30.0),
         |o: &Operation| Value::Number(o.depth_per_pass.mm()),
         |o, v| o.depth_per_pass = Length::from_mm(number(v))
     ),
     whole!("isolate.passes", 1.0, 20.0, Isolate::passes),
     plain!("isolate.overlap", "%", 0.0, 95.0, Isolate::overlap_percent),
     words!("isolate.direction", Isolate::direction,
-        "climb" => Direction::Climb, "conventional" => Direction::Conventional),
+        "climb" => CutDirection::Climb, "conventional" => CutDirection::Conventional),
     mm!("isolate.loop_overlap", 0.0, 10.0, Isolate::loop_overlap),
     flag!("isolate.voronoi", Isolate::voronoi),
     flag!("isolate.slivers", Isolate::slivers),
@@ -444,20 +460,20 @@ pub const OPERATION: &[Parameter<Operation>] = &[
     plain!("clear.stepover", "%", 5.0, 100.0, Clear::stepover_percent),
     mm!("clear.margin", 0.0, 10.0, Clear::margin),
     words!("clear.direction", Clear::direction,
-        "climb" => Direction::Climb, "conventional" => Direction::Conventional),
+        "climb" => CutDirection::Climb, "conventional" => CutDirection::Conventional),
     list!("clear.further", Clear::further),
     words!("engrave.of", Engrave::of,
         "legend" => Lines::Legend, "outline" => Lines::Outline, "copper" => Lines::Copper),
     words!("drill.holes", Drill::holes, "board" => Holes::Board, "alignment" => Holes::Alignment),
     words!("drill.order", Drill::order,
-        "shortest" => Order::Shortest, "fastest" => Order::Fastest, "file" => Order::File),
+        "shortest" => HoleOrder::Shortest, "fastest" => HoleOrder::Fastest, "file" => HoleOrder::File),
     mm!("drill.tolerance", 0.0, 1.0, Drill::tolerance),
     mm!("drill.peck", 0.0, 30.0, Drill::peck),
     plain!("drill.point", "°", 60.0, 180.0, Drill::point_deg),
     part!(
         "drill.points",
         "",
-        Kind::Numbers(0.05, 180.0),
+        ValueKind::Numbers(0.05, 180.0),
         Drill::points,
         |points: &Vec<(Length, f64)>| Value::Numbers(
             points.iter().flat_map(|(drill, degrees)| [drill.mm(), *degrees]).collect()
@@ -467,11 +483,11 @@ pub const OPERATION: &[Parameter<Operation>] = &[
     flag!("mill_holes.slots", MillHoles::slots),
     flag!("mill_holes.holes", MillHoles::holes),
     words!("mill_holes.direction", MillHoles::direction,
-        "climb" => Direction::Climb, "conventional" => Direction::Conventional),
+        "climb" => CutDirection::Climb, "conventional" => CutDirection::Conventional),
     list!("mill_holes.further", MillHoles::further),
     words!("cut_out.side", CutOut::side, "outside" => CutSide::Outside, "on" => CutSide::On),
     words!("cut_out.direction", CutOut::direction,
-        "climb" => Direction::Climb, "conventional" => Direction::Conventional),
+        "climb" => CutDirection::Climb, "conventional" => CutDirection::Conventional),
     whole!("cut_out.tabs", 0.0, 100.0, CutOut::tabs),
     mm!("cut_out.tab_width", 0.0, 50.0, CutOut::tab_width),
     mm!("cut_out.tab_height", 0.0, 20.0, CutOut::tab_height),
@@ -513,7 +529,7 @@ mod tests {
         described(OPERATION);
         let machine = virtual_drill();
         let mut seen = 0;
-        for word in Action::WORDS {
+        for word in OperationKind::WORDS {
             let usual = Operation::usual(word, Face::Top, &machine).unwrap();
             assert_eq!(usual.action.word(), word);
             for row in OPERATION {
@@ -568,7 +584,7 @@ mod tests {
     #[test]
     fn names_are_different_within_each_kind() {
         let machine = virtual_drill();
-        for word in Action::WORDS {
+        for word in OperationKind::WORDS {
             let usual = Operation::usual(word, Face::Top, &machine).unwrap();
             let mut names: Vec<_> =
                 OPERATION.iter().filter(|row| row.value(&usual).is_some()).map(Parameter::name).collect();

@@ -3,7 +3,7 @@
 //!
 //! Comes in: a [`Work`], sides. Goes out: [`Promised`], [`Asked`]. Does not know how anything is proved.
 
-use super::work::{Action, CutOut, CutSide, Holes, Lines, Operation, Remedy, Work};
+use super::work::{CutOut, CutSide, Holes, Lines, Operation, OperationKind, Remedy, Work};
 use crate::board::{COPPER_THICKNESS, Face};
 use crate::geometry::Point;
 use crate::job::{Asked, AskedEdge, Cleared, Cutter, Promised};
@@ -35,21 +35,21 @@ impl Work {
         let (mut drilled, mut milled): (Option<Length>, Option<Length>) = (None, None);
         for operation in faces.iter().flat_map(|face| self.on(*face)) {
             match &operation.action {
-                Action::Drill(drill) if drill.holes == Holes::Board => {
+                OperationKind::Drill(drill) if drill.holes == Holes::Board => {
                     asked.holes = Some(true);
                     asked.tolerance = asked.tolerance.max(drill.tolerance);
                     drilled = drilled.max(Some(reach(operation)));
                 }
-                Action::Drill(_) => asked.pins = true,
-                Action::MillHoles(mill) => {
+                OperationKind::Drill(_) => asked.pins = true,
+                OperationKind::MillHoles(mill) => {
                     asked.holes = asked.holes.max(Some(mill.holes));
                     asked.slots = asked.slots.max(Some(mill.slots));
                     milled = milled.max(Some(reach(operation)));
                 }
-                Action::CutOut(cut_out) => {
+                OperationKind::CutOut(cut_out) => {
                     asked.cut_out = Some(self.edge(operation, cut_out, reach(operation)));
                 }
-                Action::Isolate(_) | Action::Clear(_) | Action::Engrave(_) => {}
+                OperationKind::Isolate(_) | OperationKind::Clear(_) | OperationKind::Engrave(_) => {}
             }
         }
         if asked.tolerance == Length::ZERO {
@@ -86,7 +86,7 @@ impl Work {
 
     fn agreed(&self, face: Face) -> Vec<(Point, Point)> {
         let cures = self.on(face).flat_map(|operation| match &operation.action {
-            Action::Isolate(isolate) => isolate.cures.as_slice(),
+            OperationKind::Isolate(isolate) => isolate.cures.as_slice(),
             _ => &[],
         });
         cures.filter(|cure| cure.with == Remedy::Centred).map(|cure| (cure.from, cure.to)).collect()
@@ -96,7 +96,7 @@ impl Work {
     fn cleared(&self, face: Face) -> Vec<Cleared> {
         let here = self.on(face).filter(|_| self.setup.exclusions.is_empty());
         let cleared = here.filter_map(|operation| {
-            let Action::Clear(clear) = &operation.action else { return None };
+            let OperationKind::Clear(clear) = &operation.action else { return None };
             let depth = if operation.depth > Length::ZERO { operation.depth } else { Length::LIMIT };
             let bits = operation.bit_names().into_iter().filter_map(|name| self.bit(name));
             let mills = bits.filter(|bit| bit.cutter != Cutter::Drill);
@@ -110,10 +110,10 @@ impl Work {
 }
 
 /// Whether this is to separate nets.
-fn separates(action: &Action) -> bool {
+fn separates(action: &OperationKind) -> bool {
     match action {
-        Action::Isolate(_) | Action::Clear(_) => true,
-        Action::Engrave(engrave) => engrave.of == Lines::Copper,
-        Action::Drill(_) | Action::MillHoles(_) | Action::CutOut(_) => false,
+        OperationKind::Isolate(_) | OperationKind::Clear(_) => true,
+        OperationKind::Engrave(engrave) => engrave.of == Lines::Copper,
+        OperationKind::Drill(_) | OperationKind::MillHoles(_) | OperationKind::CutOut(_) => false,
     }
 }

@@ -3,17 +3,17 @@
 //! Comes in: a board and a machine, or the word of a kind. Goes out: [`Work`] and its parts. Does not know how toolpaths are
 //! made.
 
-use super::Order;
+use super::HoleOrder;
 use super::work::{
-    Action, Clear, CutOut, Direction, Drill, Engrave, Holes, Isolate, Lines, MillHoles, Operation, Setup,
-    Work,
+    Clear, CutDirection, CutOut, Drill, Engrave, Holes, Isolate, Lines, MillHoles, Operation, OperationKind,
+    Setup, Work,
 };
 use crate::board::{Board, Face};
 use crate::job::{Bit, Cutter};
 use crate::machine::Machine;
 use crate::units::Length;
 
-impl Action {
+impl OperationKind {
     /// The kind called `word` with its usual values on `machine`.
     pub fn usual(word: &str, machine: &Machine) -> Option<Self> {
         Some(match word {
@@ -22,7 +22,7 @@ impl Action {
             "engrave" => Self::Engrave(Engrave { of: Lines::Legend }),
             "drill" => Self::Drill(Drill {
                 holes: Holes::Board,
-                order: Order::Shortest,
+                order: HoleOrder::Shortest,
                 tolerance: machine.rack_tolerance,
                 peck: Length::ZERO,
                 point_deg: POINT_DEG,
@@ -31,7 +31,7 @@ impl Action {
             "mill_holes" => Self::MillHoles(MillHoles {
                 slots: true,
                 holes: true,
-                direction: Direction::Climb,
+                direction: CutDirection::Climb,
                 further: vec![SMALL_MILL.to_owned()],
             }),
             "cut_out" => Self::CutOut(CutOut::default()),
@@ -63,11 +63,15 @@ pub fn usual_bits() -> Vec<Bit> {
 impl Operation {
     /// An operation of the kind called `word` on `face` with its usual values; none for an unknown kind.
     pub fn usual(word: &str, face: Face, machine: &Machine) -> Option<Self> {
-        let action = Action::usual(word, machine)?;
+        let action = OperationKind::usual(word, machine)?;
         let (bit, depth, depth_per_pass, feed, plunge) = match &action {
-            Action::Isolate(_) | Action::Clear(_) | Action::Engrave(_) => (VEE, 80, 0, 6.0, 1.5),
-            Action::Drill(_) => ("", 0, 0, machine.process.feed_mm_per_s, machine.process.feed_mm_per_s),
-            Action::MillHoles(_) | Action::CutOut(_) => (MILL, 0, 600, 5.0, 1.5),
+            OperationKind::Isolate(_) | OperationKind::Clear(_) | OperationKind::Engrave(_) => {
+                (VEE, 80, 0, 6.0, 1.5)
+            }
+            OperationKind::Drill(_) => {
+                ("", 0, 0, machine.process.feed_mm_per_s, machine.process.feed_mm_per_s)
+            }
+            OperationKind::MillHoles(_) | OperationKind::CutOut(_) => (MILL, 0, 600, 5.0, 1.5),
         };
         Some(Self {
             name: String::new(),
@@ -104,7 +108,7 @@ impl Work {
         wanted.extend((!board.outline.is_empty()).then_some(("cut_out", last)));
         let mut operations: Vec<Operation> =
             wanted.iter().filter_map(|(word, face)| Operation::usual(word, *face, machine)).collect();
-        if let Some(Operation { action: Action::Drill(drill), .. }) =
+        if let Some(Operation { action: OperationKind::Drill(drill), .. }) =
             operations.first_mut().filter(|_| setup.alignment.pairs > 0)
         {
             drill.holes = Holes::Alignment;
@@ -114,11 +118,11 @@ impl Work {
 
     /// The job that makes the holes and slots of `board` on `machine` and nothing else, seen from above as in the files: round
     /// holes are drilled in this order, slots and holes that no drill of the rack fits are milled.
-    pub fn drilling(board: &Board, machine: &Machine, order: Order) -> Self {
+    pub fn drilling(board: &Board, machine: &Machine, order: HoleOrder) -> Self {
         let usual = |word| Operation::usual(word, Face::Top, machine);
         let mut operations: Vec<Operation> = makes_holes(board, machine).filter_map(usual).collect();
         for operation in &mut operations {
-            if let Action::Drill(drill) = &mut operation.action {
+            if let OperationKind::Drill(drill) = &mut operation.action {
                 drill.order = order;
             }
         }

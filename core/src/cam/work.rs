@@ -10,7 +10,7 @@
 //! Lengths in whole nanometres, speeds in mm/s; depths are positive downwards from the surface. Does not know how toolpaths
 //! are made.
 
-use super::Order;
+use super::HoleOrder;
 use crate::board::Face;
 use crate::geometry::{Bounds, Point};
 use crate::job::Bit;
@@ -130,13 +130,13 @@ pub struct Operation {
     /// Greatest depth of one pass; 0 for all at once.
     pub depth_per_pass: Length,
     /// What is done.
-    pub action: Action,
+    pub action: OperationKind,
 }
 
 /// The kinds of operations.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Action {
+pub enum OperationKind {
     /// Cut grooves round the copper.
     Isolate(Isolate),
     /// Take all copper away that does not belong to the picture.
@@ -154,7 +154,7 @@ pub enum Action {
 /// Sense of cutting, for a spindle that turns clockwise seen from above.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Direction {
+pub enum CutDirection {
     /// What stays is on the right of the bit's way.
     #[default]
     Climb,
@@ -170,7 +170,7 @@ pub struct Isolate {
     /// How much of its width a groove shares with its neighbour, in per cent, below 100.
     pub overlap_percent: f64,
     /// Sense of cutting of the groove beside the copper.
-    pub direction: Direction,
+    pub direction: CutDirection,
     /// How far a closed groove goes on beyond its start.
     pub loop_overlap: Length,
     /// One groove in the middle between neighbours: all other copper stays.
@@ -180,12 +180,12 @@ pub struct Isolate {
     /// Names of smaller bits, for the gaps that the bits before them did not reach.
     pub further: Vec<String>,
     /// Places that a person wants done otherwise.
-    pub cures: Vec<Cure>,
+    pub cures: Vec<LocalIsolation>,
 }
 
 /// One place where isolation is done otherwise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Cure {
+pub struct LocalIsolation {
     /// The gap on one of its sides, in the coordinates of the board as it lies for this operation.
     pub from: Point,
     /// The gap on its other side.
@@ -215,7 +215,7 @@ pub struct Clear {
     /// What is kept around the copper beyond the bit itself.
     pub margin: Length,
     /// Sense of cutting.
-    pub direction: Direction,
+    pub direction: CutDirection,
     /// Names of smaller bits, for what the bits before them did not reach.
     pub further: Vec<String>,
 }
@@ -246,7 +246,7 @@ pub struct Drill {
     /// Which holes.
     pub holes: Holes,
     /// Their order.
-    pub order: Order,
+    pub order: HoleOrder,
     /// How far a hole's size may be from the bit used for it.
     pub tolerance: Length,
     /// Depth after which the bit comes up to clear itself; 0 for never.
@@ -276,7 +276,7 @@ pub struct MillHoles {
     /// Round holes that no drill of the rack fits.
     pub holes: bool,
     /// Sense of cutting.
-    pub direction: Direction,
+    pub direction: CutDirection,
     /// Names of smaller bits, for what the bit does not fit into.
     pub further: Vec<String>,
 }
@@ -287,7 +287,7 @@ pub struct CutOut {
     /// On which side of the outline the bit runs.
     pub side: CutSide,
     /// Sense of cutting.
-    pub direction: Direction,
+    pub direction: CutDirection,
     /// How many tabs hold the board, spread evenly along the outline; 0 for none.
     pub tabs: u32,
     /// Width of a tab.
@@ -339,7 +339,7 @@ impl Default for Isolate {
         Self {
             passes: 2,
             overlap_percent: 30.0,
-            direction: Direction::Climb,
+            direction: CutDirection::Climb,
             loop_overlap: Length::from_um(500),
             voronoi: false,
             slivers: true,
@@ -352,7 +352,7 @@ impl Default for Isolate {
 impl Isolate {
     /// Has the gap between `from` and `to` done with this remedy, whatever was chosen for it before. Whether that is new.
     pub fn cure(&mut self, from: Point, to: Point, with: Remedy) -> bool {
-        let cure = Cure { from, to, with };
+        let cure = LocalIsolation { from, to, with };
         let new = !self.cures.contains(&cure);
         if new {
             self.cures.retain(|other| (other.from, other.to) != (from, to));
@@ -367,7 +367,7 @@ impl Default for Clear {
         Self {
             stepover_percent: 60.0,
             margin: Length::ZERO,
-            direction: Direction::Climb,
+            direction: CutDirection::Climb,
             further: Vec::new(),
         }
     }
@@ -378,7 +378,7 @@ impl Default for CutOut {
         let mm = Length::from_mm;
         Self {
             side: CutSide::Outside,
-            direction: Direction::Climb,
+            direction: CutDirection::Climb,
             tabs: 4,
             tab_width: mm(2.0),
             tab_height: mm(0.6),
@@ -392,7 +392,7 @@ impl Default for CutOut {
     }
 }
 
-impl Action {
+impl OperationKind {
     /// Its word in files.
     pub const fn word(&self) -> &'static str {
         match self {
@@ -442,15 +442,15 @@ impl Operation {
     pub fn bit_names(&self) -> Vec<&str> {
         let own = self.bit.as_str();
         let further = match &self.action {
-            Action::Drill(_) => return Vec::new(),
-            Action::Isolate(Isolate { further, .. })
-            | Action::Clear(Clear { further, .. })
-            | Action::MillHoles(MillHoles { further, .. })
-            | Action::CutOut(CutOut { further, .. }) => further.as_slice(),
-            Action::Engrave(_) => &[],
+            OperationKind::Drill(_) => return Vec::new(),
+            OperationKind::Isolate(Isolate { further, .. })
+            | OperationKind::Clear(Clear { further, .. })
+            | OperationKind::MillHoles(MillHoles { further, .. })
+            | OperationKind::CutOut(CutOut { further, .. }) => further.as_slice(),
+            OperationKind::Engrave(_) => &[],
         };
         let mut names: Vec<&str> = std::iter::once(own).chain(further.iter().map(String::as_str)).collect();
-        if let Action::Isolate(isolate) = &self.action {
+        if let OperationKind::Isolate(isolate) = &self.action {
             names.extend(isolate.cures.iter().filter_map(|cure| match &cure.with {
                 Remedy::Bit(name) => Some(name.as_str()),
                 _ => None,

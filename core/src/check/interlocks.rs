@@ -4,7 +4,7 @@
 //! single pulses only where plane and spindles step at the same time.
 
 use crate::diagnostic::Diagnostic;
-use crate::job::{Effect, Stage};
+use crate::job::{Stage, Switching};
 use crate::machine::{MOST_RPM, Machine};
 use crate::steps::replay;
 use crate::steps::stream::{Run, Segment, rounded};
@@ -59,7 +59,7 @@ impl Interlocks {
         let low_z = heights.low_z;
         let start_z = heights.starts.iter().copied().min().unwrap_or(0);
         let mut found = Vec::new();
-        if let Effect::Spindle(rpm) = segment.effect
+        if let Switching::Spindle { rpm } = segment.effect
             && rpm != self.spindle_rpm
         {
             (self.spindle_rpm, self.spindle_since) = (rpm, now);
@@ -72,7 +72,7 @@ impl Interlocks {
             }
         };
         refuse(self.spindle_rpm > MOST_RPM, "check.spindle_speed");
-        let awaits = matches!(segment.effect, Effect::AwaitBit(_));
+        let awaits = matches!(segment.effect, Switching::AwaitBit { .. });
         refuse(awaits && (self.spindle_rpm > 0 || start_z < self.clearance), "check.await_bit");
         let in_plane = segment.runs.iter().any(|run| run.axes & 0b11 != 0);
         let milled = segment.stage == Stage::Mill;
@@ -193,7 +193,7 @@ mod tests {
                 stage: Stage::NextHole,
                 duration_ticks: 0,
                 runs,
-                effect: Effect::None,
+                effect: Switching::None,
                 gate: None,
                 end: Steps::default(),
             };

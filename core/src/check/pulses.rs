@@ -38,10 +38,10 @@ const RING: usize = 16;
 const ACCELERATION_TICKS: u64 = TICK_HZ / 200;
 
 /// Room for the arithmetic itself, as a share of a limit.
-const ROUNDING: f64 = 1e-3;
+const ROUNDING_SHARE: f64 = 1e-3;
 
 /// An acceleration that no machine has, mm/s².
-const MOST: f64 = 1e9;
+const MOST_MM_PER_S2: f64 = 1e9;
 
 /// One axis on its way through the stream.
 #[derive(Debug)]
@@ -113,7 +113,9 @@ impl Walker {
             least_period: hz / (speed * steps_per_mm),
             least_span,
             acceleration: per_tick2,
-            corner: libm::sqrt(8.0 * acceleration.min(MOST) * machine.motion.corner_mm) * steps_per_mm / hz,
+            corner: libm::sqrt(8.0 * acceleration.min(MOST_MM_PER_S2) * machine.motion.corner_mm)
+                * steps_per_mm
+                / hz,
             jump: 0.0,
             milled: false,
             rest: ((4.0 / libm::sqrt(per_tick2)) as u64).max(ACCELERATION_TICKS).max(least_span),
@@ -314,7 +316,7 @@ impl Narrow {
 
 /// The fewest whole ticks in which an axis may make [`SPEED_STEPS`] steps, whose shortest lasts `period` ticks.
 fn least_span(period: f64) -> u64 {
-    libm::ceil(SPEED_STEPS as f64 * period * (1.0 - ROUNDING) - SLACK_TICKS) as u64
+    libm::ceil(SPEED_STEPS as f64 * period * (1.0 - ROUNDING_SHARE) - SLACK_TICKS) as u64
 }
 
 fn refuse(code: &str) -> Diagnostic {
@@ -447,7 +449,7 @@ impl Stretch {
         let length = (tick - self.since) as f64;
         let speed = (twice - self.from_twice) as f64 * 0.5 / length.max(1.0);
         let blur = |speed: f64, length: f64| speed.abs() * slack / length.max(1.0);
-        let allowed = axis.jump + 0.5 * axis.acceleration * (self.length + length) * (1.0 + ROUNDING);
+        let allowed = axis.jump + 0.5 * axis.acceleration * (self.length + length) * (1.0 + ROUNDING_SHARE);
         let blurred = blur(speed, length) + blur(self.speed, self.length);
         let change = (speed - self.speed).abs();
         if self.known && change > allowed + blurred {

@@ -15,11 +15,19 @@ pub enum Event {
     /// Home.
     Home,
     /// The place in the plane, machine steps, becomes work zero.
-    SetZero([i64; 2]),
+    SetZero {
+        /// X and Y, machine steps.
+        place_steps: [i64; 2],
+    },
     /// The work zero before it.
     UndoZero,
     /// One axis by so many µm.
-    Jog(u8, i32),
+    Jog {
+        /// Which axis, 0 to 2.
+        axis: u8,
+        /// How far.
+        distance_um: i32,
+    },
     /// A job was checked and may start.
     Armed {
         /// Its key.
@@ -28,7 +36,10 @@ pub enum Event {
         digest: String,
     },
     /// What was armed no longer holds; whether the position is lost with it.
-    Disarmed(bool),
+    Disarmed {
+        /// Whether it must be homed again.
+        position_lost: bool,
+    },
     /// Start a job.
     Start {
         /// Its key.
@@ -70,17 +81,30 @@ pub enum Event {
     /// Report: the last row of the queue is done.
     QueueDone,
     /// A queue began to home an axis, or has homed all of them: whether every axis is homed.
-    Counted(bool),
+    Counted {
+        /// Whether every axis is homed.
+        all_homed: bool,
+    },
     /// Report: at rest because of Stop.
     Rested,
     /// Report: the tip is up and the spindle off.
     Safe,
     /// Report, at rest: something went wrong, and what is left of the trust.
-    Failed(Alarm, Trust),
+    Failed {
+        /// What went wrong.
+        alarm: Alarm,
+        /// What is left of the trust in the position.
+        left: Trust,
+    },
     /// The journal cannot keep up: nothing new may be begun.
     CannotRecord(Alarm),
     /// A job is over, at rest, and its board is not as programmed; what is left of the trust.
-    BoardDiffers(Alarm, Trust),
+    BoardDiffers {
+        /// In which way.
+        alarm: Alarm,
+        /// What is left of the trust in the position.
+        left: Trust,
+    },
 }
 
 /// Something to be done.
@@ -89,9 +113,17 @@ pub enum Action {
     /// Home all axes. Moves.
     Home,
     /// Move one axis by so many µm. Moves.
-    Jog(u8, i32),
+    Jog {
+        /// Which axis, 0 to 2.
+        axis: u8,
+        /// How far.
+        distance_um: i32,
+    },
     /// Begin the job: go to where this leg starts, spindle on. Moves.
-    Approach(u32),
+    Approach {
+        /// The leg to begin with.
+        leg: u32,
+    },
     /// The next rows of the queue. Moves.
     Queue,
     /// Run the next leg. Moves.
@@ -123,8 +155,8 @@ impl Action {
         matches!(
             self,
             Self::Home
-                | Self::Jog(..)
-                | Self::Approach(_)
+                | Self::Jog { .. }
+                | Self::Approach { .. }
                 | Self::Queue
                 | Self::NextLeg
                 | Self::RestOfLeg

@@ -150,7 +150,7 @@ pub fn beyond(fastest: Option<(f64, usize)>, safe_hz: f64) -> Option<Diagnostic>
 mod tests {
     use super::*;
     use crate::chance::Chance;
-    use crate::job::{Effect, Mark, Stage};
+    use crate::job::{Mark, Stage, Switching};
     use crate::machine::Steps;
     use crate::steps::{Run, replay};
 
@@ -197,7 +197,7 @@ mod tests {
     }
 
     fn segment(runs: Vec<Run>) -> Segment {
-        let (mark, stage, effect) = (Mark::Prepare, Stage::Jog, Effect::None);
+        let (mark, stage, effect) = (Mark::Prepare, Stage::Jog, Switching::None);
         let end = Steps::default();
         Segment { leg: 0, mark, stage, duration_ticks: 1 << 40, runs, effect, gate: None, end }
     }

@@ -26,7 +26,7 @@ pub struct Lease {
 
 /// What happens to a lease.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Event {
+pub enum LeaseEvent {
     /// Any frame from this page.
     Heard(Viewer),
     /// This page asks for control, from whoever has it if `force`.
@@ -46,7 +46,7 @@ pub enum Event {
 
 /// What came of an event.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Outcome {
+pub struct LeaseOutcome {
     /// Everybody should be told who has control now.
     pub changed: bool,
     /// The page that lost control without asking for it: silent, gone, or overruled. What it moved by hand must stop.
@@ -63,7 +63,7 @@ impl Lease {
 
     /// The lease after `event` at `now_ms`. Silence is judged first: whoever was silent too long has lost control
     /// before anything else happens.
-    pub fn step(&mut self, event: Event, now_ms: u64) -> Outcome {
+    pub fn step(&mut self, event: LeaseEvent, now_ms: u64) -> LeaseOutcome {
         let before = self.holder();
         let mut lost = None;
         if let Some((viewer, heard_ms)) = self.holder
@@ -74,8 +74,10 @@ impl Lease {
         }
         let mut refused = None;
         match (event, self.holder()) {
-            (Event::Heard(viewer), Some(holder)) if viewer == holder => self.holder = Some((viewer, now_ms)),
-            (Event::Take { viewer, force }, Some(holder)) if viewer != holder => {
+            (LeaseEvent::Heard(viewer), Some(holder)) if viewer == holder => {
+                self.holder = Some((viewer, now_ms));
+            }
+            (LeaseEvent::Take { viewer, force }, Some(holder)) if viewer != holder => {
                 if force {
                     self.holder = Some((viewer, now_ms));
                     lost = Some(holder);
@@ -83,32 +85,32 @@ impl Lease {
                     refused = Some(Diagnostic::error("control.taken"));
                 }
             }
-            (Event::Take { viewer, .. }, _) => self.holder = Some((viewer, now_ms)),
-            (Event::Release(viewer), Some(holder)) if viewer == holder => self.holder = None,
-            (Event::Left(viewer), Some(holder)) if viewer == holder => {
+            (LeaseEvent::Take { viewer, .. }, _) => self.holder = Some((viewer, now_ms)),
+            (LeaseEvent::Release(viewer), Some(holder)) if viewer == holder => self.holder = None,
+            (LeaseEvent::Left(viewer), Some(holder)) if viewer == holder => {
                 self.holder = None;
                 lost = Some(viewer);
             }
             _ => {}
         }
-        Outcome { changed: before != self.holder(), lost, refused }
+        LeaseOutcome { changed: before != self.holder(), lost, refused }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::Event::{Heard, Left, Release, Take, Tick};
+    use super::LeaseEvent::{Heard, Left, Release, Take, Tick};
     use super::*;
 
-    const fn take(viewer: Viewer) -> Event {
+    const fn take(viewer: Viewer) -> LeaseEvent {
         Take { viewer, force: false }
     }
-    const fn force(viewer: Viewer) -> Event {
+    const fn force(viewer: Viewer) -> LeaseEvent {
         Take { viewer, force: true }
     }
 
     /// Rows of (time, event, who has control afterwards, who lost it, whether it was refused).
-    type Row = (u64, Event, Option<Viewer>, Option<Viewer>, bool);
+    type Row = (u64, LeaseEvent, Option<Viewer>, Option<Viewer>, bool);
 
     fn check(rows: &[Row]) {
         let mut lease = Lease::default();

@@ -98,18 +98,18 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
             next.moving = false;
             next.reported(&event)
         }
-        Event::Failed(why, trust) => {
+        Event::Failed { alarm: why, left: trust } => {
             next.moving = false;
             next.failed(why, trust)
         }
         Event::CannotRecord(why) => next.cannot_record(why),
-        Event::BoardDiffers(why, trust) => {
+        Event::BoardDiffers { alarm: why, left: trust } => {
             // Nothing moves: a person has to know.
             (next.state, next.trust) = (State::Alarm, worse(next.trust, trust));
             next.alarm.get_or_insert(why);
             Vec::new()
         }
-        Event::Counted(all) => {
+        Event::Counted { all_homed: all } => {
             next.trust = if all { Trust::Trusted } else { Trust::Lost };
             Vec::new()
         }
@@ -170,11 +170,11 @@ impl Session {
                 (self.state, self.trust) = (State::Homing, Trust::Lost);
                 vec![Action::Home]
             }
-            Event::Jog(axis, um) => {
+            Event::Jog { axis, distance_um: um } => {
                 self.state = State::Jogging;
-                vec![Action::Jog(axis, um)]
+                vec![Action::Jog { axis, distance_um: um }]
             }
-            Event::SetZero(at) => self.set_zero(at),
+            Event::SetZero { place_steps: at } => self.set_zero(at),
             Event::UndoZero if self.zeros.is_empty() => refuse("control.no_zero_before"),
             Event::UndoZero => {
                 self.zeros.pop();
@@ -185,7 +185,7 @@ impl Session {
                 self.armed = Some((job, digest));
                 Vec::new()
             }
-            Event::Disarmed(lost) => {
+            Event::Disarmed { position_lost: lost } => {
                 self.armed = None;
                 if lost {
                     (self.trust, self.state) = (Trust::Lost, State::NotHomed);
@@ -228,7 +228,7 @@ impl Session {
             return refuse("control.leg_not_offered");
         }
         (self.state, self.wish, self.ending) = (State::Running, Wish::None, None);
-        vec![Action::Approach(leg)]
+        vec![Action::Approach { leg }]
     }
 
     /// Asks that a job in work understands.
@@ -408,13 +408,13 @@ mod tests {
         let job = || "job".to_owned();
         if let (Some(action), 0..2) = (busy_with, next(seed, 4)) {
             return match (next(seed, 8), action) {
-                (0, _) => Event::Failed(
-                    alarm("x"),
-                    [Trust::Trusted, Trust::Suspect, Trust::Lost][next(seed, 3) as usize],
-                ),
+                (0, _) => Event::Failed {
+                    alarm: alarm("x"),
+                    left: [Trust::Trusted, Trust::Suspect, Trust::Lost][next(seed, 3) as usize],
+                },
                 (1, _) if session.state == State::Stopping => Event::Rested,
                 (_, Action::Home) => Event::Homed,
-                (_, Action::Jog(..) | Action::Approach(_) | Action::SpindleOn) => Event::Arrived,
+                (_, Action::Jog { .. } | Action::Approach { .. } | Action::SpindleOn) => Event::Arrived,
                 (2, Action::NextLeg) => Event::BitWanted,
                 (2, Action::Queue) => Event::QueueDone,
                 (_, Action::Queue) => Event::QueueHeld,
@@ -423,15 +423,15 @@ mod tests {
             };
         }
         if session.queue && session.moving && next(seed, 9) == 0 {
-            return Event::Counted(next(seed, 2) == 0);
+            return Event::Counted { all_homed: next(seed, 2) == 0 };
         }
         match next(seed, 16) {
             0 => Event::Home,
-            1 => Event::SetZero([next(seed, 99) as i64, 3]),
+            1 => Event::SetZero { place_steps: [next(seed, 99) as i64, 3] },
             2 => Event::UndoZero,
-            3 => Event::Jog(next(seed, 3) as u8, 100),
+            3 => Event::Jog { axis: next(seed, 3) as u8, distance_um: 100 },
             4 => Event::Armed { job: job(), digest: "d".into() },
-            5 => Event::Disarmed(next(seed, 4) == 0),
+            5 => Event::Disarmed { position_lost: next(seed, 4) == 0 },
             6 | 7 => {
                 let digest = if next(seed, 4) == 0 { "e" } else { "d" };
                 Event::Start { job: job(), digest: digest.into(), from_leg: next(seed, 2) as u32 }
@@ -458,7 +458,7 @@ mod tests {
                 | Event::QueueDone
                 | Event::Rested
                 | Event::Safe
-                | Event::Failed(..)
+                | Event::Failed { .. }
                 | Event::CannotRecord(_)
         )
     }
@@ -475,8 +475,8 @@ mod tests {
             assert!(!before.moving || is_report(event), "a move on top of a move: {trace}");
             let asked = match action {
                 Action::Home => *event == Event::Home,
-                Action::Jog(..) => matches!(event, Event::Jog(..)),
-                Action::Approach(_) => matches!(event, Event::Start { .. }),
+                Action::Jog { .. } => matches!(event, Event::Jog { .. }),
+                Action::Approach { .. } => matches!(event, Event::Start { .. }),
                 Action::RestOfLeg => *event == Event::ToolChanged,
                 Action::SpindleOn => *event == Event::Resume,
                 Action::Queue => *event == Event::Queue,
@@ -486,7 +486,7 @@ mod tests {
             assert!(asked, "nothing moves unasked: {trace}");
             let job = matches!(
                 action,
-                Action::Approach(_) | Action::NextLeg | Action::RestOfLeg | Action::SpindleOn
+                Action::Approach { .. } | Action::NextLeg | Action::RestOfLeg | Action::SpindleOn
             );
             assert!(!job || after.trust == Trust::Trusted, "no job without trust: {trace}");
             assert!(!job || after.alarm.is_none(), "no job with an alarm: {trace}");
@@ -503,7 +503,7 @@ mod tests {
             assert_eq!(*event, Event::Acknowledge, "an alarm stays until it is read: {trace}");
         }
         if before.trust != Trust::Trusted && after.trust == Trust::Trusted {
-            let homed = matches!(event, Event::Homed | Event::Counted(true));
+            let homed = matches!(event, Event::Homed | Event::Counted { all_homed: true });
             assert!(homed, "only homing gives trust: {trace}");
         }
         assert!(after.zeros.len() <= ZEROS_KEPT + 1, "{trace}");
@@ -609,7 +609,7 @@ mod tests {
         }
         // What goes wrong while it is held lifts nothing either.
         let (held, _) = step(&lifting(), Event::Stop);
-        let (alarm, actions) = step(&held, Event::Failed(self::alarm("x"), Trust::Suspect));
+        let (alarm, actions) = step(&held, Event::Failed { alarm: self::alarm("x"), left: Trust::Suspect });
         assert_eq!(actions, [Action::SpindleOff, Action::End(Ending::Alarm)]);
         assert_eq!((alarm.state, alarm.moving), (State::Alarm, false));
     }

@@ -2,7 +2,7 @@
 //!
 //! Comes in: nothing. Goes out: the words that engine, bridge and page share. Does not know what becomes of them.
 
-use super::heard::Options;
+use super::heard::CompiledOptions;
 use super::routine::Routine;
 use super::settings::Values;
 use crate::control::Ending;
@@ -28,7 +28,7 @@ pub mod signs {
 
 /// What the controller is doing, as far as the engine brought it there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Phase {
+pub enum EnginePhase {
     /// No link.
     Closed,
     /// Finding out who is there.
@@ -57,7 +57,7 @@ pub enum Phase {
 
 /// Something happened, or is asked.
 #[derive(Clone, Debug)]
-pub enum Event {
+pub enum EngineEvent {
     /// The port is open.
     Opened,
     /// The port is gone.
@@ -67,12 +67,12 @@ pub enum Event {
     /// Nothing but time; wanted at least every 20 ms.
     Tick,
     /// A person asks.
-    Ask(Ask),
+    Ask(EngineAsk),
 }
 
 /// What a person may ask.
 #[derive(Clone, Debug)]
-pub enum Ask {
+pub enum EngineAsk {
     /// Home.
     Home,
     /// Unlock without homing: the position stays unknown.
@@ -96,7 +96,10 @@ pub enum Ask {
         height_mm: f64,
     },
     /// This place in machine coordinates becomes work zero, mm.
-    ZeroAt([f64; 3]),
+    ZeroAt {
+        /// X, Y and Z.
+        place_mm: [f64; 3],
+    },
     /// Go down until the probe meets the board, at most so far; its plate is so thick.
     Probe {
         /// How far down at most, mm.
@@ -109,7 +112,7 @@ pub enum Ask {
         up_mm: f64,
     },
     /// Run a job from a section on.
-    Start(Start),
+    Start(EngineStart),
     /// Come to rest, to go on later.
     Hold,
     /// Go on.
@@ -123,12 +126,17 @@ pub enum Ask {
     /// Change an override.
     Override(Override),
     /// A setting.
-    Set(u16, f64),
+    Set {
+        /// Its number.
+        number: u16,
+        /// Its value, in its own unit.
+        value: f64,
+    },
 }
 
 /// A job to be run.
 #[derive(Clone, Debug)]
-pub struct Start {
+pub struct EngineStart {
     /// The job.
     pub routine: Arc<Routine>,
     /// The first section to run.
@@ -199,7 +207,7 @@ impl Override {
 
 /// What is to be done, or told.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action {
+pub enum EngineAction {
     /// Write these bytes.
     Write(Vec<u8>),
     /// The port is to be closed: nobody answers.
@@ -209,9 +217,15 @@ pub enum Action {
     /// The work zero is where it was asked for: it was written and read again.
     ZeroSet,
     /// So many sections of the job are certainly done.
-    Progress(usize),
+    Progress {
+        /// How many.
+        sections: usize,
+    },
     /// A person is to put this tool in: index into the routine's tools.
-    ToolWanted(u32),
+    ToolWanted {
+        /// Index into the routine's tools.
+        tool: u32,
+    },
     /// The job is over.
     Ended(Ending),
     /// Something to be said; an error stands until the next ask.
@@ -228,7 +242,7 @@ pub struct Info {
     /// Rows of `$I` that only some have.
     pub about: BTreeMap<String, String>,
     /// Compiled options.
-    pub options: Options,
+    pub options: CompiledOptions,
     /// Settings.
     pub values: Values,
     /// Stored places.

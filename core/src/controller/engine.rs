@@ -13,9 +13,9 @@
 //! A position is never guessed: it is trusted after homing, or after a person set zero; a link that was lost, a reset that nobody asked
 //! for and every alarm but the soft limit's end the trust.
 
-use super::asks::{Action, Event, Info, Phase, signs};
+use super::asks::{EngineAction, EngineEvent, EnginePhase, Info, signs};
 use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
-use super::heard::{Doing, Ear, Heard, Modes, Status, hear};
+use super::heard::{ControllerStatus, Ear, HeardLine, Modes, ReportedState, hear};
 use super::home::Homing;
 use super::routine::Routine;
 use super::run::Run;
@@ -75,13 +75,13 @@ pub(super) struct Outgoing {
 #[derive(Debug)]
 pub struct Controller {
     /// What it is doing.
-    pub phase: Phase,
+    pub phase: EnginePhase,
     /// How well its position is known.
     pub trust: Trust,
     /// Who it is.
     pub info: Info,
     /// What it reported last; places in mm.
-    pub status: Option<Status>,
+    pub status: Option<ControllerStatus>,
     /// Work zero in machine coordinates, mm.
     pub zero_mm: Option<[f64; 3]>,
     /// The words in force, heard last.
@@ -118,13 +118,13 @@ pub struct Controller {
     pub sent_lines: u64,
     /// Those of them that were answered.
     pub answered_lines: u64,
-    pub(super) out: Vec<Action>,
+    pub(super) out: Vec<EngineAction>,
 }
 
 impl Default for Controller {
     fn default() -> Self {
         Self {
-            phase: Phase::Closed,
+            phase: EnginePhase::Closed,
             trust: Trust::Lost,
             info: Info::default(),
             status: None,
@@ -157,19 +157,19 @@ impl Default for Controller {
 
 /// The controller after `event` at `now_ms`, and what to do.
 #[must_use]
-pub fn step(mut controller: Controller, now_ms: u64, event: Event) -> (Controller, Vec<Action>) {
+pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Controller, Vec<EngineAction>) {
     controller.now_ms = controller.now_ms.max(now_ms);
     match event {
-        Event::Opened => controller.opened(),
-        Event::Closed => controller.closed(),
-        Event::Bytes(bytes) => {
+        EngineEvent::Opened => controller.opened(),
+        EngineEvent::Closed => controller.closed(),
+        EngineEvent::Bytes(bytes) => {
             controller.heard_ms = controller.now_ms;
             for line in controller.ear.take(&bytes) {
                 controller.heard(hear(&line));
             }
         }
-        Event::Tick => {}
-        Event::Ask(ask) => controller.ask(ask),
+        EngineEvent::Tick => {}
+        EngineEvent::Ask(ask) => controller.ask(ask),
     }
     controller.time();
     controller.feed();
@@ -195,18 +195,18 @@ impl Controller {
         self.run.as_ref().and_then(Run::line)
     }
 
-    pub(super) fn set(&mut self, phase: Phase) {
+    pub(super) fn set(&mut self, phase: EnginePhase) {
         if self.phase != phase {
             (self.phase, self.since_ms) = (phase, self.now_ms);
         }
     }
 
     pub(super) fn write(&mut self, sign: u8) {
-        self.out.push(Action::Write(vec![sign]));
+        self.out.push(EngineAction::Write(vec![sign]));
     }
 
     pub(super) fn found(&mut self, diagnostic: Diagnostic) {
-        self.out.push(Action::Found(diagnostic));
+        self.out.push(EngineAction::Found(diagnostic));
     }
 
     pub(super) fn send(&mut self, text: &str, meaning: Meaning) {
@@ -229,60 +229,66 @@ impl Controller {
 
     fn opened(&mut self) {
         let now_ms = self.now_ms;
-        *self =
-            Self { now_ms, heard_ms: now_ms, since_ms: now_ms, phase: Phase::Greeting, ..Self::default() };
+        *self = Self {
+            now_ms,
+            heard_ms: now_ms,
+            since_ms: now_ms,
+            phase: EnginePhase::Greeting,
+            ..Self::default()
+        };
     }
 
     fn closed(&mut self) {
-        if self.phase == Phase::Closed {
+        if self.phase == EnginePhase::Closed {
             return;
         }
         if self.run.take().is_some() {
             self.found(Diagnostic::error("grbl.unplugged"));
-            self.out.push(Action::Ended(Ending::Alarm));
+            self.out.push(EngineAction::Ended(Ending::Alarm));
         }
         self.drop_lines();
         self.ear.clear();
         self.trust = Trust::Lost;
-        self.set(Phase::Closed);
+        self.set(EnginePhase::Closed);
     }
 
-    fn heard(&mut self, heard: Heard) {
+    fn heard(&mut self, heard: HeardLine) {
         self.heard_homing(&heard);
         match heard {
-            Heard::Banner(text) => self.greeted(text),
-            Heard::Ok => self.answered(None),
-            Heard::Error(number) => self.answered(Some(number)),
-            Heard::Alarm(number) => self.alarmed(number),
-            Heard::Status(status) => self.reported(*status),
-            Heard::Setting(number, value) => {
+            HeardLine::Banner(text) => self.greeted(text),
+            HeardLine::Ok => self.answered(None),
+            HeardLine::Error { number } => self.answered(Some(number)),
+            HeardLine::Alarm { number } => self.alarmed(number),
+            HeardLine::Status(status) => self.reported(*status),
+            HeardLine::Setting { number, value } => {
                 self.info.values.insert(number, value);
             }
-            Heard::Version(version, _) => self.info.version = version,
-            Heard::Options(options) => {
+            HeardLine::Version { version, .. } => self.info.version = version,
+            HeardLine::Options(options) => {
                 if options.rx_bytes > 0 {
                     self.buffer.resize(usize::from(options.rx_bytes));
                 }
                 self.info.options = options;
             }
-            Heard::About(name, value) if self.info.about.len() < 64 => {
+            HeardLine::About { name, value } if self.info.about.len() < 64 => {
                 self.info.about.insert(name, value);
             }
-            Heard::Offset(name, places) => {
+            HeardLine::Offset { name, places } => {
                 let places = places.into_iter().map(|place| place * self.unit_mm()).collect();
                 if self.info.offsets.len() < 32 || self.info.offsets.contains_key(&name) {
                     self.info.offsets.insert(name, places);
                 }
             }
-            Heard::Modes(mut modes) => {
+            HeardLine::Modes(mut modes) => {
                 modes.feed_mm_per_min *= self.unit_mm();
                 self.modes = Some(modes);
             }
-            Heard::Probe(place, met) => {
+            HeardLine::Probe { place_mm: place, met } => {
                 self.probed = Some(met);
                 self.probed_at_mm = Some(place.map(|value| value * self.unit_mm()));
             }
-            Heard::About(..) | Heard::Message(_) | Heard::Startup(_) | Heard::Other(_) => {}
+            HeardLine::About { .. } | HeardLine::Message(_) | HeardLine::Startup(_) | HeardLine::Other(_) => {
+            }
         }
     }
 
@@ -296,7 +302,7 @@ impl Controller {
         self.drop_lines();
         self.info.banner = banner;
         (self.needs_reset, self.status, self.zero_mm) = (false, None, None);
-        let stopping = self.phase == Phase::Stopping;
+        let stopping = self.phase == EnginePhase::Stopping;
         if !expected {
             self.trust = Trust::Lost;
         }
@@ -305,9 +311,9 @@ impl Controller {
             if !stopping {
                 self.found(Diagnostic::error("grbl.reset_by_itself"));
             }
-            self.out.push(Action::Ended(if stopping { ending } else { Ending::Alarm }));
+            self.out.push(EngineAction::Ended(if stopping { ending } else { Ending::Alarm }));
         }
-        self.set(Phase::Greeting);
+        self.set(EnginePhase::Greeting);
         for (index, text) in ["$I", "$$", "$#", "$G"].into_iter().enumerate() {
             self.send(text, Meaning::Greeting(index == 3));
         }
@@ -329,8 +335,8 @@ impl Controller {
             (Meaning::Job { .. }, None) => self.answered_lines += 1,
             (Meaning::Greeting(last), _) => {
                 if last {
-                    self.set(Phase::Ready);
-                    self.out.push(Action::Greeted);
+                    self.set(EnginePhase::Ready);
+                    self.out.push(EngineAction::Greeted);
                     self.go_on_after_reset();
                 }
             }
@@ -351,7 +357,7 @@ impl Controller {
     /// Back to what it was before a move by hand.
     pub(super) fn rest(&mut self) {
         self.queue.clear();
-        let phase = if self.run.is_some() { Phase::ToolChange } else { Phase::Ready };
+        let phase = if self.run.is_some() { EnginePhase::ToolChange } else { EnginePhase::Ready };
         self.set(phase);
     }
 
@@ -365,13 +371,13 @@ impl Controller {
         self.needs_reset |= number <= 3;
         self.drop_lines();
         if self.run.take().is_some() {
-            self.out.push(Action::Ended(Ending::Alarm));
+            self.out.push(EngineAction::Ended(Ending::Alarm));
         }
         self.reset_at = None;
-        self.set(Phase::Locked);
+        self.set(EnginePhase::Locked);
     }
 
-    fn reported(&mut self, mut status: Status) {
+    fn reported(&mut self, mut status: ControllerStatus) {
         let fresh = self.asked_ms.take().is_some();
         let unit = self.unit_mm();
         let scaled = |place: Option<[f64; 3]>| place.map(|place| place.map(|value| value * unit));
@@ -391,26 +397,33 @@ impl Controller {
         let doing = status.doing;
         self.status = Some(status);
         match self.phase {
-            Phase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => self.strange(doing),
-            Phase::Jogging
-                if fresh && doing == Doing::Idle && self.buffer.is_empty() && self.queue.is_empty() =>
+            EnginePhase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => {
+                self.strange(doing);
+            }
+            EnginePhase::Jogging
+                if fresh
+                    && doing == ReportedState::Idle
+                    && self.buffer.is_empty()
+                    && self.queue.is_empty() =>
             {
                 self.rest();
             }
-            Phase::Ready if doing == Doing::Alarm => self.set(Phase::Locked),
-            Phase::Locked if doing == Doing::Idle && self.buffer.is_empty() && !self.needs_reset => {
-                self.set(Phase::Ready);
+            EnginePhase::Ready if doing == ReportedState::Alarm => self.set(EnginePhase::Locked),
+            EnginePhase::Locked
+                if doing == ReportedState::Idle && self.buffer.is_empty() && !self.needs_reset =>
+            {
+                self.set(EnginePhase::Ready);
             }
-            Phase::Stopping => self.stopping(doing),
-            Phase::Homing => self.report_homing(doing, fresh),
+            EnginePhase::Stopping => self.stopping(doing),
+            EnginePhase::Homing => self.report_homing(doing, fresh),
             _ if self.run.is_some() => self.watch(doing, fresh),
             _ => {}
         }
     }
 
     /// A board that did not greet is brought to rest and made to greet.
-    fn strange(&mut self, doing: Doing) {
-        use Doing::{Door, Hold, Home, Jog, Run};
+    fn strange(&mut self, doing: ReportedState) {
+        use ReportedState::{Door, Hold, Home, Jog, Run};
         match doing {
             Run | Jog | Home | Hold { rests: false } | Door { rests: false } => self.write(signs::HOLD),
             _ => self.reset(),
@@ -419,7 +432,7 @@ impl Controller {
 
     /// What only time brings.
     fn time(&mut self) {
-        if self.phase == Phase::Closed {
+        if self.phase == EnginePhase::Closed {
             return;
         }
         if let Some((since, tries)) = self.reset_at
@@ -430,19 +443,19 @@ impl Controller {
             }
             self.reset();
         }
-        if self.phase == Phase::Greeting
+        if self.phase == EnginePhase::Greeting
             && self.info.banner.is_empty()
             && self.now_ms < self.since_ms + GREET_MS
         {
             return;
         }
-        if self.phase == Phase::Homing {
+        if self.phase == EnginePhase::Homing {
             return self.time_homing();
         }
         if self.now_ms >= self.heard_ms.max(self.since_ms) + SILENT_MS && self.asked_ms.is_some() {
             return self.silent();
         }
-        let soon = self.phase == Phase::Stopping || self.run.as_ref().is_some_and(Run::looks);
+        let soon = self.phase == EnginePhase::Stopping || self.run.as_ref().is_some_and(Run::looks);
         let wait = match self.asked_ms {
             Some(_) => ASK_AGAIN_MS,
             None if soon => ASK_SOON_MS,
@@ -451,7 +464,7 @@ impl Controller {
         // So near to a look it is held back: the look's own question could not be asked at once after it.
         let held = self.run.as_ref().is_some_and(|run| run.ends_soon(self.now_ms));
         let wait = match () {
-            () if self.may_look() || self.phase != Phase::Running => wait,
+            () if self.may_look() || self.phase != EnginePhase::Running => wait,
             () if held => wait.max(ASK_LATE_MS),
             () => wait.max(ASK_USUALLY_MS),
         };
@@ -465,7 +478,7 @@ impl Controller {
 
     fn silent(&mut self) {
         self.found(Diagnostic::error("grbl.no_answer"));
-        self.out.push(Action::Close);
+        self.out.push(EngineAction::Close);
         self.closed();
     }
 
@@ -493,6 +506,6 @@ impl Controller {
         self.sent_lines += u64::from(matches!(next.meaning, Meaning::Job { .. }));
         self.buffer.put(bytes.len(), alone, next.meaning);
         self.moved_ms = self.now_ms;
-        self.out.push(Action::Write(bytes));
+        self.out.push(EngineAction::Write(bytes));
     }
 }

@@ -3,7 +3,7 @@
 //! Comes in: settings, the job, where the work zero is. Goes out: diagnostics; with an error among them nothing is started. Lengths in
 //! mm. Does not know what moves.
 
-use super::routine::{Action, Course, Move, Routine, Spindle};
+use super::routine::{Course, Routine, RoutineAction, RoutineMove, Spindle};
 use super::settings::{self, Values};
 use crate::diagnostic::Diagnostic;
 
@@ -12,12 +12,12 @@ pub const MOST_STEPS_PER_S: f64 = 30_000.0;
 /// How far past the end of its travel a place may be said: a step, and rounding.
 const SLACK_MM: f64 = 0.02;
 /// How much above the fastest of an axis a feed may be before it is worth a word.
-const FEED_SLACK: f64 = 1.01;
+const FEED_SLACK_FACTOR: f64 = 1.01;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 /// What the job is compared with.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Machine<'m> {
+pub struct MachineRange<'m> {
     /// Its settings.
     pub values: &'m Values,
     /// Work zero in machine coordinates.
@@ -31,7 +31,7 @@ pub struct Machine<'m> {
 }
 
 /// What does not fit, worst first.
-pub fn compare(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
+pub fn compare(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let mut found = Vec::new();
     if settings::on(machine.values, 32) {
         found.push(Diagnostic::error("grbl.laser_mode"));
@@ -46,7 +46,7 @@ pub fn compare(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
     found
 }
 
-fn step_rates(machine: &Machine<'_>) -> Vec<Diagnostic> {
+fn step_rates(machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let (Some(scale), Some(rate)) =
         (settings::axes(machine.values, 100), settings::axes(machine.values, 110))
     else {
@@ -69,7 +69,7 @@ pub(super) fn ends(travel_mm: f64, positive: bool) -> [f64; 2] {
     if positive { [0.0, travel_mm] } else { [-travel_mm, 0.0] }
 }
 
-fn travel(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
+fn travel(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let (Some([low, high]), Some(travel)) = (routine.reach(), settings::axes(machine.values, 130)) else {
         return Vec::new();
     };
@@ -93,29 +93,29 @@ fn travel(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
     found
 }
 
-fn feeds(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
+fn feeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let Some(rates) = settings::axes(machine.values, 110) else { return Vec::new() };
     let fastest = rates.iter().fold(0.0_f64, |most, rate| most.max(*rate));
     let cuts = moves(routine).filter(|step| step.course != Course::Rapid);
     let feed = cuts.map(|step| step.feed_mm_per_min).fold(0.0_f64, f64::max);
-    if feed <= fastest * FEED_SLACK {
+    if feed <= fastest * FEED_SLACK_FACTOR {
         return Vec::new();
     }
     let note = Diagnostic::warning("grbl.slower_than_asked").with("feed", round(feed));
     vec![note.with("fastest", round(fastest))]
 }
 
-fn moves(routine: &Routine) -> impl Iterator<Item = &Move> {
+fn moves(routine: &Routine) -> impl Iterator<Item = &RoutineMove> {
     routine.sections.iter().flat_map(|section| &section.actions).filter_map(|action| match action {
-        Action::Go(step) => Some(step),
+        RoutineAction::Go(step) => Some(step),
         _ => None,
     })
 }
 
-fn speeds(routine: &Routine, machine: &Machine<'_>) -> Vec<Diagnostic> {
+fn speeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let said =
         routine.sections.iter().flat_map(|section| &section.actions).filter_map(|action| match action {
-            Action::Spindle(Spindle::On(speed) | Spindle::Back(speed)) => Some(*speed),
+            RoutineAction::Spindle(Spindle::On(speed) | Spindle::Back(speed)) => Some(*speed),
             _ => None,
         });
     let fastest = said.fold(0.0_f64, f64::max);

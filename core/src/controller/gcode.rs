@@ -6,7 +6,7 @@
 //!
 //! Comes in: text. Goes out: a [`Routine`]. Does not know the machine.
 
-use super::routine::{Action, Course, Move, Place, Routine, Section, SectionKind, Spindle};
+use super::routine::{Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 use sha2::{Digest, Sha256};
@@ -47,13 +47,13 @@ struct Reader<'t> {
 #[derive(Default)]
 struct Open {
     line: u32,
-    actions: Vec<Action>,
+    actions: Vec<RoutineAction>,
     cuts: bool,
     /// It leaves its place in the plane while it cuts.
     wanders: bool,
     /// How many actions come before the entry, once it is passed.
     approach: Option<usize>,
-    entry: Option<Place>,
+    entry: Option<TipPlace>,
     spindle: Spindle,
     coolant: [bool; 2],
 }
@@ -104,7 +104,15 @@ pub fn read(name: &str, files: &[(String, String)]) -> Result<Routine, Diagnosti
 
 fn empty(kind: SectionKind) -> Section {
     let (actions, coolant) = (Vec::new(), [false; 2]);
-    Section { kind, line: 0, entry: Place::default(), spindle: Spindle::Off, coolant, approach: 0, actions }
+    Section {
+        kind,
+        line: 0,
+        entry: TipPlace::default(),
+        spindle: Spindle::Off,
+        coolant,
+        approach: 0,
+        actions,
+    }
 }
 
 fn one(file: &str, text: &str, routine: Routine) -> Result<Routine, Diagnostic> {
@@ -239,7 +247,9 @@ impl Reader<'_> {
         self.switches(words)?;
         if waits {
             let seconds = words.letter(b'P').filter(|p| (0.0..=3600.0).contains(p));
-            self.open.actions.push(Action::Wait(seconds.ok_or_else(|| self.refuse("grbl.no_wait"))?));
+            self.open
+                .actions
+                .push(RoutineAction::Wait { seconds: seconds.ok_or_else(|| self.refuse("grbl.no_wait"))? });
             return Ok(());
         }
         if [b'X', b'Y', b'Z'].into_iter().any(|axis| words.letter(axis).is_some()) {
@@ -267,11 +277,11 @@ impl Reader<'_> {
         }
         let switched = words.m.iter().any(|code| (3..=5).contains(code));
         if switched || (before.0 != 0 && words.letter(b'S').is_some()) {
-            self.open.actions.push(Action::Spindle(self.spindle()));
+            self.open.actions.push(RoutineAction::Spindle(self.spindle()));
         }
         if self.coolant != before.1 {
             let [mist, flood] = self.coolant;
-            self.open.actions.push(Action::Coolant { mist, flood });
+            self.open.actions.push(RoutineAction::Coolant { mist, flood });
         }
         Ok(())
     }
@@ -343,11 +353,17 @@ impl Reader<'_> {
         if course != Course::Rapid && self.feed <= 0.0 {
             return Err(self.refuse("grbl.no_feed"));
         }
-        self.add(from, Move { course, to, feed_mm_per_min: self.feed, line: self.line });
+        self.add(from, RoutineMove { course, to, feed_mm_per_min: self.feed, line: self.line });
         Ok(())
     }
 
-    fn centre(&self, words: &Words, from: Place, to: Place, ccw: bool) -> Result<[Length; 2], Diagnostic> {
+    fn centre(
+        &self,
+        words: &Words,
+        from: TipPlace,
+        to: TipPlace,
+        ccw: bool,
+    ) -> Result<[Length; 2], Diagnostic> {
         if let Some(radius) = words.letter(b'R') {
             let (x, y) = ((to[0] - from[0]).mm(), (to[1] - from[1]).mm());
             let radius = radius * self.unit_nm / 1e6;
@@ -367,7 +383,7 @@ impl Reader<'_> {
         }
         let offset = |value: Option<f64>| self.length(value.unwrap_or(0.0));
         let centre = [from[0] + offset(i)?, from[1] + offset(j)?];
-        let radius = |place: Place| libm::hypot((place[0] - centre[0]).mm(), (place[1] - centre[1]).mm());
+        let radius = |place: TipPlace| libm::hypot((place[0] - centre[0]).mm(), (place[1] - centre[1]).mm());
         let (begin, end) = (radius(from), radius(to));
         // The controller refuses an arc whose ends differ by more.
         if begin <= 0.0 || libm::fabs(begin - end) > (0.001 * begin).max(0.005) {
@@ -376,7 +392,7 @@ impl Reader<'_> {
         Ok(centre)
     }
 
-    fn add(&mut self, from: Place, step: Move) {
+    fn add(&mut self, from: TipPlace, step: RoutineMove) {
         let in_plane = from[0] != step.to[0] || from[1] != step.to[1];
         let cuts = step.course != Course::Rapid;
         if self.open.cuts && !cuts && in_plane && from[2] > Length::ZERO {
@@ -406,7 +422,7 @@ impl Reader<'_> {
         }
         open.wanders |= cuts && (in_plane || matches!(step.course, Course::Arc { .. }));
         open.cuts |= cuts;
-        open.actions.push(Action::Go(step));
+        open.actions.push(RoutineAction::Go(step));
     }
 
     /// Ends the section that is open, a cutting one.
@@ -500,7 +516,7 @@ M2
         use SectionKind::{Change, Finish, Hole, Toolpath};
         assert_eq!(kinds, [Change(0), Hole(1), Hole(2), Change(1), Toolpath(1), Hole(3), Finish]);
         assert_eq!(routine.tools, ["put in tool 1: 0.8 mm", "put in tool 2: V"]);
-        let mm = |place: Place| place.map(Length::mm);
+        let mm = |place: TipPlace| place.map(Length::mm);
         let entries: Vec<_> = routine.sections.iter().map(|section| mm(section.entry)).collect();
         assert_eq!(entries[1], [1.0, 2.0, 20.0]);
         assert_eq!(entries[2], [5.0, 2.0, 2.0]);
@@ -511,7 +527,7 @@ M2
         assert_eq!(routine.sections.iter().map(|section| section.line).collect::<Vec<_>>()[2], 14);
         // Everything that goes down is behind the entry.
         for section in routine.sections.iter().filter(|section| section.cuts()) {
-            let low = |action: &Action| matches!(action, Action::Go(step) if step.to[2] < section.entry[2]);
+            let low = |action: &RoutineAction| matches!(action, RoutineAction::Go(step) if step.to[2] < section.entry[2]);
             assert!(!section.actions[..section.approach].iter().any(low));
         }
         assert_eq!(routine.safe, Length::from_mm(20.0));
@@ -530,7 +546,7 @@ M2
             .actions
             .iter()
             .filter_map(|action| match action {
-                Action::Go(Move { course: Course::Arc { centre, .. }, to, .. }) => {
+                RoutineAction::Go(RoutineMove { course: Course::Arc { centre, .. }, to, .. }) => {
                     Some((centre.map(Length::mm), to[0].mm()))
                 }
                 _ => None,

@@ -2,9 +2,9 @@
 //!
 //! Comes in: asks. Goes out: lines, real-time characters, refusals. Does not know buttons.
 
-use super::asks::{Action, Ask, Override, Phase, Start, signs};
+use super::asks::{EngineAction, EngineAsk, EnginePhase, EngineStart, Override, signs};
 use super::engine::{Controller, Meaning};
-use super::fits::{self, Machine};
+use super::fits::{self, MachineRange};
 use super::lines::number;
 use super::settings;
 use crate::control::{Ending, Trust};
@@ -17,42 +17,44 @@ const FURTHEST_JOG_MM: f64 = 1_000.0;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 impl Controller {
-    pub(super) fn ask(&mut self, ask: Ask) {
+    pub(super) fn ask(&mut self, ask: EngineAsk) {
         match ask {
-            Ask::Stop => self.ask_stop(),
-            Ask::Hold if self.phase == Phase::Running => {
+            EngineAsk::Stop => self.ask_stop(),
+            EngineAsk::Hold if self.phase == EnginePhase::Running => {
                 self.write(signs::HOLD);
-                self.set(Phase::Holding);
+                self.set(EnginePhase::Holding);
             }
-            Ask::Resume if self.phase == Phase::Held => {
+            EngineAsk::Resume if self.phase == EnginePhase::Held => {
                 self.write(signs::RESUME);
-                self.set(Phase::Running);
+                self.set(EnginePhase::Running);
             }
-            Ask::StopAfter => self.ask_stop_after(),
-            Ask::Override(change) => self.change(change),
-            Ask::JogCancel if self.phase == Phase::Jogging => self.write(signs::JOG_CANCEL),
-            Ask::Home if matches!(self.phase, Phase::Ready | Phase::Locked) => self.home(),
-            Ask::Unlock if self.phase == Phase::Locked => self.unlock(),
-            Ask::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
-            Ask::SetZero { axes, height_mm } if self.at_rest() => self.set_zero(axes, height_mm),
-            Ask::ZeroAt(zero) if self.phase == Phase::Ready && self.idle() => {
+            EngineAsk::StopAfter => self.ask_stop_after(),
+            EngineAsk::Override(change) => self.change(change),
+            EngineAsk::JogCancel if self.phase == EnginePhase::Jogging => self.write(signs::JOG_CANCEL),
+            EngineAsk::Home if matches!(self.phase, EnginePhase::Ready | EnginePhase::Locked) => self.home(),
+            EngineAsk::Unlock if self.phase == EnginePhase::Locked => self.unlock(),
+            EngineAsk::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
+            EngineAsk::SetZero { axes, height_mm } if self.at_rest() => self.set_zero(axes, height_mm),
+            EngineAsk::ZeroAt { place_mm: zero } if self.phase == EnginePhase::Ready && self.idle() => {
                 let [x, y, z] = zero.map(number);
                 self.send(&format!("G21G10L2P1X{x}Y{y}Z{z}"), Meaning::Written);
                 self.read_zero(zero.map(Some));
             }
-            Ask::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
+            EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
                 self.probed = None;
                 let down = format!("G91G38.2Z-{}F{}", number(depth_mm.abs()), number(mm_per_min));
                 self.send("G21G94", Meaning::Jog);
                 self.send(&down, Meaning::Probe { plate_mm, up_mm });
-                self.set(Phase::Probing);
+                self.set(EnginePhase::Probing);
             }
-            Ask::Start(start) if self.phase == Phase::Ready => self.begin(&start),
-            Ask::ToolReady if self.phase == Phase::ToolChange && self.idle() => match self.place() {
-                Some(place) => self.tool_ready(place),
-                None => self.found(Diagnostic::error("grbl.no_report")),
-            },
-            Ask::Set(number, value) if self.phase == Phase::Ready && self.idle() => {
+            EngineAsk::Start(start) if self.phase == EnginePhase::Ready => self.begin(&start),
+            EngineAsk::ToolReady if self.phase == EnginePhase::ToolChange && self.idle() => {
+                match self.place() {
+                    Some(place) => self.tool_ready(place),
+                    None => self.found(Diagnostic::error("grbl.no_report")),
+                }
+            }
+            EngineAsk::Set { number, value } if self.phase == EnginePhase::Ready && self.idle() => {
                 self.send(&format!("${number}={}", super::lines::number(value)), Meaning::Written);
                 self.send("$$", Meaning::Written);
             }
@@ -67,23 +69,23 @@ impl Controller {
 
     /// Moves by hand may begin.
     fn at_rest(&self) -> bool {
-        matches!(self.phase, Phase::Ready | Phase::ToolChange) && self.idle()
+        matches!(self.phase, EnginePhase::Ready | EnginePhase::ToolChange) && self.idle()
     }
 
     fn ask_stop(&mut self) {
         match self.phase {
-            Phase::Closed | Phase::Greeting => {}
-            Phase::Stopping => {
+            EnginePhase::Closed | EnginePhase::Greeting => {}
+            EnginePhase::Stopping => {
                 // Asked twice: at once, whatever becomes of the position.
                 self.trust = Trust::Lost;
                 self.reset();
             }
-            Phase::Homing => {
+            EnginePhase::Homing => {
                 self.trust = Trust::Lost;
                 self.reset();
             }
-            Phase::Jogging => self.write(signs::JOG_CANCEL),
-            Phase::Locked => self.reset(),
+            EnginePhase::Jogging => self.write(signs::JOG_CANCEL),
+            EnginePhase::Locked => self.reset(),
             _ => self.stop(Ending::Stopped),
         }
     }
@@ -91,15 +93,15 @@ impl Controller {
     /// Where a person waits, or holds it, it ends at once; what was held in mid-section is not done.
     fn ask_stop_after(&mut self) {
         match (self.phase, &mut self.run) {
-            (Phase::Running | Phase::Holding, Some(run)) => run.stops_after = true,
-            (Phase::ToolChange, Some(_)) => self.stop(Ending::StoppedAfterHole),
-            (Phase::Held, Some(_)) => self.stop(Ending::Stopped),
+            (EnginePhase::Running | EnginePhase::Holding, Some(run)) => run.stops_after = true,
+            (EnginePhase::ToolChange, Some(_)) => self.stop(Ending::StoppedAfterHole),
+            (EnginePhase::Held, Some(_)) => self.stop(Ending::Stopped),
             _ => self.found(Diagnostic::error("grbl.not_now")),
         }
     }
 
     fn change(&mut self, change: Override) {
-        if matches!(self.phase, Phase::Closed | Phase::Greeting) {
+        if matches!(self.phase, EnginePhase::Closed | EnginePhase::Greeting) {
             return self.found(Diagnostic::error("grbl.not_now"));
         }
         self.write(change.sign());
@@ -121,7 +123,7 @@ impl Controller {
         }
         let text = format!("$J=G91G21{letter}{}F{}", number(mm), number(mm_per_min));
         self.send(&text, Meaning::Jog);
-        self.set(Phase::Jogging);
+        self.set(EnginePhase::Jogging);
     }
 
     fn set_zero(&mut self, axes: [bool; 3], height_mm: f64) {
@@ -138,7 +140,7 @@ impl Controller {
         let heights = [0.0, 0.0, height_mm];
         self.read_zero(core::array::from_fn(|axis| axes[axis].then_some(machine[axis] - heights[axis])));
         // Without switches a person's word is all there is to know a place by.
-        if axes[0] && axes[1] && !settings::on(&self.info.values, 22) && self.phase == Phase::Ready {
+        if axes[0] && axes[1] && !settings::on(&self.info.values, 22) && self.phase == EnginePhase::Ready {
             self.trust = Trust::Trusted;
         }
     }
@@ -174,7 +176,7 @@ impl Controller {
             // What was reported before it is of another place, or of another zero.
             Meaning::Written => self.zero_mm = None,
             Meaning::Home => self.homed(),
-            Meaning::Unlock => self.set(Phase::Ready),
+            Meaning::Unlock => self.set(EnginePhase::Ready),
             Meaning::Probe { plate_mm, up_mm } => {
                 if self.probed != Some(true) {
                     self.found(Diagnostic::error("grbl.alarm_5").with("number", 5));
@@ -185,7 +187,7 @@ impl Controller {
                 self.read_zero([None, None, place]);
                 self.send(&format!("G91G0Z{}", number(up_mm.abs())), Meaning::Jog);
                 self.send("G90", Meaning::Jog);
-                self.set(Phase::Jogging);
+                self.set(EnginePhase::Jogging);
             }
             Meaning::Echo => self.compare_zero(),
             _ => {}
@@ -212,22 +214,22 @@ impl Controller {
             }
             return self.found(Diagnostic::error("grbl.zero_not_taken"));
         }
-        self.out.push(Action::ZeroSet);
+        self.out.push(EngineAction::ZeroSet);
     }
 
     /// Compares a job with the machine and begins it.
-    fn begin(&mut self, start: &Start) {
+    fn begin(&mut self, start: &EngineStart) {
         let found = self.check(start);
         let refused = found.iter().any(|diagnostic| diagnostic.is_unacknowledged(&start.accepted));
         let place = self.place();
-        self.out.extend(found.into_iter().map(Action::Found));
+        self.out.extend(found.into_iter().map(EngineAction::Found));
         if let (false, Some(place)) = (refused, place) {
             self.start(start, place);
         }
     }
 
     /// What keeps a job from being started, and what there is to say of it.
-    pub fn check(&self, start: &Start) -> Vec<Diagnostic> {
+    pub fn check(&self, start: &EngineStart) -> Vec<Diagnostic> {
         let mut found = Vec::new();
         if self.trust != Trust::Trusted {
             let homes = settings::on(&self.info.values, 22);
@@ -246,7 +248,7 @@ impl Controller {
         let homed = settings::on(&self.info.values, 22) && self.trust == Trust::Trusted;
         let positive = self.is_positive();
         let small = self.info.flavour() == "GRBL";
-        let machine = Machine { values: &self.info.values, zero_mm: zero, homed, positive, small };
+        let machine = MachineRange { values: &self.info.values, zero_mm: zero, homed, positive, small };
         found.extend(fits::compare(&start.routine, &machine));
         found.sort_by_key(|diagnostic| std::cmp::Reverse(severity(diagnostic)));
         found

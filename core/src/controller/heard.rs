@@ -1,6 +1,6 @@
 //! What a controller of the GRBL family says: one line in, one meaning out.
 //!
-//! Comes in: a line without its end. Goes out: a [`Heard`]; what is not understood stays as [`Heard::Other`], whole. Places in the
+//! Comes in: a line without its end. Goes out: a [`HeardLine`]; what is not understood stays as [`HeardLine::Other`], whole. Places in the
 //! unit that the controller reports in (`$13`), which this file does not know.
 
 use std::collections::BTreeMap;
@@ -12,29 +12,60 @@ pub const AXES: usize = 3;
 
 /// One line, understood.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Heard {
+pub enum HeardLine {
     /// It began anew: `Grbl 1.1h ['$' for help]`.
     Banner(String),
     /// The oldest line was taken.
     Ok,
     /// The oldest line was refused.
-    Error(u16),
+    Error {
+        /// The number of the error.
+        number: u16,
+    },
     /// It locked itself.
-    Alarm(u16),
+    Alarm {
+        /// The number of the alarm.
+        number: u16,
+    },
     /// Where it is and what it does.
-    Status(Box<Status>),
+    Status(Box<ControllerStatus>),
     /// A setting and its value.
-    Setting(u16, f64),
+    Setting {
+        /// Its number.
+        number: u16,
+        /// Its value, in its own unit.
+        value: f64,
+    },
     /// Version and the name that a person gave it: `[VER:1.1h.20190830:]`.
-    Version(String, String),
+    Version {
+        /// The version.
+        version: String,
+        /// What a person calls it.
+        name: String,
+    },
     /// Compiled options: letters, blocks of the planner, bytes of the receive buffer.
-    Options(Options),
+    Options(CompiledOptions),
     /// Another row of `$I`: name and value, such as `FIRMWARE` and `grblHAL`.
-    About(String, String),
+    About {
+        /// What the row is of.
+        name: String,
+        /// What it says.
+        value: String,
+    },
     /// A stored place: `G54` to `G59`, `G28`, `G30`, `G92`, `TLO`.
-    Offset(String, Vec<f64>),
+    Offset {
+        /// Which.
+        name: String,
+        /// Where, an axis each.
+        places: Vec<f64>,
+    },
     /// Where the probe met something; false where it met nothing.
-    Probe([f64; AXES], bool),
+    Probe {
+        /// Where, in machine coordinates.
+        place_mm: [f64; AXES],
+        /// Whether it met something.
+        met: bool,
+    },
     /// The words in force: `G0 G54 G17 G21 G90 G94 M5 M9 T0 F0 S0`.
     Modes(Modes),
     /// A message for people.
@@ -47,7 +78,7 @@ pub enum Heard {
 
 /// Compiled options.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Options {
+pub struct CompiledOptions {
     /// A letter for each option.
     pub letters: String,
     /// Blocks that the planner holds.
@@ -76,7 +107,7 @@ impl Modes {
 
 /// What the machine does.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Doing {
+pub enum ReportedState {
     /// Nothing; its planner is empty.
     Idle,
     /// It moves.
@@ -107,9 +138,9 @@ pub enum Doing {
 
 /// A status report.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Status {
+pub struct ControllerStatus {
     /// What it does.
-    pub doing: Doing,
+    pub doing: ReportedState,
     /// Machine position, where told.
     pub machine_mm: Option<[f64; AXES]>,
     /// Work position, where told.
@@ -133,20 +164,20 @@ pub struct Status {
 }
 
 /// What a line means.
-pub fn hear(line: &str) -> Heard {
+pub fn hear(line: &str) -> HeardLine {
     let line = line.trim();
-    let other = || Heard::Other(line.chars().take(LONGEST_LINE).collect());
+    let other = || HeardLine::Other(line.chars().take(LONGEST_LINE).collect());
     if line == "ok" {
-        return Heard::Ok;
+        return HeardLine::Ok;
     }
     if let Some(number) = line.strip_prefix("error:") {
-        return number.trim().parse().map_or_else(|_| other(), Heard::Error);
+        return number.trim().parse().map_or_else(|_| other(), |number| HeardLine::Error { number });
     }
     if let Some(number) = line.strip_prefix("ALARM:") {
-        return number.trim().parse().map_or_else(|_| other(), Heard::Alarm);
+        return number.trim().parse().map_or_else(|_| other(), |number| HeardLine::Alarm { number });
     }
     if let Some(inside) = line.strip_prefix('<').and_then(|rest| rest.strip_suffix('>')) {
-        return status(inside).map_or_else(other, |status| Heard::Status(Box::new(status)));
+        return status(inside).map_or_else(other, |status| HeardLine::Status(Box::new(status)));
     }
     if let Some(inside) = line.strip_prefix('[').and_then(|rest| rest.strip_suffix(']')) {
         return bracket(inside).unwrap_or_else(other);
@@ -157,15 +188,15 @@ pub fn hear(line: &str) -> Heard {
         if let (Ok(number), Ok(value)) = (number.parse(), value.parse::<f64>())
             && value.is_finite()
         {
-            return Heard::Setting(number, value);
+            return HeardLine::Setting { number, value };
         }
         return other();
     }
     if line.starts_with('>') {
-        return Heard::Startup(line.to_owned());
+        return HeardLine::Startup(line.to_owned());
     }
     if is_banner(line) {
-        return Heard::Banner(line.to_owned());
+        return HeardLine::Banner(line.to_owned());
     }
     other()
 }
@@ -175,30 +206,30 @@ fn is_banner(line: &str) -> bool {
     line.starts_with("Grbl ") && line.contains('[') || line.starts_with("GrblHAL ") && line.contains('[')
 }
 
-fn bracket(inside: &str) -> Option<Heard> {
+fn bracket(inside: &str) -> Option<HeardLine> {
     let (name, value) = inside.split_once(':')?;
     Some(match name {
-        "MSG" => Heard::Message(value.trim().to_owned()),
+        "MSG" => HeardLine::Message(value.trim().to_owned()),
         "VER" => {
             let (version, called) = value.split_once(':').unwrap_or((value, ""));
-            Heard::Version(version.to_owned(), called.to_owned())
+            HeardLine::Version { version: version.to_owned(), name: called.to_owned() }
         }
         "OPT" => {
             let mut fields = value.split(',');
             let letters = fields.next().unwrap_or_default().to_owned();
             let mut number = || fields.next().and_then(|field| field.trim().parse().ok()).unwrap_or(0);
-            Heard::Options(Options { letters, blocks: number(), rx_bytes: number() })
+            HeardLine::Options(CompiledOptions { letters, blocks: number(), rx_bytes: number() })
         }
-        "GC" => Heard::Modes(modes(value)?),
+        "GC" => HeardLine::Modes(modes(value)?),
         "PRB" => {
             let (places, met) = value.rsplit_once(':')?;
-            Heard::Probe(places3(places)?, met == "1")
+            HeardLine::Probe { place_mm: places3(places)?, met: met == "1" }
         }
-        "TLO" => Heard::Offset(name.to_owned(), numbers(value)?),
+        "TLO" => HeardLine::Offset { name: name.to_owned(), places: numbers(value)? },
         _ if name.starts_with('G') && name[1..].starts_with(|c: char| c.is_ascii_digit()) => {
-            Heard::Offset(name.to_owned(), numbers(value)?)
+            HeardLine::Offset { name: name.to_owned(), places: numbers(value)? }
         }
-        _ => Heard::About(name.to_owned(), value.to_owned()),
+        _ => HeardLine::About { name: name.to_owned(), value: value.to_owned() },
     })
 }
 
@@ -226,20 +257,20 @@ fn places3(text: &str) -> Option<[f64; AXES]> {
     all.get(..AXES)?.try_into().ok()
 }
 
-fn status(inside: &str) -> Option<Status> {
+fn status(inside: &str) -> Option<ControllerStatus> {
     let mut fields = inside.split('|');
     let (word, sub) = fields.next().map(|first| first.split_once(':').unwrap_or((first, "")))?;
     let doing = match word {
-        "Idle" => Doing::Idle,
-        "Run" => Doing::Run,
-        "Hold" => Doing::Hold { rests: sub != "1" },
-        "Jog" => Doing::Jog,
-        "Alarm" => Doing::Alarm,
-        "Door" => Doing::Door { rests: sub != "2" && sub != "3" },
-        "Check" => Doing::Check,
-        "Home" => Doing::Home,
-        "Sleep" => Doing::Sleep,
-        "Tool" => Doing::Tool,
+        "Idle" => ReportedState::Idle,
+        "Run" => ReportedState::Run,
+        "Hold" => ReportedState::Hold { rests: sub != "1" },
+        "Jog" => ReportedState::Jog,
+        "Alarm" => ReportedState::Alarm,
+        "Door" => ReportedState::Door { rests: sub != "2" && sub != "3" },
+        "Check" => ReportedState::Check,
+        "Home" => ReportedState::Home,
+        "Sleep" => ReportedState::Sleep,
+        "Tool" => ReportedState::Tool,
         _ => return None,
     };
     let named: BTreeMap<&str, &str> = fields.filter_map(|field| field.split_once(':')).collect();
@@ -250,7 +281,7 @@ fn status(inside: &str) -> Option<Status> {
     // A report whose place cannot be read is no report.
     let (machine, work) = (turned(place("MPos"))?, turned(place("WPos"))?);
     (machine.is_some() || work.is_some()).then_some(())?;
-    Some(Status {
+    Some(ControllerStatus {
         doing,
         machine_mm: machine,
         work_mm: work,

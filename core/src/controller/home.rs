@@ -8,9 +8,9 @@
 //!
 //! Comes in: what is said while the machine looks for its switches. Goes out: trust, or a reset. ms. Does not know where switches are.
 
-use super::asks::{Phase, signs};
+use super::asks::{EnginePhase, signs};
 use super::engine::{Controller, Meaning};
-use super::heard::{Doing, Heard};
+use super::heard::{HeardLine, ReportedState};
 use super::settings;
 use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
@@ -48,7 +48,7 @@ impl Controller {
     pub(super) fn send_home(&mut self) {
         self.send("$H", Meaning::Home);
         (self.homing, self.asked_ms) = (Homing::default(), None);
-        self.set(Phase::Homing);
+        self.set(EnginePhase::Homing);
     }
 
     /// What time brings meanwhile: silence is no fault of it.
@@ -61,18 +61,21 @@ impl Controller {
     }
 
     /// Notices what no homing says.
-    pub(super) fn heard_homing(&mut self, heard: &Heard) {
+    pub(super) fn heard_homing(&mut self, heard: &HeardLine) {
         self.homing.other |= match heard {
-            Heard::Message(text) => text.contains("Unlocked"),
-            Heard::Other(text) => text.starts_with("[HLP"),
-            Heard::Version(..) | Heard::Options(_) | Heard::Setting(..) | Heard::Modes(_) => true,
+            HeardLine::Message(text) => text.contains("Unlocked"),
+            HeardLine::Other(text) => text.starts_with("[HLP"),
+            HeardLine::Version { .. }
+            | HeardLine::Options(_)
+            | HeardLine::Setting { .. }
+            | HeardLine::Modes(_) => true,
             _ => false,
         };
     }
 
     /// A report while it should look for its switches.
-    pub(super) fn report_homing(&mut self, doing: Doing, fresh: bool) {
-        let rests = matches!(doing, Doing::Idle | Doing::Alarm);
+    pub(super) fn report_homing(&mut self, doing: ReportedState, fresh: bool) {
+        let rests = matches!(doing, ReportedState::Idle | ReportedState::Alarm);
         self.homing.rests = if rests { self.homing.rests + u32::from(fresh) } else { 0 };
         if self.homing.rests >= REPORTS && self.reset_at.is_none() {
             self.unheard();
@@ -86,7 +89,7 @@ impl Controller {
         }
         self.status = None;
         self.trust = Trust::Trusted;
-        self.set(Phase::Ready);
+        self.set(EnginePhase::Ready);
     }
 
     fn unheard(&mut self) {

@@ -11,7 +11,7 @@
 //!
 //! Comes in: sections. Goes out: lines with the path that each must follow. mm in flight. Does not know buffers.
 
-use super::routine::{Action, Bow, Course, Move, Place, Section, Spindle};
+use super::routine::{Bow, Course, RoutineAction, RoutineMove, Section, Spindle, TipPlace};
 use crate::units::Length;
 use std::fmt::Write;
 
@@ -23,7 +23,7 @@ const DECIMALS: usize = 4;
 
 /// The path of one line, mm in work coordinates.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct LinePath {
     /// Where it begins.
     pub from_mm: [f64; 3],
     /// Where it ends.
@@ -34,7 +34,7 @@ pub struct Piece {
     pub feed_mm_per_min: Option<f64>,
 }
 
-impl Piece {
+impl LinePath {
     /// How far `place_mm` is from it.
     pub fn distance(&self, place_mm: [f64; 3]) -> f64 {
         let Some(bow) = self.bow else { return to_line(self.from_mm, self.to_mm, place_mm) };
@@ -65,18 +65,18 @@ fn to_line(from: [f64; 3], to: [f64; 3], place: [f64; 3]) -> f64 {
 
 /// A line for the wire, without its end.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Line {
+pub struct WireLine {
     /// Its text.
     pub text: String,
     /// The path that it makes, if it moves.
-    pub piece: Option<Piece>,
+    pub piece: Option<LinePath>,
     /// Line of the file that it comes from; 0 for those that the engine adds.
     pub source: u32,
 }
 
 /// What the controller is known to hold: where the sum of its relative moves stands, and the words in force.
 #[derive(Clone, Debug, Default)]
-pub struct Pen {
+pub struct WordsInForce {
     sum: [f32; 3],
     /// Feed in force.
     pub feed_mm_per_min: Option<f64>,
@@ -86,7 +86,7 @@ pub struct Pen {
     pub coolant: [bool; 2],
 }
 
-impl Pen {
+impl WordsInForce {
     /// Where the controller counts itself, mm.
     pub fn at(&self) -> [f64; 3] {
         self.sum.map(f64::from)
@@ -103,13 +103,13 @@ impl Pen {
     }
 
     /// The words that everything else goes by.
-    pub fn words(&mut self) -> Vec<Line> {
+    pub fn words(&mut self) -> Vec<WireLine> {
         (self.spindle, self.coolant) = (Spindle::Off, [false; 2]);
         ["G21G17G90G94", "G54", "M5M9"].into_iter().map(|text| line(text.to_owned(), None, 0)).collect()
     }
 
     /// Rises to `safe`, or to the entry of `section` where that is higher, absolutely.
-    pub fn rise(&mut self, section: &Section, safe: Length) -> Vec<Line> {
+    pub fn rise(&mut self, section: &Section, safe: Length) -> Vec<WireLine> {
         let high = number(safe.max(section.entry[2]).mm());
         let before = self.at();
         self.stands(2, &high);
@@ -118,7 +118,7 @@ impl Pen {
 
     /// Goes over the entry of `section`, absolutely; then spindle and coolant as it wants them, with so many seconds to come up to
     /// speed.
-    pub fn over(&mut self, section: &Section, spin_up_s: f64) -> Vec<Line> {
+    pub fn over(&mut self, section: &Section, spin_up_s: f64) -> Vec<WireLine> {
         let before = self.at();
         let (x, y) = (number(section.entry[0].mm()), number(section.entry[1].mm()));
         self.stands(0, &x);
@@ -136,7 +136,7 @@ impl Pen {
     }
 
     /// The spindle, switched.
-    pub fn turn(&mut self, to: Spindle) -> Line {
+    pub fn turn(&mut self, to: Spindle) -> WireLine {
         self.spindle = to;
         let text = match to {
             Spindle::Off => "M5".to_owned(),
@@ -146,7 +146,7 @@ impl Pen {
         line(text, None, 0)
     }
 
-    fn cool(&mut self, [mist, flood]: [bool; 2]) -> Vec<Line> {
+    fn cool(&mut self, [mist, flood]: [bool; 2]) -> Vec<WireLine> {
         let off = (self.coolant[0] && !mist) || (self.coolant[1] && !flood);
         self.coolant = [mist, flood];
         let words = [(off, "M9"), (mist, "M7"), (flood, "M8")];
@@ -154,16 +154,16 @@ impl Pen {
     }
 
     /// An action.
-    pub fn act(&mut self, action: &Action) -> Vec<Line> {
+    pub fn act(&mut self, action: &RoutineAction) -> Vec<WireLine> {
         match action {
-            Action::Go(step) => self.go(step).into_iter().collect(),
-            Action::Spindle(to) => vec![self.turn(*to)],
-            Action::Wait(seconds) => vec![line(format!("G4P{}", number(*seconds)), None, 0)],
-            Action::Coolant { mist, flood } => self.cool([*mist, *flood]),
+            RoutineAction::Go(step) => self.go(step).into_iter().collect(),
+            RoutineAction::Spindle(to) => vec![self.turn(*to)],
+            RoutineAction::Wait { seconds } => vec![line(format!("G4P{}", number(*seconds)), None, 0)],
+            RoutineAction::Coolant { mist, flood } => self.cool([*mist, *flood]),
         }
     }
 
-    fn go(&mut self, step: &Move) -> Option<Line> {
+    fn go(&mut self, step: &RoutineMove) -> Option<WireLine> {
         let from = self.at();
         let arc = matches!(step.course, Course::Arc { .. });
         let mut text = match step.course {
@@ -200,25 +200,25 @@ impl Pen {
         let feed = feeds.then_some(step.feed_mm_per_min);
         Some(line(
             text,
-            Some(Piece { from_mm: from, to_mm: self.at(), bow, feed_mm_per_min: feed }),
+            Some(LinePath { from_mm: from, to_mm: self.at(), bow, feed_mm_per_min: feed }),
             step.line,
         ))
     }
 }
 
-fn bow_of(from: [f64; 3], step: &Move) -> Option<Bow> {
+fn bow_of(from: [f64; 3], step: &RoutineMove) -> Option<Bow> {
     let Course::Arc { centre, ccw } = step.course else { return None };
-    let from: Place = from.map(Length::from_mm);
+    let from: TipPlace = from.map(Length::from_mm);
     Some(Bow::of(from, step.to, centre, ccw))
 }
 
-fn rapid(from: [f64; 3], to: [f64; 3]) -> Piece {
-    Piece { from_mm: from, to_mm: to, bow: None, feed_mm_per_min: None }
+fn rapid(from: [f64; 3], to: [f64; 3]) -> LinePath {
+    LinePath { from_mm: from, to_mm: to, bow: None, feed_mm_per_min: None }
 }
 
 /// A line without a source.
-pub(super) fn line(text: String, piece: Option<Piece>, source: u32) -> Line {
-    Line { text, piece, source }
+pub(super) fn line(text: String, piece: Option<LinePath>, source: u32) -> WireLine {
+    WireLine { text, piece, source }
 }
 
 /// A number as short as it can be said with four digits behind the point.
@@ -257,12 +257,12 @@ mod tests {
     #[test]
     fn relative_words_never_stray() {
         let mut chance = Chance::new(11);
-        let mut pen = Pen::default();
+        let mut pen = WordsInForce::default();
         let mut sum = [0.0_f32; 3];
         for _ in 0..20_000 {
-            let to: Place =
+            let to: TipPlace =
                 core::array::from_fn(|_| Length::from_nm(chance.below(200_000_000) as i64 - 100_000_000));
-            let step = Move { course: Course::Line, to, feed_mm_per_min: 100.0, line: 1 };
+            let step = RoutineMove { course: Course::Line, to, feed_mm_per_min: 100.0, line: 1 };
             let Some(line) = pen.go(&step) else { continue };
             assert!(line.text.len() <= LONGEST_LINE, "{}", line.text);
             for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
@@ -282,10 +282,10 @@ mod tests {
     fn a_place_on_the_arc_is_near_and_one_across_is_not() {
         let place = |x: f64, y: f64, z: f64| [x, y, z].map(Length::from_mm);
         let centre = [Length::ZERO; 2];
-        let mut pen = Pen::default();
+        let mut pen = WordsInForce::default();
         pen.stands(0, "10");
         let course = Course::Arc { centre, ccw: true };
-        let step = Move { course, to: place(0.0, 10.0, -1.0), feed_mm_per_min: 60.0, line: 3 };
+        let step = RoutineMove { course, to: place(0.0, 10.0, -1.0), feed_mm_per_min: 60.0, line: 3 };
         let line = pen.go(&step).unwrap();
         assert_eq!(line.text, "G91G3X-10Y10Z-1I-10J0F60");
         let piece = line.piece.unwrap();

@@ -2,10 +2,10 @@
 //!
 //! Comes in: reports. Goes out: a hold where something is not as planned, and what follows a look. mm, ms. Does not know what is sent.
 
-use super::asks::{Action, Phase, signs};
+use super::asks::{EngineAction, EnginePhase, signs};
 use super::engine::{Controller, Meaning};
-use super::heard::{Doing, Modes};
-use super::lines::Pen;
+use super::heard::{Modes, ReportedState};
+use super::lines::WordsInForce;
 use super::routine::Spindle;
 use super::settings;
 use crate::control::{Ending, Trust};
@@ -30,46 +30,54 @@ const FAR: usize = 4_096;
 
 impl Controller {
     /// What a report means for the job.
-    pub(super) fn watch(&mut self, doing: Doing, fresh: bool) {
+    pub(super) fn watch(&mut self, doing: ReportedState, fresh: bool) {
         let overridden = self
             .status
             .as_ref()
             .and_then(|status| status.overrides)
             .is_some_and(|all| all[..2] != [100, 100]);
         if let Some(run) = &mut self.run {
-            run.batch.disturbed |= overridden || self.phase != Phase::Running;
+            run.batch.disturbed |= overridden || self.phase != EnginePhase::Running;
         }
         match (self.phase, doing) {
-            (Phase::Running, Doing::Hold { .. }) if self.now_ms < self.since_ms + OLD_REPORT_MS => {}
-            (Phase::Running, Doing::Hold { .. }) => self.trouble(Diagnostic::error("grbl.held_by_itself")),
-            (Phase::Running | Phase::Holding, Doing::Door { .. }) => {
-                self.found(Diagnostic::warning("grbl.door"));
-                self.set(Phase::Held);
-            }
-            (Phase::Running, Doing::Check | Doing::Sleep | Doing::Home | Doing::Jog) => {
+            (EnginePhase::Running, ReportedState::Hold { .. })
+                if self.now_ms < self.since_ms + OLD_REPORT_MS => {}
+            (EnginePhase::Running, ReportedState::Hold { .. }) => {
                 self.trouble(Diagnostic::error("grbl.held_by_itself"));
             }
-            (_, Doing::Alarm) => {
+            (EnginePhase::Running | EnginePhase::Holding, ReportedState::Door { .. }) => {
+                self.found(Diagnostic::warning("grbl.door"));
+                self.set(EnginePhase::Held);
+            }
+            (
+                EnginePhase::Running,
+                ReportedState::Check | ReportedState::Sleep | ReportedState::Home | ReportedState::Jog,
+            ) => {
+                self.trouble(Diagnostic::error("grbl.held_by_itself"));
+            }
+            (_, ReportedState::Alarm) => {
                 // The alarm's own line was lost on the way.
                 self.trust = Trust::Lost;
                 self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
                 (self.run, self.needs_reset) = (None, true);
                 self.drop_lines();
-                self.out.push(Action::Ended(Ending::Alarm));
-                self.set(Phase::Locked);
+                self.out.push(EngineAction::Ended(Ending::Alarm));
+                self.set(EnginePhase::Locked);
             }
-            (Phase::Running, _) => {
+            (EnginePhase::Running, _) => {
                 self.follow();
                 self.look(doing, fresh);
             }
-            (Phase::Holding, Doing::Hold { rests: true }) => self.set(Phase::Held),
-            (Phase::Holding, Doing::Run | Doing::Idle) if self.now_ms >= self.since_ms + OLD_REPORT_MS => {
+            (EnginePhase::Holding, ReportedState::Hold { rests: true }) => self.set(EnginePhase::Held),
+            (EnginePhase::Holding, ReportedState::Run | ReportedState::Idle)
+                if self.now_ms >= self.since_ms + OLD_REPORT_MS =>
+            {
                 // It was not heard.
                 self.since_ms = self.now_ms;
                 self.write(signs::HOLD);
             }
-            (Phase::Held, Doing::Run) if self.now_ms >= self.since_ms + OLD_REPORT_MS => {
-                self.set(Phase::Running);
+            (EnginePhase::Held, ReportedState::Run) if self.now_ms >= self.since_ms + OLD_REPORT_MS => {
+                self.set(EnginePhase::Running);
             }
             _ => {}
         }
@@ -119,10 +127,10 @@ impl Controller {
     }
 
     /// Compares what is reported at the end of a batch with what should be.
-    fn look(&mut self, doing: Doing, fresh: bool) {
+    fn look(&mut self, doing: ReportedState, fresh: bool) {
         let (now_ms, step) = (self.now_ms, self.step_mm());
         let place = self.place();
-        let may = self.may_look() && fresh && doing == Doing::Idle;
+        let may = self.may_look() && fresh && doing == ReportedState::Idle;
         let Some(run) = self.run.as_mut().filter(|run| may && run.batch.asked) else { return };
         run.batch.asked = false;
         let Some(place) = place else { return };
@@ -162,7 +170,7 @@ impl Controller {
 }
 
 /// The word in force that should not be.
-fn other_mode(modes: &Modes, pen: &Pen) -> Option<String> {
+fn other_mode(modes: &Modes, pen: &WordsInForce) -> Option<String> {
     let spindle = match pen.spindle {
         Spindle::Off => ('M', 50),
         Spindle::On(_) => ('M', 30),

@@ -23,9 +23,9 @@ mod run;
 pub mod settings;
 pub mod timing;
 
-pub use asks::{Action, Ask, Event, Info, Override, Phase, Start, signs};
+pub use asks::{EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, signs};
 pub use engine::{Controller, step};
 pub use gcode::read;
-pub use lines::{Line, Pen, Piece};
-pub use routine::{Bow, Course, Move, Place, Routine, Section, SectionKind, Spindle};
+pub use lines::{LinePath, WireLine, WordsInForce};
+pub use routine::{Bow, Course, Routine, RoutineMove, Section, SectionKind, Spindle, TipPlace};
 pub use run::{estimate_s, estimates_s};

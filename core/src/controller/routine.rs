@@ -14,7 +14,7 @@ use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
 /// A place of the tip: X, Y, Z in work coordinates.
-pub type Place = [Length; 3];
+pub type TipPlace = [Length; 3];
 
 /// How a move goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -34,11 +34,11 @@ pub enum Course {
 
 /// One move.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Move {
+pub struct RoutineMove {
     /// How.
     pub course: Course,
     /// Where it ends.
-    pub to: Place,
+    pub to: TipPlace,
     /// Feed, mm/min; of no meaning for rapids.
     pub feed_mm_per_min: f64,
     /// Line of the file that it comes from, from 1.
@@ -59,13 +59,16 @@ pub enum Spindle {
 
 /// One thing to do.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Action {
+pub enum RoutineAction {
     /// Move.
-    Go(Move),
+    Go(RoutineMove),
     /// Switch the spindle.
     Spindle(Spindle),
     /// Wait, in seconds.
-    Wait(f64),
+    Wait {
+        /// How long.
+        seconds: f64,
+    },
     /// Switch mist and flood.
     Coolant {
         /// M7.
@@ -97,7 +100,7 @@ pub struct Section {
     /// Line of the file where it begins, from 1.
     pub line: u32,
     /// Where the tip is looked at before it goes down.
-    pub entry: Place,
+    pub entry: TipPlace,
     /// Spindle and feed in force at the entry.
     pub spindle: Spindle,
     /// Coolant in force there: mist, flood.
@@ -105,7 +108,7 @@ pub struct Section {
     /// How many of the actions come before the entry.
     pub approach: usize,
     /// What to do.
-    pub actions: Vec<Action>,
+    pub actions: Vec<RoutineAction>,
 }
 
 impl Section {
@@ -115,10 +118,10 @@ impl Section {
     }
 
     /// Where the tip is after it.
-    pub fn end(&self) -> Place {
+    pub fn end(&self) -> TipPlace {
         let last = self.actions.get(self.approach..).unwrap_or_default().iter().rev();
         let mut moves =
-            last.filter_map(|action| if let Action::Go(step) = action { Some(step.to) } else { None });
+            last.filter_map(|action| if let RoutineAction::Go(step) = action { Some(step.to) } else { None });
         moves.next().unwrap_or(self.entry)
     }
 }
@@ -166,9 +169,9 @@ impl Routine {
     }
 
     /// The lowest and the highest place of the tip, with the places of arcs that reach furthest; none where nothing moves.
-    pub fn reach(&self) -> Option<[Place; 2]> {
-        let mut all: Option<[Place; 2]> = None;
-        let mut add = |place: Place| {
+    pub fn reach(&self) -> Option<[TipPlace; 2]> {
+        let mut all: Option<[TipPlace; 2]> = None;
+        let mut add = |place: TipPlace| {
             let [low, high] = all.get_or_insert([place, place]);
             for axis in 0..3 {
                 low[axis] = low[axis].min(place[axis]);
@@ -179,7 +182,7 @@ impl Routine {
             let mut at = section.entry;
             add(at);
             for action in section.actions.iter().skip(section.approach) {
-                let Action::Go(step) = action else { continue };
+                let RoutineAction::Go(step) = action else { continue };
                 if let Course::Arc { centre, ccw } = step.course {
                     for place in furthest(at, step.to, centre, ccw) {
                         add(place);
@@ -194,7 +197,7 @@ impl Routine {
 }
 
 /// The places of an arc that are furthest to either side.
-fn furthest(from: Place, to: Place, centre: [Length; 2], ccw: bool) -> Vec<Place> {
+fn furthest(from: TipPlace, to: TipPlace, centre: [Length; 2], ccw: bool) -> Vec<TipPlace> {
     let arc = Bow::of(from, to, centre, ccw);
     let mut found = Vec::new();
     for quarter in 0..4 {
@@ -226,17 +229,17 @@ pub struct Bow {
 
 impl Bow {
     /// The arc from one place to another.
-    pub fn of(from: Place, to: Place, centre: [Length; 2], ccw: bool) -> Self {
+    pub fn of(from: TipPlace, to: TipPlace, centre: [Length; 2], ccw: bool) -> Self {
         let centre = centre.map(Length::mm);
-        let angle = |place: Place| libm::atan2(place[1].mm() - centre[1], place[0].mm() - centre[0]);
+        let angle = |place: TipPlace| libm::atan2(place[1].mm() - centre[1], place[0].mm() - centre[0]);
         let (begin, end) = (angle(from), angle(to));
         let full = 2.0 * core::f64::consts::PI;
         let mut sweep = end - begin;
         // The controller takes less than this for none at all.
-        const SAME: f64 = 5e-7;
-        if ccw && sweep <= SAME {
+        const SAME_RAD: f64 = 5e-7;
+        if ccw && sweep <= SAME_RAD {
             sweep += full;
-        } else if !ccw && sweep >= -SAME {
+        } else if !ccw && sweep >= -SAME_RAD {
             sweep -= full;
         }
         let radius = libm::hypot(from[0].mm() - centre[0], from[1].mm() - centre[1]);

@@ -10,13 +10,13 @@
 //!
 //! Comes in: answers and reports, from the engine. Goes out: lines, tells. Does not know how a person is asked.
 
-use super::asks::{Action, Phase, Start, signs};
+use super::asks::{EngineAction, EnginePhase, EngineStart, signs};
 use super::engine::{Controller, Meaning};
-use super::heard::{Doing, Status};
-use super::lines::{Line, Pen, Piece};
+use super::heard::{ControllerStatus, ReportedState};
+use super::lines::{LinePath, WireLine, WordsInForce};
 use super::routine::{Routine, SectionKind};
 use super::settings::Values;
-use super::timing::{Clockwork, Limits};
+use super::timing::{Clockwork, PlannerLimits};
 use crate::control::{Ending, Trust};
 use crate::diagnostic::Diagnostic;
 use std::collections::VecDeque;
@@ -48,7 +48,7 @@ enum After {
 /// Lines between two looks.
 #[derive(Debug, Default)]
 pub(super) struct Batch {
-    lines: VecDeque<Line>,
+    lines: VecDeque<WireLine>,
     after: After,
     /// Its last words were sent.
     closed: bool,
@@ -70,14 +70,14 @@ pub(super) struct Run {
     spin_up_s: f64,
     /// The section whose entry is next, or reached.
     at: usize,
-    pub(super) pen: Pen,
+    pub(super) pen: WordsInForce,
     pub(super) batch: Batch,
     /// Paths that were sent and are not certainly passed, with their lines.
-    pub(super) window: VecDeque<(Piece, u32)>,
+    pub(super) window: VecDeque<(LinePath, u32)>,
     pub(super) off: u32,
     pub(super) fast: u32,
     idle: u32,
-    limits: Option<Limits>,
+    limits: Option<PlannerLimits>,
     /// It ends at the next look over the board.
     pub(super) stops_after: bool,
 }
@@ -106,7 +106,7 @@ impl Run {
     }
 
     /// A batch of these lines.
-    fn batch(&mut self, lines: Vec<Line>, after: After) {
+    fn batch(&mut self, lines: Vec<WireLine>, after: After) {
         let expected_s = self.limits.clone().map(|limits| time_s(limits, &lines));
         let lines = lines.into();
         self.window.clear();
@@ -139,7 +139,7 @@ impl Run {
 }
 
 /// Seconds that lines take, begun and ended at rest.
-fn time_s(limits: Limits, lines: &[Line]) -> f64 {
+fn time_s(limits: PlannerLimits, lines: &[WireLine]) -> f64 {
     let mut clock = Clockwork::new(limits);
     for line in lines {
         match &line.piece {
@@ -178,19 +178,19 @@ pub fn estimates_s(
 ) -> Option<Vec<f64>> {
     /// A look: the last words, their answers, the question and its answer.
     const LOOK_S: f64 = 0.07;
-    let limits = Limits::of(values, blocks)?;
-    let mut pen = Pen::standing(at_mm);
+    let limits = PlannerLimits::of(values, blocks)?;
+    let mut pen = WordsInForce::standing(at_mm);
     let mut each_s = Vec::new();
     for (index, section) in routine.sections.iter().enumerate().skip(from) {
         let fresh = index == from || matches!(routine.sections[index - 1].kind, SectionKind::Change(_));
-        let lines: Vec<Line> = if fresh {
+        let lines: Vec<WireLine> = if fresh {
             let up = pen.rise(section, routine.safe);
             up.into_iter().chain(pen.over(section, 0.0)).collect()
         } else {
             section.actions.iter().take(section.approach).flat_map(|action| pen.act(action)).collect()
         };
         let work = section.actions.iter().skip(section.approach).flat_map(|action| pen.act(action));
-        let lines: Vec<Line> = lines.into_iter().chain(work).collect();
+        let lines: Vec<WireLine> = lines.into_iter().chain(work).collect();
         each_s.push(time_s(limits.clone(), &lines) + LOOK_S);
     }
     Some(each_s)
@@ -198,9 +198,9 @@ pub fn estimates_s(
 
 impl Controller {
     /// Begins a job.
-    pub(super) fn start(&mut self, start: &Start, place: [f64; 3]) {
-        let pen = Pen::standing(place);
-        let limits = Limits::of(&self.info.values, usize::from(self.info.options.blocks));
+    pub(super) fn start(&mut self, start: &EngineStart, place_mm: [f64; 3]) {
+        let pen = WordsInForce::standing(place_mm);
+        let limits = PlannerLimits::of(&self.info.values, usize::from(self.info.options.blocks));
         let mut run = Run {
             routine: Arc::clone(&start.routine),
             spin_up_s: start.spin_up_s,
@@ -216,12 +216,12 @@ impl Controller {
         };
         run.enter(After::Begun);
         (self.run, self.ending) = (Some(run), None);
-        self.set(Phase::Running);
+        self.set(EnginePhase::Running);
     }
 
     /// Puts the next line of the job into the queue, if there is one that may go.
     pub(super) fn feed_run(&mut self) -> bool {
-        if self.phase != Phase::Running || self.reset_at.is_some() {
+        if self.phase != EnginePhase::Running || self.reset_at.is_some() {
             return false;
         }
         let now_ms = self.now_ms;
@@ -274,7 +274,7 @@ impl Controller {
         if run.batch.after == After::Done {
             run.at += 1;
             let done = run.at;
-            self.out.push(Action::Progress(done));
+            self.out.push(EngineAction::Progress { sections: done });
         }
         let Some(run) = &mut self.run else { return };
         let kind = run.routine.sections.get(run.at).map(|section| section.kind);
@@ -285,32 +285,33 @@ impl Controller {
             Some(SectionKind::Hole(_) | SectionKind::Toolpath(_)) => run.work(),
             Some(SectionKind::Change(tool)) => {
                 run.window.clear();
-                self.set(Phase::ToolChange);
-                self.out.push(Action::ToolWanted(tool));
+                self.set(EnginePhase::ToolChange);
+                self.out.push(EngineAction::ToolWanted { tool });
             }
             Some(SectionKind::Finish) | None => {
                 let done = run.routine.sections.len();
                 self.run = None;
-                self.out.extend([Action::Progress(done), Action::Ended(Ending::Done)]);
-                self.set(Phase::Ready);
+                self.out
+                    .extend([EngineAction::Progress { sections: done }, EngineAction::Ended(Ending::Done)]);
+                self.set(EnginePhase::Ready);
             }
         }
     }
 
     /// The tool is in: on to the next section, from wherever the head is.
-    pub(super) fn tool_ready(&mut self, place: [f64; 3]) {
+    pub(super) fn tool_ready(&mut self, place_mm: [f64; 3]) {
         let Some(run) = &mut self.run else { return };
         run.at += 1;
         let done = run.at;
-        run.pen = Pen::standing(place);
+        run.pen = WordsInForce::standing(place_mm);
         run.enter(After::Begun);
-        self.out.push(Action::Progress(done));
-        self.set(Phase::Running);
+        self.out.push(EngineAction::Progress { sections: done });
+        self.set(EnginePhase::Running);
     }
 
     /// Something is not as planned: at rest, and an end.
     pub(super) fn trouble(&mut self, why: Diagnostic) {
-        if self.phase == Phase::Stopping || self.run.is_none() {
+        if self.phase == EnginePhase::Stopping || self.run.is_none() {
             return;
         }
         self.found(why);
@@ -325,35 +326,35 @@ impl Controller {
         if let Some(run) = &mut self.run {
             run.idle = 0;
         }
-        self.set(Phase::Stopping);
+        self.set(EnginePhase::Stopping);
     }
 
     /// A report while it comes to rest. A reset in motion would lose the position, so it waits for the hold.
-    pub(super) fn stopping(&mut self, doing: Doing) {
+    pub(super) fn stopping(&mut self, doing: ReportedState) {
         if self.reset_at.is_some() {
             return;
         }
         let late = self.now_ms >= self.since_ms + REST_MS;
         match doing {
-            Doing::Hold { rests: true }
-            | Doing::Door { rests: true }
-            | Doing::Check
-            | Doing::Sleep
-            | Doing::Alarm => {
+            ReportedState::Hold { rests: true }
+            | ReportedState::Door { rests: true }
+            | ReportedState::Check
+            | ReportedState::Sleep
+            | ReportedState::Alarm => {
                 self.reset();
             }
             _ if late => {
                 self.trust = Trust::Lost;
                 self.reset();
             }
-            Doing::Idle => {
+            ReportedState::Idle => {
                 let idle = self.run.as_mut().map_or(IDLE_REPORTS, |run| {
                     run.idle += 1;
                     run.idle
                 });
                 if idle >= IDLE_REPORTS { self.reset() } else { self.write(signs::HOLD) }
             }
-            Doing::Run | Doing::Jog => self.write(signs::HOLD),
+            ReportedState::Run | ReportedState::Jog => self.write(signs::HOLD),
             _ => {}
         }
     }
@@ -366,21 +367,23 @@ impl Controller {
             .map(|meaning| if let Meaning::Job { wait_s, .. } = meaning { *wait_s } else { 0.0 })
             .sum();
         let late = self.now_ms as f64 > self.moved_ms as f64 + ANSWER_MS + waits_s * 1e3;
-        let rests = |status: &Status| matches!(status.doing, Doing::Idle | Doing::Alarm | Doing::Check);
+        let rests = |status: &ControllerStatus| {
+            matches!(status.doing, ReportedState::Idle | ReportedState::Alarm | ReportedState::Check)
+        };
         let still = self.status.as_ref().is_some_and(rests);
         if self.buffer.is_empty() || !late || !still || self.reset_at.is_some() {
             return;
         }
         match self.phase {
-            Phase::Running => self.trouble(Diagnostic::error("grbl.answer_missing")),
-            Phase::Stopping | Phase::Homing => {}
-            Phase::Greeting => self.reset(),
+            EnginePhase::Running => self.trouble(Diagnostic::error("grbl.answer_missing")),
+            EnginePhase::Stopping | EnginePhase::Homing => {}
+            EnginePhase::Greeting => self.reset(),
             _ => {
                 // At rest a reset leaves the position as it was.
                 self.found(Diagnostic::warning("grbl.answer_missing"));
                 let job = self.run.take().is_some();
                 if job {
-                    self.out.push(Action::Ended(Ending::Alarm));
+                    self.out.push(EngineAction::Ended(Ending::Alarm));
                 }
                 self.reset();
             }

@@ -10,26 +10,26 @@ pub type Values = BTreeMap<u16, f64>;
 
 /// One setting.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Row {
+pub struct SettingRow {
     /// Its number.
     pub number: u16,
     /// Its unit: `mm`, `mm/min`, `mm/s²`, `steps/mm`, `µs`, `ms`, `rpm`, `on/off`, `bits`, or nothing.
     pub unit: &'static str,
 }
 
-impl Row {
+impl SettingRow {
     /// Key of its name in the locale tables.
     pub fn key(self) -> String {
         format!("grbl.setting.{}", self.number)
     }
 }
 
-const fn row(number: u16, unit: &'static str) -> Row {
-    Row { number, unit }
+const fn row(number: u16, unit: &'static str) -> SettingRow {
+    SettingRow { number, unit }
 }
 
 /// Settings that the whole family knows, in order.
-pub const SETTINGS: &[Row] = &[
+pub const SETTINGS: &[SettingRow] = &[
     row(0, "µs"),
     row(1, "ms"),
     row(2, "bits"),
@@ -67,7 +67,7 @@ pub const SETTINGS: &[Row] = &[
 ];
 
 /// The row of a number, if the family shares it.
-pub fn of(number: u16) -> Option<Row> {
+pub fn of(number: u16) -> Option<SettingRow> {
     SETTINGS.iter().copied().find(|row| row.number == number)
 }
 

@@ -9,17 +9,17 @@
 //!
 //! Comes in: paths, settings. Goes out: seconds. mm and s. Does not know lines.
 
-use super::lines::Piece;
+use super::lines::LinePath;
 use super::settings::{self, Values};
 
 /// Blocks that an 8-bit controller looks ahead.
 pub const USUAL_BLOCKS: usize = 15;
 /// Feeds below this are raised to it, mm/s.
-const SLOWEST: f64 = 1.0 / 60.0;
+const SLOWEST_MM_PER_S: f64 = 1.0 / 60.0;
 
 /// What the planner goes by.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Limits {
+pub struct PlannerLimits {
     /// Fastest of each axis, mm/s.
     pub fastest_mm_per_s: [f64; 3],
     /// Acceleration of each axis, mm/s².
@@ -32,7 +32,7 @@ pub struct Limits {
     pub blocks: usize,
 }
 
-impl Limits {
+impl PlannerLimits {
     /// As the settings say; none where they do not say enough.
     pub fn of(values: &Values, blocks: usize) -> Option<Self> {
         Some(Self {
@@ -65,7 +65,7 @@ struct Block {
 /// A planner that is fed with paths and tells how long they take.
 #[derive(Clone, Debug)]
 pub struct Clockwork {
-    limits: Limits,
+    limits: PlannerLimits,
     /// Blocks not begun, oldest first.
     queue: std::collections::VecDeque<Block>,
     before: Option<([f64; 3], f64)>,
@@ -76,7 +76,7 @@ pub struct Clockwork {
 
 impl Clockwork {
     /// A planner at rest.
-    pub fn new(limits: Limits) -> Self {
+    pub fn new(limits: PlannerLimits) -> Self {
         Self { limits, queue: std::collections::VecDeque::new(), before: None, entry: 0.0, spent_s: 0.0 }
     }
 
@@ -95,7 +95,7 @@ impl Clockwork {
     }
 
     /// A path is queued.
-    pub fn go(&mut self, piece: &Piece) {
+    pub fn go(&mut self, piece: &LinePath) {
         let Some(bow) = piece.bow else {
             return self.line(piece.from_mm, piece.to_mm, piece.feed_mm_per_min);
         };
@@ -124,9 +124,9 @@ impl Clockwork {
             return;
         }
         let unit = way.map(|part| part / length);
-        let fastest = Limits::along(&self.limits.fastest_mm_per_s, &unit);
-        let nominal = feed.map_or(fastest, |feed| (feed / 60.0).min(fastest)).max(SLOWEST);
-        let acceleration = Limits::along(&self.limits.acceleration_mm_per_s2, &unit);
+        let fastest = PlannerLimits::along(&self.limits.fastest_mm_per_s, &unit);
+        let nominal = feed.map_or(fastest, |feed| (feed / 60.0).min(fastest)).max(SLOWEST_MM_PER_S);
+        let acceleration = PlannerLimits::along(&self.limits.acceleration_mm_per_s2, &unit);
         let junction = match self.before {
             None => 0.0,
             Some((before, speed)) => self.corner(&before, &unit).min(speed * speed).min(nominal * nominal),
@@ -149,7 +149,8 @@ impl Clockwork {
         }
         let turn: [f64; 3] = core::array::from_fn(|axis| unit[axis] - before[axis]);
         let length = libm::sqrt(turn.iter().map(|part| part * part).sum());
-        let along = Limits::along(&self.limits.acceleration_mm_per_s2, &turn.map(|part| part / length));
+        let along =
+            PlannerLimits::along(&self.limits.acceleration_mm_per_s2, &turn.map(|part| part / length));
         let sin = libm::sqrt(0.5 * (1.0 - cos));
         along * self.limits.junction_mm * sin / (1.0 - sin)
     }
@@ -176,8 +177,8 @@ impl Clockwork {
 mod tests {
     use super::*;
 
-    fn limits() -> Limits {
-        Limits {
+    fn limits() -> PlannerLimits {
+        PlannerLimits {
             fastest_mm_per_s: [50.0; 3],
             acceleration_mm_per_s2: [100.0; 3],
             junction_mm: 0.01,
@@ -186,8 +187,8 @@ mod tests {
         }
     }
 
-    fn straight(from: [f64; 3], to: [f64; 3], feed: Option<f64>) -> Piece {
-        Piece { from_mm: from, to_mm: to, bow: None, feed_mm_per_min: feed }
+    fn straight(from: [f64; 3], to: [f64; 3], feed: Option<f64>) -> LinePath {
+        LinePath { from_mm: from, to_mm: to, bow: None, feed_mm_per_min: feed }
     }
 
     #[test]
@@ -206,7 +207,7 @@ mod tests {
     #[test]
     fn a_line_cut_into_many_is_slower_only_by_its_look_ahead() {
         let run = |parts: u32, blocks: usize| {
-            let mut clock = Clockwork::new(Limits { blocks, ..limits() });
+            let mut clock = Clockwork::new(PlannerLimits { blocks, ..limits() });
             for part in 0..parts {
                 let at = |n: u32| [100.0 * f64::from(n) / f64::from(parts), 0.0, 0.0];
                 clock.go(&straight(at(part), at(part + 1), Some(1200.0)));

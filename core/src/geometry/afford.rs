@@ -242,13 +242,13 @@ fn lying(p: (f64, f64), q: (f64, f64), r: (f64, f64), s: (f64, f64)) -> Option<(
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Point, Segment, circle};
+    use super::super::{PathSegment, Point, circle};
     use super::*;
     use crate::units::Length;
 
     fn polygon(corners: &[(f64, f64)]) -> Path {
         let points: Vec<Point> = corners.iter().map(|&(x, y)| Point::from_mm(x, y)).collect();
-        let segments = points[1..].iter().chain([&points[0]]).map(|&to| Segment::Line { to }).collect();
+        let segments = points[1..].iter().chain([&points[0]]).map(|&to| PathSegment::Line { to }).collect();
         Path { start: points[0], segments }
     }
 

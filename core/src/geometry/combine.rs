@@ -23,7 +23,7 @@ use super::measure::path_area_mm2;
 use super::overlay::{Circle, Fill, Overlay, Pile, Shape, trace, trace_two};
 use super::rebuild;
 use super::simplify::simplify;
-use super::{Path, Region, Segment};
+use super::{Path, PathSegment, Region};
 use i_overlay::core::overlay_rule::OverlayRule;
 
 /// Pieces of united outlines shorter than this, in nm, are drawn together.
@@ -31,7 +31,7 @@ pub(super) const FRAGMENT_NM: f64 = 100.0;
 
 /// How two regions are combined.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Rule {
+pub enum CombineRule {
     /// In either.
     Union,
     /// In the first and not in the second.
@@ -64,7 +64,7 @@ pub struct Exposure {
 
 /// Whether a closed path turns left all the way and once round: then it crosses itself nowhere.
 fn is_convex(path: &Path) -> bool {
-    if path.segments.iter().any(|segment| matches!(segment, Segment::Arc { clockwise: true, .. })) {
+    if path.segments.iter().any(|segment| matches!(segment, PathSegment::Arc { clockwise: true, .. })) {
         return false;
     }
     let corners: Vec<_> = path.flattened(0.05).into_iter().map(super::overlay::spot).collect();
@@ -145,17 +145,17 @@ pub(super) fn together<'a>(outlines: impl IntoIterator<Item = &'a Path>) -> Regi
 }
 
 /// Two regions combined by `rule`.
-pub fn combine(first: &Region, second: &Region, rule: Rule) -> Region {
+pub fn combine(first: &Region, second: &Region, rule: CombineRule) -> Region {
     let mut overlay = Overlay::default();
     first.paths().for_each(|path| overlay.path(path));
     let subject = overlay.take();
     second.paths().for_each(|path| overlay.path(path));
     let [subject, clip] = simplify([&subject, &overlay.take()]);
     let rule = match rule {
-        Rule::Union => OverlayRule::Union,
-        Rule::Difference => OverlayRule::Difference,
-        Rule::Intersection => OverlayRule::Intersect,
-        Rule::Xor => OverlayRule::Xor,
+        CombineRule::Union => OverlayRule::Union,
+        CombineRule::Difference => OverlayRule::Difference,
+        CombineRule::Intersection => OverlayRule::Intersect,
+        CombineRule::Xor => OverlayRule::Xor,
     };
     rebuild::region(&trace_two(&subject, &clip, rule), &overlay.circles, FRAGMENT_NM)
 }

@@ -25,7 +25,7 @@ use crate::units::Length;
 /// Of each place so many pairs are tried, the narrowest first, until one is found with nothing between.
 const MOST_TRIES: usize = 8;
 /// Slopes smaller than this count as level.
-const LEVEL: f64 = 1e-3;
+const LEVEL_SLOPE: f64 = 1e-3;
 
 /// A narrow place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -105,7 +105,7 @@ impl Outlines {
         let (right_in, right_out) = (cross(in_by, to) < 0.0, cross(out_by, to) < 0.0);
         let convex = cross(in_by, out_by) > 0.0;
         let clear = if convex { right_in || right_out } else { right_in && right_out };
-        clear && (!narrowest || dot(to, out_by) <= LEVEL && dot(to, in_by) >= -LEVEL)
+        clear && (!narrowest || dot(to, out_by) <= LEVEL_SLOPE && dot(to, in_by) >= -LEVEL_SLOPE)
     }
 
     /// The pair of two edges, if they see each other within `width` nm.

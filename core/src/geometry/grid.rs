@@ -27,10 +27,10 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// Cells over `extent`, whose side is at most `side` nm and more than half of it.
-    pub(super) fn over(extent: Extent, side: f64, near: i64) -> Self {
+    /// Cells over `extent`, whose side is at most `side_nm` and more than half of it.
+    pub(super) fn over(extent: Extent, side_nm: f64, near: i64) -> Self {
         let [left, low, right, high] = extent.map(i64::from);
-        let power = (side.max(1.0) as u64).ilog2();
+        let power = (side_nm.max(1.0) as u64).ilog2();
         let cells = |length: i64| (length.max(0) >> power) + 1;
         Self { left, low, power, columns: cells(right - left), rows: cells(high - low), near }
     }

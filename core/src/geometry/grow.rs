@@ -23,7 +23,7 @@
 use super::combine::FRAGMENT_NM;
 use super::overlay::{Circle, Fill, Overlay, Spot, apart, spot};
 use super::rebuild;
-use super::{Path, Point, REACH, Region, Segment, chords};
+use super::{Path, PathSegment, Point, REACH, Region, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
 
@@ -38,7 +38,7 @@ const TRIMMED_OFF_NM: f64 = 20.0;
 /// Up to this distance, in nm, outer corners are pointed instead of round.
 const POINTED_NM: f64 = 100.0;
 /// Turning by more than this, in rad, is turning back.
-const TURNING_BACK: f64 = PI - 1e-3;
+const TURNING_BACK_RAD: f64 = PI - 1e-3;
 
 /// One piece of an outline and the far side of its strip.
 #[derive(Clone, Copy)]
@@ -101,11 +101,11 @@ fn arc_strip(from: Point, to: Point, centre: Point, clockwise: bool, by: f64) ->
 }
 
 fn strips(path: &Path, by: f64) -> Vec<Strip> {
-    let strip = |(from, segment): (Point, Segment)| match segment {
-        Segment::Line { to } => line_strip(spot(from), spot(to), by),
-        Segment::Arc { to, centre, clockwise } => arc_strip(from, to, centre, clockwise, by),
+    let strip = |(from, segment): (Point, PathSegment)| match segment {
+        PathSegment::Line { to } => line_strip(spot(from), spot(to), by),
+        PathSegment::Arc { to, centre, clockwise } => arc_strip(from, to, centre, clockwise, by),
     };
-    let closing = Segment::Line { to: path.start };
+    let closing = PathSegment::Line { to: path.start };
     path.pieces().chain([(path.end(), closing)]).filter_map(strip).collect()
 }
 
@@ -128,7 +128,7 @@ fn corner(first: &Strip, second: &Strip, by: f64) -> Corner {
     let turn = libm::atan2(one.0 * two.1 - one.1 * two.0, one.0 * two.0 + one.1 * two.1);
     let gap = apart(first.far[1], second.far[0]);
     let room = first.length.min(second.length) / 2.0;
-    if turn.abs() > TURNING_BACK {
+    if turn.abs() > TURNING_BACK_RAD {
         return Corner::Round(Circle { centre: at, radius_nm: by });
     }
     if gap <= TOUCH_NM && (turn >= 0.0 || gap <= room) {
@@ -251,8 +251,8 @@ mod tests {
     #[test]
     fn no_edge_of_a_grown_outline_turns_back_beside_a_flat_cap() {
         let at = |x: i64, y: i64| Point::new(Length::from_nm(x), Length::from_nm(y));
-        let line = |x: i64, y: i64| Segment::Line { to: at(x, y) };
-        let cap = Segment::Arc { to: at(18_096, 29_787), centre: at(-72_880, -14_500), clockwise: false };
+        let line = |x: i64, y: i64| PathSegment::Line { to: at(x, y) };
+        let cap = PathSegment::Arc { to: at(18_096, 29_787), centre: at(-72_880, -14_500), clockwise: false };
         let left = [line(-118_600, 361_229), line(-300_000, 361_229), line(-300_000, -128_599)];
         let segments = [line(51_409, -50_985), line(22_822, 18_329), cap].into_iter().chain(left);
         let outer = Path {

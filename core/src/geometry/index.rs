@@ -6,7 +6,7 @@
 use super::measure::{crossings, segment_bounds};
 use super::nearest::Piece;
 use super::overlay::{Spot, apart, spot};
-use super::{Bounds, Point, Region, Segment};
+use super::{Bounds, PathSegment, Point, Region};
 use crate::units::Length;
 use rstar::{AABB, PointDistance, RTree, RTreeObject};
 
@@ -39,7 +39,7 @@ pub(super) struct Entry {
     pub(super) number: usize,
     pub(super) edge: Edge,
     pub(super) from: Point,
-    pub(super) segment: Segment,
+    pub(super) segment: PathSegment,
     pub(super) piece: Piece,
     around: AABB<[f64; 2]>,
 }
@@ -128,7 +128,7 @@ impl Index {
     }
 
     /// The edges whose boxes meet `bounds`, in order, each with its start and itself.
-    pub fn edges_in(&self, bounds: Bounds) -> Vec<(Edge, Point, Segment)> {
+    pub fn edges_in(&self, bounds: Bounds) -> Vec<(Edge, Point, PathSegment)> {
         let mut found: Vec<_> = self
             .tree
             .locate_in_envelope_intersecting(&envelope(bounds))

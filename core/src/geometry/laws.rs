@@ -31,11 +31,12 @@ fn board(seed: u64, shapes: usize) -> Vec<Path> {
         match chance.below(6) {
             0 => paths.push(circle(at, size)),
             1 => paths.push(rectangle(Bounds::of(at).with(Point::new(at.x + size, at.y + size + size)))),
-            2 => paths.extend(stroke(&Path { start: at, segments: vec![Segment::Line { to: other }] }, size)),
+            2 => paths
+                .extend(stroke(&Path { start: at, segments: vec![PathSegment::Line { to: other }] }, size)),
             3 => {
                 let centre = Point::new(at.x + size, at.y);
                 let to = Point::new(at.x + size, at.y + size);
-                let bend = Segment::Arc { to, centre, clockwise: chance.below(2) == 0 };
+                let bend = PathSegment::Arc { to, centre, clockwise: chance.below(2) == 0 };
                 paths.extend(stroke(&Path { start: at, segments: vec![bend] }, Length::from_mm(0.25)));
             }
             4 => {
@@ -65,14 +66,14 @@ fn areas_add_up() {
         let (a, b) = (union(&board(seed, 20)), union(&board(seed + 1_000, 20)));
         let of = |rule| area_mm2(&combine(&a, &b, rule));
         let allowed = slack(&a) + slack(&b);
-        let (either, both) = (of(Rule::Union), of(Rule::Intersection));
+        let (either, both) = (of(CombineRule::Union), of(CombineRule::Intersection));
         close(either + both, area_mm2(&a) + area_mm2(&b), allowed, seed);
-        close(of(Rule::Difference), area_mm2(&a) - both, allowed, seed);
-        close(of(Rule::Xor), either - both, allowed, seed);
-        let again = combine(&a, &a, Rule::Union);
+        close(of(CombineRule::Difference), area_mm2(&a) - both, allowed, seed);
+        close(of(CombineRule::Xor), either - both, allowed, seed);
+        let again = combine(&a, &a, CombineRule::Union);
         close(area_mm2(&again), area_mm2(&a), slack(&a), seed);
         assert_eq!(again.islands.len(), a.islands.len(), "seed {seed}");
-        assert!(combine(&a, &a, Rule::Difference).is_empty(), "seed {seed}");
+        assert!(combine(&a, &a, CombineRule::Difference).is_empty(), "seed {seed}");
         let exposures =
             [false, true, false].map(|clear| Exposure { clear, outlines: b.paths().cloned().collect() });
         close(area_mm2(&paint(&exposures)), area_mm2(&b), slack(&b), seed);
@@ -171,7 +172,7 @@ fn chain(chance: &mut Chance, half_mm: f64) -> Vec<Path> {
             if chance.below(2) == 0 { chance.between(0.002, 0.03) } else { chance.between(0.03, 0.6) };
         let segment = if chance.below(5) < 2 {
             (x, y) = (x + length * libm::cos(heading), y + length * libm::sin(heading));
-            Segment::Line { to: Point::from_mm(x, y) }
+            PathSegment::Line { to: Point::from_mm(x, y) }
         } else {
             let radius = half_mm * chance.between(1.06, 5.0);
             let clockwise = chance.below(2) == 0;
@@ -180,7 +181,11 @@ fn chain(chance: &mut Chance, half_mm: f64) -> Vec<Path> {
             heading += (length / radius).min(2.5) * side.signum();
             (x, y) = (cx + side * libm::sin(heading), cy - side * libm::cos(heading));
             let off = chance.between(-1e-4, 1e-4);
-            Segment::Arc { to: Point::from_mm(x, y), centre: Point::from_mm(cx + off, cy - off), clockwise }
+            PathSegment::Arc {
+                to: Point::from_mm(x, y),
+                centre: Point::from_mm(cx + off, cy - off),
+                clockwise,
+            }
         };
         pieces.push(Path { start, segments: vec![segment] });
         let bend = [0.0, 0.06, 0.06, 1.0].get(chance.below(4)).copied().unwrap_or_default();
@@ -200,9 +205,9 @@ fn what_a_tool_sweeps_along_curves_that_graze_is_the_same_together_and_one_by_on
             pieces.iter().map(|piece| sweep(std::slice::from_ref(piece), width)).collect();
         let together = sweep(&pieces, width);
         let one_by_one =
-            alone.iter().fold(Region::default(), |grown, next| combine(&grown, next, Rule::Union));
+            alone.iter().fold(Region::default(), |grown, next| combine(&grown, next, CombineRule::Union));
         let allowed = slack(&together) + 1e-4;
-        close(area_mm2(&combine(&together, &one_by_one, Rule::Xor)), 0.0, allowed, seed);
+        close(area_mm2(&combine(&together, &one_by_one, CombineRule::Xor)), 0.0, allowed, seed);
         let length: f64 = pieces.iter().map(Path::length_mm).sum();
         let most = (length + width.mm() * std::f64::consts::FRAC_PI_4) * width.mm();
         let least = alone.iter().map(area_mm2).fold(0.0, f64::max);

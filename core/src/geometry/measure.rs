@@ -11,21 +11,21 @@
 //! cut into chords. A point on the edge may count either way. Knows no boards.
 
 use super::overlay::{Spot, apart, spot};
-use super::{Bounds, Island, Path, Point, Region, Segment, chords};
+use super::{Bounds, Island, Path, PathSegment, Point, Region, chords};
 use crate::units::Length;
 use std::f64::consts::TAU;
 
 /// The area that a closed path encloses, in mm²: positive where it is on the left.
 pub fn path_area_mm2(path: &Path) -> f64 {
     let origin = path.start;
-    let of_piece = |(from, segment): (Point, Segment)| {
+    let of_piece = |(from, segment): (Point, PathSegment)| {
         let to = segment.to();
         let (ax, ay) = ((from.x - origin.x).mm(), (from.y - origin.y).mm());
         let (bx, by) = ((to.x - origin.x).mm(), (to.y - origin.y).mm());
         let triangle = (ax * by - ay * bx) / 2.0;
         match segment {
-            Segment::Line { .. } => triangle,
-            Segment::Arc { centre, clockwise, .. } => {
+            PathSegment::Line { .. } => triangle,
+            PathSegment::Arc { centre, clockwise, .. } => {
                 let turn = chords::turn(from, to, centre, clockwise);
                 let squared = from.distance_mm(centre) * to.distance_mm(centre);
                 let round = squared / 2.0 * (turn - libm::sin(turn));
@@ -48,10 +48,10 @@ pub fn area_mm2(region: &Region) -> f64 {
 }
 
 /// The box around one piece of a path, arcs bulging included, to the nanometre.
-pub fn segment_bounds(from: Point, segment: Segment) -> Bounds {
+pub fn segment_bounds(from: Point, segment: PathSegment) -> Bounds {
     let to = segment.to();
     let ends = Bounds::of(from).with(to);
-    let Segment::Arc { centre, clockwise, .. } = segment else { return ends };
+    let PathSegment::Arc { centre, clockwise, .. } = segment else { return ends };
     let radius = Length::from_nm(libm::round(apart(spot(centre), spot(from))) as i64);
     let (first, last) = if clockwise { (to, from) } else { (from, to) };
     let turn = chords::turn(first, last, centre, false);
@@ -74,8 +74,8 @@ pub fn segment_bounds(from: Point, segment: Segment) -> Bounds {
 /// The box around a path, arcs bulging included, to the nanometre.
 pub fn path_bounds(path: &Path) -> Bounds {
     path.pieces().fold(Bounds::of(path.start), |bounds, (from, segment)| match segment {
-        Segment::Line { to } => bounds.with(to),
-        Segment::Arc { .. } => {
+        PathSegment::Line { to } => bounds.with(to),
+        PathSegment::Arc { .. } => {
             let of = segment_bounds(from, segment);
             bounds.with(of.min).with(of.max)
         }
@@ -83,9 +83,9 @@ pub fn path_bounds(path: &Path) -> Bounds {
 }
 
 /// How often the ray from `point` to the right crosses a piece, counted upwards less downwards.
-pub(super) fn crossings(point: Point, from: Point, segment: Segment) -> i32 {
+pub(super) fn crossings(point: Point, from: Point, segment: PathSegment) -> i32 {
     let (p, a, b) = (spot(point), spot(from), spot(segment.to()));
-    let Segment::Arc { centre, clockwise, .. } = segment else { return line_crossing(p, a, b) };
+    let PathSegment::Arc { centre, clockwise, .. } = segment else { return line_crossing(p, a, b) };
     let c = spot(centre);
     // A part of the arc that only rises or only falls, on the right half of the circle or on the left one.
     let part = |low: Spot, high: Spot, right: bool| {

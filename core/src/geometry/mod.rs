@@ -24,7 +24,7 @@ mod voronoi;
 
 pub use afford::Fuel;
 pub use combine::{
-    Enclosing, Exposure, Rule, combine, enclosed, even_odd, paint, paint_within, settled, union,
+    CombineRule, Enclosing, Exposure, combine, enclosed, even_odd, paint, paint_within, settled, union,
 };
 pub use gaps::{Gap, gaps};
 pub use grow::grow;
@@ -33,7 +33,7 @@ pub use measure::{
     area_mm2, contains, island_area_mm2, island_contains, path_area_mm2, path_bounds, segment_bounds, winding,
 };
 pub use placement::{Placement, QUARTER_MDEG};
-pub use shape::{Island, Path, Region, Segment};
+pub use shape::{Island, Path, PathSegment, Region};
 pub use strips::{Strip, strips};
 pub use stroke::{circle, rectangle, stroke, sweep};
 pub use voronoi::voronoi;

@@ -10,7 +10,7 @@
 //! Knows no regions.
 
 use super::overlay::{Spot, apart, spot};
-use super::{Point, Segment, chords};
+use super::{PathSegment, Point, chords};
 use std::f64::consts::TAU;
 
 /// An arc as its circle and the angles it covers.
@@ -32,10 +32,10 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    pub(super) fn of(from: Point, segment: Segment) -> Self {
+    pub(super) fn of(from: Point, segment: PathSegment) -> Self {
         let bow = match segment {
-            Segment::Line { .. } => None,
-            Segment::Arc { to, centre, clockwise } => {
+            PathSegment::Line { .. } => None,
+            PathSegment::Arc { to, centre, clockwise } => {
                 let (a, b, c) = (spot(from), spot(to), spot(centre));
                 let turn = chords::turn(from, to, centre, clockwise);
                 let (first, radius) = (if clockwise { b } else { a }, (apart(c, a) + apart(c, b)) / 2.0);

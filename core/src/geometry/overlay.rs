@@ -13,7 +13,7 @@
 //! the chords. Coordinates beyond [`super::REACH`] are moved to it, so nothing overflows. Knows no boards and no tools.
 
 use super::clusters::{self, Extent};
-use super::{Path, Point, REACH, Segment, chords};
+use super::{Path, PathSegment, Point, REACH, chords};
 use i_overlay::core::edge_data::{EdgeDataMerge, OverlayEdgeData};
 use i_overlay::core::edge_overlay::{EdgeOverlay, InputEdge};
 use i_overlay::core::fill_rule::FillRule;
@@ -252,11 +252,11 @@ impl Overlay {
     }
 
     /// Lays down one segment of a path.
-    pub(super) fn segment(&mut self, from: Point, segment: Segment) {
+    pub(super) fn segment(&mut self, from: Point, segment: PathSegment) {
         let start = spot(from);
         match segment {
-            Segment::Line { to } => self.line(start, spot(to)),
-            Segment::Arc { to, centre, clockwise } => {
+            PathSegment::Line { to } => self.line(start, spot(to)),
+            PathSegment::Arc { to, centre, clockwise } => {
                 let (end, middle) = (spot(to), spot(centre));
                 if (apart(middle, start) - apart(middle, end)).abs() > UNEVEN_NM {
                     let mut at = start;

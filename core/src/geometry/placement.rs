@@ -10,7 +10,7 @@
 //! to the nearest nanometre. Knows no boards.
 
 use super::overlay::spot;
-use super::{Island, Path, Point, Region, Segment};
+use super::{Island, Path, PathSegment, Point, Region};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -58,8 +58,8 @@ impl Placement {
     /// A path, placed, run through in the same order.
     pub fn path(&self, path: &Path) -> Path {
         let segments = path.segments.iter().map(|&segment| match segment {
-            Segment::Line { to } => Segment::Line { to: self.point(to) },
-            Segment::Arc { to, centre, clockwise } => Segment::Arc {
+            PathSegment::Line { to } => PathSegment::Line { to: self.point(to) },
+            PathSegment::Arc { to, centre, clockwise } => PathSegment::Arc {
                 to: self.point(to),
                 centre: self.point(centre),
                 clockwise: clockwise != self.mirror,

@@ -14,7 +14,7 @@
 
 use super::overlay::{CHORD_ERROR_NM, Circle, Fill, Found, Overlay, Shape, Spot, apart, trace};
 use super::simplify::simplify;
-use super::{Island, Path, Point, Region, Segment};
+use super::{Island, Path, PathSegment, Point, Region};
 use crate::units::Length;
 
 /// Corners this near to a straight line, in nm, lie on it.
@@ -143,9 +143,9 @@ fn crossing(a: Spot, b: Spot, c: Spot, d: Spot) -> Option<Spot> {
 }
 
 /// Whether a piece is so short that it is drawn together. An arc from nearly its end round to it is not.
-fn is_fragment(here: Node, next: Node, fragment: f64) -> bool {
+fn is_fragment(here: Node, next: Node, fragment_nm: f64) -> bool {
     let chord = sub(next.at, here.at);
-    dot(chord, chord) < fragment * fragment
+    dot(chord, chord) < fragment_nm * fragment_nm
         && match here.kind {
             Kind::Line => true,
             Kind::Arc { circle, clockwise } => {
@@ -155,17 +155,17 @@ fn is_fragment(here: Node, next: Node, fragment: f64) -> bool {
         }
 }
 
-/// Draws pieces shorter than `fragment` together to one corner; never two in a row, so that a fine curve keeps its form.
-fn drop_fragments(nodes: &[Node], fragment: f64) -> Vec<Node> {
+/// Draws pieces shorter than `fragment_nm` together to one corner; never two in a row, so that a fine curve keeps its form.
+fn drop_fragments(nodes: &[Node], fragment_nm: f64) -> Vec<Node> {
     let mut kept: Vec<Node> = Vec::with_capacity(nodes.len());
     let mut index = 0;
     while let Some(&here) = nodes.get(index) {
         let enough = kept.len() + nodes.len() - index > 3;
         match nodes.get(index + 1) {
-            Some(&next) if enough && is_fragment(here, next, fragment) => {
+            Some(&next) if enough && is_fragment(here, next, fragment_nm) => {
                 let last = kept.last().or(nodes.last()).copied().unwrap_or(here);
                 let far = nodes.get(index + 2).or(kept.first()).copied().unwrap_or(next);
-                kept.push(Node { at: drawn_together(last, here, next, far, fragment), kind: next.kind });
+                kept.push(Node { at: drawn_together(last, here, next, far, fragment_nm), kind: next.kind });
                 index += 2;
             }
             _ => {
@@ -178,11 +178,11 @@ fn drop_fragments(nodes: &[Node], fragment: f64) -> Vec<Node> {
 }
 
 /// The corner that replaces a fragment from `here` to `next`: where the lines about it cross, or its end on an arc.
-fn drawn_together(last: Node, here: Node, next: Node, far: Node, fragment: f64) -> Spot {
+fn drawn_together(last: Node, here: Node, next: Node, far: Node, fragment_nm: f64) -> Spot {
     let middle = ((here.at.0 + next.at.0) / 2.0, (here.at.1 + next.at.1) / 2.0);
     match (last.kind, next.kind) {
         (Kind::Line, Kind::Line) => crossing(last.at, here.at, next.at, far.at)
-            .filter(|&place| apart(place, middle) <= 2.0 * fragment)
+            .filter(|&place| apart(place, middle) <= 2.0 * fragment_nm)
             .unwrap_or(middle),
         (Kind::Line, Kind::Arc { .. }) => next.at,
         (Kind::Arc { .. }, _) => here.at,
@@ -413,7 +413,7 @@ fn point((x, y): Spot) -> Point {
 fn whole(circle: Circle, clockwise: bool) -> Path {
     let centre = point(circle.centre);
     let start = Point::new(centre.x - Length::from_nm(libm::round(circle.radius_nm) as i64), centre.y);
-    Path { start, segments: vec![Segment::Arc { to: start, centre, clockwise }] }
+    Path { start, segments: vec![PathSegment::Arc { to: start, centre, clockwise }] }
 }
 
 /// Whether a tiny arc, its ends rounded, would go round the other way: a whole circle instead of next to nothing.
@@ -435,33 +435,35 @@ fn path_of(nodes: &[Node]) -> Option<Path> {
     let ends = corners.iter().cycle().skip(first + 1);
     let starts = corners.iter().cycle().skip(first);
     let kinds = nodes.iter().cycle().skip(first).take(nodes.len());
-    let segments: Vec<Segment> = kinds
+    let segments: Vec<PathSegment> = kinds
         .zip(starts.zip(ends))
         .filter(|(node, (from, to))| from != to || matches!(node.kind, Kind::Arc { .. }) && nodes.len() == 1)
         .map(|(node, (&from, &to))| match node.kind {
-            Kind::Line => Segment::Line { to },
+            Kind::Line => PathSegment::Line { to },
             Kind::Arc { circle, clockwise }
                 if nodes.len() > 2 && is_reversed((from, to), circle, clockwise) =>
             {
-                Segment::Line { to }
+                PathSegment::Line { to }
             }
-            Kind::Arc { circle, clockwise } => Segment::Arc { to, centre: point(circle.centre), clockwise },
+            Kind::Arc { circle, clockwise } => {
+                PathSegment::Arc { to, centre: point(circle.centre), clockwise }
+            }
         })
         .collect();
-    let round = segments.iter().any(|segment| matches!(segment, Segment::Arc { .. }));
+    let round = segments.iter().any(|segment| matches!(segment, PathSegment::Arc { .. }));
     let enough = if round { 2 } else { 3 };
     (segments.len() >= enough)
         .then(|| Path { start: corners.get(first).copied().unwrap_or_default(), segments })
 }
 
 /// One contour as a path; none for dust.
-fn path(contour: &[Found], circles: &[Circle], fragment: f64) -> Option<Path> {
+fn path(contour: &[Found], circles: &[Circle], fragment_nm: f64) -> Option<Path> {
     if is_dust(contour) {
         return None;
     }
     let mut nodes = runs(contour, circles);
     for _ in 0..2 {
-        nodes = straighten(&join_arcs(&drop_spikes(&drop_fragments(&nodes, fragment))));
+        nodes = straighten(&join_arcs(&drop_spikes(&drop_fragments(&nodes, fragment_nm))));
         half_round(&mut nodes);
     }
     // What would be drawn together to nothing stays as it was found.
@@ -471,17 +473,17 @@ fn path(contour: &[Found], circles: &[Circle], fragment: f64) -> Option<Path> {
 }
 
 /// What is inside of the outlines on an overlay by `fill`; they are used up.
-pub(super) fn traced(overlay: &mut Overlay, fill: Fill, fragment: f64) -> Region {
+pub(super) fn traced(overlay: &mut Overlay, fill: Fill, fragment_nm: f64) -> Region {
     let [pile] = simplify([&overlay.take()]);
-    region(&trace(&pile, fill), &overlay.circles, fragment)
+    region(&trace(&pile, fill), &overlay.circles, fragment_nm)
 }
 
-/// The region of shapes. Pieces shorter than `fragment` nm are drawn together.
-pub(super) fn region(shapes: &[Shape], circles: &[Circle], fragment: f64) -> Region {
+/// The region of shapes. Pieces shorter than `fragment_nm` are drawn together.
+pub(super) fn region(shapes: &[Shape], circles: &[Circle], fragment_nm: f64) -> Region {
     let island = |shape: &Shape| {
         let (outer, holes) = shape.split_first()?;
-        let outer = path(outer, circles, fragment)?;
-        let mut holes: Vec<Path> = holes.iter().filter_map(|hole| path(hole, circles, fragment)).collect();
+        let outer = path(outer, circles, fragment_nm)?;
+        let mut holes: Vec<Path> = holes.iter().filter_map(|hole| path(hole, circles, fragment_nm)).collect();
         holes.sort();
         Some(Island { outer, holes })
     };

@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 
 /// One piece of a path.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub enum Segment {
+pub enum PathSegment {
     /// Straight to a point.
     Line {
         /// Where it ends.
@@ -36,7 +36,7 @@ pub enum Segment {
     },
 }
 
-impl Segment {
+impl PathSegment {
     /// Where it ends.
     pub const fn to(self) -> Point {
         match self {
@@ -51,14 +51,14 @@ pub struct Path {
     /// Where it starts.
     pub start: Point,
     /// Its pieces, in order.
-    pub segments: Vec<Segment>,
+    pub segments: Vec<PathSegment>,
 }
 
 impl Path {
     /// The path along straight lines through `points`; none for no points.
     pub fn through(points: &[Point]) -> Option<Self> {
         let (&start, rest) = points.split_first()?;
-        Some(Self { start, segments: rest.iter().map(|&to| Segment::Line { to }).collect() })
+        Some(Self { start, segments: rest.iter().map(|&to| PathSegment::Line { to }).collect() })
     }
 
     /// Where it ends.
@@ -77,20 +77,20 @@ impl Path {
     }
 
     /// Its segments, each with the place where it starts.
-    pub fn pieces(&self) -> impl Iterator<Item = (Point, Segment)> {
+    pub fn pieces(&self) -> impl Iterator<Item = (Point, PathSegment)> {
         self.corners().zip(self.segments.iter().copied())
     }
 
     /// The same way back.
     #[must_use]
     pub fn reversed(&self) -> Self {
-        let back = |(from, segment): (Point, Segment)| match segment {
-            Segment::Line { .. } => Segment::Line { to: from },
-            Segment::Arc { centre, clockwise, .. } => {
-                Segment::Arc { to: from, centre, clockwise: !clockwise }
+        let back = |(from, segment): (Point, PathSegment)| match segment {
+            PathSegment::Line { .. } => PathSegment::Line { to: from },
+            PathSegment::Arc { centre, clockwise, .. } => {
+                PathSegment::Arc { to: from, centre, clockwise: !clockwise }
             }
         };
-        let mut segments: Vec<Segment> = self.pieces().map(back).collect();
+        let mut segments: Vec<PathSegment> = self.pieces().map(back).collect();
         segments.reverse();
         Self { start: self.end(), segments }
     }
@@ -114,8 +114,8 @@ impl Path {
         let mut points = vec![self.start];
         for (from, segment) in self.pieces() {
             match segment {
-                Segment::Line { to } => points.push(to),
-                Segment::Arc { to, centre, clockwise } => {
+                PathSegment::Line { to } => points.push(to),
+                PathSegment::Arc { to, centre, clockwise } => {
                     points.extend(chords::arc(from, to, centre, clockwise, error_mm));
                 }
             }
@@ -125,9 +125,9 @@ impl Path {
 
     /// Length along it in mm.
     pub fn length_mm(&self) -> f64 {
-        let length = |(from, segment): (Point, Segment)| match segment {
-            Segment::Line { to } => from.distance_mm(to),
-            Segment::Arc { to, centre, clockwise } => {
+        let length = |(from, segment): (Point, PathSegment)| match segment {
+            PathSegment::Line { to } => from.distance_mm(to),
+            PathSegment::Arc { to, centre, clockwise } => {
                 from.distance_mm(centre) * chords::turn(from, to, centre, clockwise)
             }
         };
@@ -184,12 +184,12 @@ mod tests {
     #[test]
     fn a_path_knows_its_length_and_its_way_back() {
         let (a, b, centre) = (Point::from_mm(0.0, 0.0), Point::from_mm(2.0, 0.0), Point::from_mm(1.0, 0.0));
-        let arc = Segment::Arc { to: a, centre, clockwise: false };
-        let path = Path { start: a, segments: vec![Segment::Line { to: b }, arc] };
+        let arc = PathSegment::Arc { to: a, centre, clockwise: false };
+        let path = Path { start: a, segments: vec![PathSegment::Line { to: b }, arc] };
         assert!(path.is_closed());
         assert!((path.length_mm() - 2.0 - PI).abs() < 1e-12);
         let back = path.reversed();
-        assert_eq!(back.segments[0], Segment::Arc { to: b, centre, clockwise: true });
+        assert_eq!(back.segments[0], PathSegment::Arc { to: b, centre, clockwise: true });
         assert!((back.length_mm() - path.length_mm()).abs() < 1e-12);
         assert_eq!(back.reversed(), path);
         let top = path.flattened(1e-4).iter().map(|point| point.y).max().unwrap();

@@ -20,11 +20,11 @@ use crate::units::Length;
 use std::collections::BTreeMap;
 
 /// The cosine up to which a way across is across.
-const ACROSS: f64 = 0.6;
+const ACROSS_COSINE: f64 = 0.6;
 /// Edges that follow each other with less of a turn than this cosine do not face each other.
-const ONWARD: f64 = -0.3;
+const ONWARD_COSINE: f64 = -0.3;
 /// Lines that face each other head against each other at least by this cosine.
-const AGAINST: f64 = -0.5;
+const AGAINST_COSINE: f64 = -0.5;
 /// So many places behind the foremost one of a strip, its own places count as told.
 const TRAIL: usize = 3;
 /// More places than this are not looked at on one edge.
@@ -82,13 +82,13 @@ impl Side<'_> {
             return false;
         }
         let [before, after] = self.around;
-        if other.number == after && dot(one.heading(true), two.heading(false)) > ONWARD
-            || other.number == before && dot(two.heading(true), one.heading(false)) > ONWARD
+        if other.number == after && dot(one.heading(true), two.heading(false)) > ONWARD_COSINE
+            || other.number == before && dot(two.heading(true), one.heading(false)) > ONWARD_COSINE
         {
             return false;
         }
         let lines = one.bow.is_none() && two.bow.is_none();
-        if lines && dot(one.heading(false), two.heading(false)) > AGAINST {
+        if lines && dot(one.heading(false), two.heading(false)) > AGAINST_COSINE {
             return false;
         }
         let (p, q) = nearest_pair(one, two);
@@ -111,7 +111,7 @@ fn facing<'a>(place: Spot, out: Spot, others: &[&'a Entry]) -> Option<(Spot, f64
         }
         let way = ((at.0 - place.0) / distance, (at.1 - place.1) / distance);
         let theirs = right_of(other.piece.heading_at(at));
-        if dot(way, out) > ACROSS && -dot(way, theirs) > ACROSS {
+        if dot(way, out) > ACROSS_COSINE && -dot(way, theirs) > ACROSS_COSINE {
             best = Some((at, distance, other));
         }
     }

@@ -11,7 +11,7 @@
 
 use super::combine::together;
 use super::overlay::{Spot, apart, spot};
-use super::{Path, Point, Region, Segment, chords};
+use super::{Path, PathSegment, Point, Region, chords};
 use crate::units::Length;
 use std::f64::consts::PI;
 
@@ -19,14 +19,14 @@ use std::f64::consts::PI;
 /// `diameter` is not above zero.
 pub fn circle(centre: Point, diameter: Length) -> Path {
     let start = Point::new(centre.x - Length::from_nm(diameter.nm().max(0) / 2), centre.y);
-    Path { start, segments: vec![Segment::Arc { to: start, centre, clockwise: false }] }
+    Path { start, segments: vec![PathSegment::Arc { to: start, centre, clockwise: false }] }
 }
 
 /// The outline of a box, counter-clockwise from its lower left corner.
 pub fn rectangle(bounds: super::Bounds) -> Path {
     let (low, high) = (bounds.min, bounds.max);
     let corners = [Point::new(high.x, low.y), high, Point::new(low.x, high.y), low];
-    Path { start: low, segments: corners.map(|to| Segment::Line { to }).to_vec() }
+    Path { start: low, segments: corners.map(|to| PathSegment::Line { to }).to_vec() }
 }
 
 fn at((x, y): Spot) -> Point {
@@ -39,12 +39,12 @@ fn about_line(from: Point, to: Point, half: f64) -> Path {
     let length = apart(a, b);
     let right = ((b.1 - a.1) / length * half, -(b.0 - a.0) / length * half);
     let shifted = |(x, y): Spot, sign: f64| at((x + sign * right.0, y + sign * right.1));
-    let end = |to: Point, centre: Point| Segment::Arc { to, centre, clockwise: false };
+    let end = |to: Point, centre: Point| PathSegment::Arc { to, centre, clockwise: false };
     let start = shifted(a, 1.0);
     let segments = vec![
-        Segment::Line { to: shifted(b, 1.0) },
+        PathSegment::Line { to: shifted(b, 1.0) },
         end(shifted(b, -1.0), to),
-        Segment::Line { to: shifted(a, -1.0) },
+        PathSegment::Line { to: shifted(a, -1.0) },
         end(start, from),
     ];
     Path { start, segments }
@@ -58,7 +58,7 @@ fn about_arc(from: Point, to: Point, centre: Point, half: f64, outlines: &mut Ve
         let share = (radius + by) / radius;
         at((c.0 + (end.0 - c.0) * share, c.1 + (end.1 - c.1) * share))
     };
-    let bend = |to: Point, centre: Point, clockwise: bool| Segment::Arc { to, centre, clockwise };
+    let bend = |to: Point, centre: Point, clockwise: bool| PathSegment::Arc { to, centre, clockwise };
     let (outer_from, outer_to) = (scaled(a, half), scaled(b, half));
     if apart(a, c).min(apart(b, c)) > half + 1.0 {
         let (inner_from, inner_to) = (scaled(a, -half), scaled(b, -half));
@@ -71,8 +71,11 @@ fn about_arc(from: Point, to: Point, centre: Point, half: f64, outlines: &mut Ve
         outlines.push(Path { start: outer_from, segments });
         return;
     }
-    let sector =
-        vec![bend(outer_to, centre, false), Segment::Line { to: centre }, Segment::Line { to: outer_from }];
+    let sector = vec![
+        bend(outer_to, centre, false),
+        PathSegment::Line { to: centre },
+        PathSegment::Line { to: outer_from },
+    ];
     outlines.push(Path { start: outer_from, segments: sector });
     let diameter = Length::from_nm(libm::round(2.0 * half) as i64);
     outlines.extend([circle(from, diameter), circle(to, diameter)]);
@@ -96,10 +99,10 @@ pub fn stroke(path: &Path, width: Length) -> Vec<Path> {
     let half = width.nm() as f64 / 2.0;
     for (from, segment) in path.pieces() {
         match segment {
-            Segment::Line { to } if to == from => {}
-            Segment::Line { to } => outlines.push(about_line(from, to, half)),
-            Segment::Arc { centre, .. } if centre == from => {}
-            Segment::Arc { to, centre, clockwise } => {
+            PathSegment::Line { to } if to == from => {}
+            PathSegment::Line { to } => outlines.push(about_line(from, to, half)),
+            PathSegment::Arc { centre, .. } if centre == from => {}
+            PathSegment::Arc { to, centre, clockwise } => {
                 let (first, last) = if clockwise { (to, from) } else { (from, to) };
                 let turn = chords::turn(first, last, centre, false);
                 if turn > PI * 0.999 {

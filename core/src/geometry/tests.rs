@@ -36,7 +36,7 @@ fn equal_circles_and_halves_of_one_are_one() {
     let centre = at(0.0, 0.0);
     let bow = |from: Point, to: Point| Path {
         start: from,
-        segments: vec![Segment::Arc { to, centre, clockwise: false }, Segment::Line { to: from }],
+        segments: vec![PathSegment::Arc { to, centre, clockwise: false }, PathSegment::Line { to: from }],
     };
     let (left, right) = (at(-1.0, 0.0), at(1.0, 0.0));
     for paths in [
@@ -56,7 +56,7 @@ fn a_lens_has_two_exact_corners() {
     let pair = [circle(at(0.0, 0.0), mm(2.0)), circle(at(1.0, 0.0), mm(2.0))];
     let first = union(&pair[..1]);
     let second = union(&pair[1..]);
-    let lens = combine(&first, &second, Rule::Intersection);
+    let lens = combine(&first, &second, CombineRule::Intersection);
     let outer = &lens.islands[0].outer;
     assert_eq!(outer.segments.len(), 2);
     let corners: Vec<Point> = outer.corners().collect();
@@ -66,8 +66,8 @@ fn a_lens_has_two_exact_corners() {
     close(area_mm2(&lens), 2.0 * PI / 3.0 - height, 8e-6);
     let sum = area_mm2(&union(&pair)) + area_mm2(&lens);
     close(sum, 2.0 * PI, 8e-6);
-    close(area_mm2(&combine(&first, &second, Rule::Difference)), PI - area_mm2(&lens), 8e-6);
-    close(area_mm2(&combine(&first, &second, Rule::Xor)), 2.0 * (PI - area_mm2(&lens)), 1.6e-5);
+    close(area_mm2(&combine(&first, &second, CombineRule::Difference)), PI - area_mm2(&lens), 8e-6);
+    close(area_mm2(&combine(&first, &second, CombineRule::Xor)), 2.0 * (PI - area_mm2(&lens)), 1.6e-5);
 }
 
 #[test]
@@ -76,10 +76,10 @@ fn a_circle_that_touches_an_edge_from_inside_is_not_lost() {
     let (plate, hole) = (union(&[plate]), union(&[circle(at(5.5, 7.0), mm(1.0))]));
     let disc = PI / 4.0;
     let rows = [
-        (Rule::Difference, 3.125 - disc),
-        (Rule::Xor, 3.125 - disc),
-        (Rule::Union, 3.125),
-        (Rule::Intersection, disc),
+        (CombineRule::Difference, 3.125 - disc),
+        (CombineRule::Xor, 3.125 - disc),
+        (CombineRule::Union, 3.125),
+        (CombineRule::Intersection, disc),
     ];
     for (rule, area) in rows {
         close(area_mm2(&combine(&plate, &hole, rule)), area, 1e-5);
@@ -103,7 +103,7 @@ fn strokes_have_the_area_they_sweep() {
 
     let round = Path {
         start: at(1.0, 0.0),
-        segments: vec![Segment::Arc { to: at(1.0, 0.0), centre: at(0.0, 0.0), clockwise: true }],
+        segments: vec![PathSegment::Arc { to: at(1.0, 0.0), centre: at(0.0, 0.0), clockwise: true }],
     };
     let ring = sweep(std::slice::from_ref(&round), mm(0.5));
     close(area_mm2(&ring), PI * (1.25 * 1.25 - 0.75 * 0.75), 1e-6);
@@ -151,7 +151,7 @@ fn coats_are_painted_in_order() {
     // One by one gives the same as in halves.
     let mut slow = Region::default();
     for exposure in &exposures {
-        let rule = if exposure.clear { Rule::Difference } else { Rule::Union };
+        let rule = if exposure.clear { CombineRule::Difference } else { CombineRule::Union };
         slow = combine(&slow, &union(&exposure.outlines), rule);
     }
     assert_eq!(region, slow);
@@ -162,8 +162,8 @@ fn boxes_hold_what_bulges() {
     let path = Path {
         start: at(0.0, 0.0),
         segments: vec![
-            Segment::Arc { to: at(2.0, 0.0), centre: at(1.0, 0.0), clockwise: true },
-            Segment::Line { to: at(0.0, 0.0) },
+            PathSegment::Arc { to: at(2.0, 0.0), centre: at(1.0, 0.0), clockwise: true },
+            PathSegment::Line { to: at(0.0, 0.0) },
         ],
     };
     assert_eq!(path_bounds(&path), Bounds { min: at(0.0, 0.0), max: at(2.0, 1.0) });
@@ -204,7 +204,7 @@ fn grown_shapes_keep_true_arcs() {
     assert_eq!(outer.segments.len(), 8, "{outer:?}");
     close(area_mm2(&grown), 4.0 + 4.0 * 2.0 * 0.5 + PI * 0.25, 1e-5);
     for (_, segment) in outer.pieces() {
-        if let Segment::Arc { centre, clockwise, .. } = segment {
+        if let PathSegment::Arc { centre, clockwise, .. } = segment {
             assert!(!clockwise && [at(0.0, 0.0), at(2.0, 0.0), at(0.0, 2.0), at(2.0, 2.0)].contains(&centre));
         }
     }
@@ -239,8 +239,11 @@ fn clefts_of_rounding_do_not_become_gouges() {
         rectangle(Bounds { min: at(5.0, 2.0), max: Point::new(mm(5.0) + Length::from_nm(1), mm(4.0)) });
     let plates = union(&[low, high]);
     assert_eq!(plates.islands.len(), 2);
-    let cut =
-        combine(&plates, &Region { islands: vec![Island { outer: notch, holes: vec![] }] }, Rule::Difference);
+    let cut = combine(
+        &plates,
+        &Region { islands: vec![Island { outer: notch, holes: vec![] }] },
+        CombineRule::Difference,
+    );
     let shrunk = grow(&cut, -mm(0.06));
     assert_eq!(shrunk.islands.len(), 1);
     close(area_mm2(&shrunk), 9.88 * 3.88, 1e-4);
@@ -339,7 +342,7 @@ fn strips_run_midway_between_edges_that_face_each_other() {
     let hole = circle(Point::from_mm(20.0, 0.0), mm(4.6));
     let plate = even_odd(&[boxed(10.0, -5.0, 30.0, 5.0), hole, circle(Point::from_mm(20.0, 0.0), mm(4.0))]);
     let pads = union(&[boxed(0.0, 0.0, 4.0, 1.0), boxed(0.0, 1.3, 4.0, 2.0)]);
-    let region = combine(&plate, &pads, Rule::Union);
+    let region = combine(&plate, &pads, CombineRule::Union);
     let found = strips(&region, mm(0.25), mm(0.35));
     let length = |strip: &Strip| {
         strip.middle.iter().zip(strip.middle.iter().skip(1)).map(|(a, b)| a.0.distance_mm(b.0)).sum::<f64>()
@@ -368,8 +371,9 @@ fn nothing_has_no_area_and_no_sign() {
 #[track_caller]
 fn shares_out(one: &Region, two: &Region) {
     let of = |rule| area_mm2(&combine(one, two, rule));
-    let (either, both) = (of(Rule::Union), of(Rule::Intersection));
-    let sums = [either + both - area_mm2(one) - area_mm2(two), of(Rule::Difference) + both - area_mm2(one)];
+    let (either, both) = (of(CombineRule::Union), of(CombineRule::Intersection));
+    let sums =
+        [either + both - area_mm2(one) - area_mm2(two), of(CombineRule::Difference) + both - area_mm2(one)];
     assert!(sums.iter().all(|off| off.abs() < 1e-5), "{sums:?}");
 }
 

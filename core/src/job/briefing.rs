@@ -27,7 +27,7 @@ pub struct Briefing {
     /// Thickness of the board.
     pub thickness: Option<Length>,
     /// Pins that hold the board when it is turned over.
-    pub pins: Option<Pins>,
+    pub pins: Option<AlignmentPins>,
     /// How many tabs hold the board while it is cut out; none where nothing is.
     pub tabs: Option<u32>,
     /// How it is turned over between its sides: a word of `run_sheet.flip`.
@@ -60,7 +60,7 @@ pub struct ToolBriefing {
 
 /// Pins that hold the board when it is turned over.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Pins {
+pub struct AlignmentPins {
     /// Their diameter.
     pub diameter: Length,
     /// How far they go below the board into the bed.

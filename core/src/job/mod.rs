@@ -19,7 +19,7 @@ mod milled;
 mod tool;
 
 pub use asked::{Asked, AskedEdge};
-pub use briefing::{Briefing, Pins, SideBriefing, ToolBriefing, touched};
+pub use briefing::{AlignmentPins, Briefing, SideBriefing, ToolBriefing, touched};
 pub use cleared::{Cleared, Promised};
 pub use milled::{milled_mm, travel_mm};
 
@@ -256,14 +256,20 @@ pub enum Stage {
 
 /// What is switched before a piece of motion.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Effect {
+pub enum Switching {
     /// Nothing.
     #[default]
     None,
     /// Spindle speed in rpm; 0 is off.
-    Spindle(u32),
+    Spindle {
+        /// Its speed; 0 is off.
+        rpm: u32,
+    },
     /// Stop and ask for this bit (index into the program's bits).
-    AwaitBit(u32),
+    AwaitBit {
+        /// Index into the program's bits.
+        bit: u32,
+    },
 }
 
 /// The inputs of a machine.

@@ -9,7 +9,7 @@
 //! Comes in: numbers of inputs. Goes out: the wiring as data, its rows of the settings table, and every reason why it cannot be.
 //! Does not know pins: which pin is which input the adapter says itself.
 
-use super::settings::{Kind, Setting, Value};
+use super::settings::{Setting, Value, ValueKind};
 use super::{Machine, Output, StrokeEnd, UNWIRED};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
@@ -31,7 +31,7 @@ const LONGEST_SETUP_US: u32 = 6_500;
 
 /// How signals are wired to an adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Adapter {
+pub struct AdapterWiring {
     /// The serial port that it is; empty where it is found by its USB number.
     pub port: String,
     /// The input of each of [`Input::ALL`], in its order; [`UNWIRED`] where there is none.
@@ -46,7 +46,7 @@ pub struct Adapter {
     pub output_name: String,
 }
 
-impl Default for Adapter {
+impl Default for AdapterWiring {
     fn default() -> Self {
         Self {
             port: String::new(),
@@ -59,7 +59,7 @@ impl Default for Adapter {
     }
 }
 
-impl Adapter {
+impl AdapterWiring {
     /// The number of the input that `input` is wired to.
     pub fn sensor(&self, input: Input) -> Option<u8> {
         self.sensors.get(input as usize).and_then(|number| u8::try_from(*number).ok())
@@ -91,7 +91,7 @@ macro_rules! row {
 }
 macro_rules! text {
     ($key:literal, $longest:literal, $field:ident) => {
-        row!($key, Kind::Text($longest), |m| Value::Text(m.adapter.$field.clone()), |m, v| {
+        row!($key, ValueKind::Text($longest), |m| Value::Text(m.adapter.$field.clone()), |m, v| {
             if let Value::Text(text) = v {
                 m.adapter.$field.clone_from(text);
             }
@@ -102,7 +102,7 @@ macro_rules! list {
     ($key:literal, $low:literal, $high:literal, $field:ident) => {
         row!(
             $key,
-            Kind::Wholes($low, $high),
+            ValueKind::Wholes($low, $high),
             |m| Value::Numbers(m.adapter.$field.iter().map(|number| f64::from(*number)).collect()),
             |m, v| if let Value::Numbers(numbers) = v {
                 m.adapter.$field = numbers.iter().map(|number| *number as i8).collect();
@@ -241,10 +241,10 @@ mod tests {
 
     #[test]
     fn inputs_go_by_the_map_in_both_directions() {
-        let adapter = Adapter {
+        let adapter = AdapterWiring {
             sensors: vec![7, -1, 2, -1, 0, 1, -1],
             sensors_low: vec![1, 1, 0, 0, 0, 1, 0],
-            ..Adapter::default()
+            ..AdapterWiring::default()
         };
         assert_eq!(adapter.inputs(0b1000_0001), Input::XMin.bit() | Input::ZTop.bit());
         assert_eq!(adapter.wired(Input::XMin.bit() | Input::XMax.bit() | Input::YMin.bit()), 0b1000_0100);

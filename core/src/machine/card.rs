@@ -11,7 +11,7 @@
 //! Goes out: the card as data, the section "card" of the settings table, and every reason why it cannot be. Does not know
 //! registers: what a byte is at is the business of whoever drives the card.
 
-use super::settings::{Kind, Setting, Value};
+use super::settings::{Setting, Value, ValueKind};
 use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
 use super::{Machine, Output, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
@@ -51,7 +51,7 @@ macro_rules! count {
         Setting {
             key: $key,
             unit: "",
-            kind: Kind::Whole(0.0, 255.0),
+            kind: ValueKind::Whole(0.0, 255.0),
             shapes_stream: false,
             get: |m| Value::Number(f64::from(m.card.$field)),
             set: |m, v| m.card.$field = whole(v) as u32,

@@ -18,12 +18,12 @@ mod takts;
 mod validate;
 mod wiring;
 
-pub use adapter::Adapter;
+pub use adapter::AdapterWiring;
 pub use card::Card;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use parallel::Parallel;
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
-pub use settings::{Kind, Setting, Value, apply, is_in_file_only, read, setting, settings};
+pub use settings::{Setting, Value, ValueKind, apply, is_in_file_only, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
 pub use takts::warnings;
 pub use validate::validate;
@@ -55,7 +55,7 @@ pub struct Machine {
     /// The parallel port.
     pub parallel: Parallel,
     /// How a USB step adapter is wired.
-    pub adapter: Adapter,
+    pub adapter: AdapterWiring,
     /// Left and right.
     pub x: Axis,
     /// Away and back.

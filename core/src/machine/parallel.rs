@@ -7,7 +7,7 @@
 //! Goes out: the port as data, the section "parallel" of the settings table, and every reason why it cannot be. Does not know pins
 //! and registers: which bit is which pin is the business of whoever drives the port.
 
-use super::settings::{Kind, Setting, Value};
+use super::settings::{Setting, Value, ValueKind};
 use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
 use super::{Machine, Output, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
@@ -43,7 +43,7 @@ impl Default for Parallel {
 const ADDRESS: Setting = Setting {
     key: "parallel.address",
     unit: "",
-    kind: Kind::Whole(0.0, 65_535.0),
+    kind: ValueKind::Whole(0.0, 65_535.0),
     shapes_stream: false,
     get: |m| Value::Number(f64::from(m.parallel.address)),
     set: |m, v| m.parallel.address = whole(v) as u32,

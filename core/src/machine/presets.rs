@@ -4,8 +4,8 @@
 //! Goes out: complete, valid [`Machine`]s. Knows no files.
 
 use super::{
-    Adapter, Axis, Card, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output, Overlap,
-    Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
+    AdapterWiring, Axis, Card, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output,
+    Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
 
@@ -52,7 +52,7 @@ pub fn virtual_drill() -> Machine {
         card_address: 0x2A0,
         card: Card::default(),
         parallel: Parallel::default(),
-        adapter: Adapter::default(),
+        adapter: AdapterWiring::default(),
         x: axis(300.0),
         y: axis(200.0),
         z: Axis {
@@ -131,7 +131,7 @@ pub fn lab() -> Machine {
         card_address: 0x2A0,
         card: Card::default(),
         parallel: Parallel::default(),
-        adapter: Adapter::default(),
+        adapter: AdapterWiring::default(),
         x: axis(-10.0, 2588.0),
         y: axis(-1.0, 2588.0),
         z: Axis {

@@ -38,7 +38,7 @@ impl fmt::Display for Value {
 
 /// What a value may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum ValueKind {
     /// Text of at most so many characters.
     Text(usize),
     /// A number from … to ….
@@ -70,7 +70,7 @@ pub struct Setting {
     /// Unit of the numbers, empty for words.
     pub unit: &'static str,
     /// What is allowed.
-    pub kind: Kind,
+    pub kind: ValueKind,
     /// Whether the step stream depends on it, so that it belongs into the fingerprint.
     pub shapes_stream: bool,
     pub(super) get: fn(&Machine) -> Value,
@@ -94,7 +94,7 @@ impl Setting {
     }
 }
 
-impl Kind {
+impl ValueKind {
     /// Why `value` cannot be the value of `key`, which is in `unit`, if it cannot.
     pub fn refusal(self, key: &str, unit: &str, value: &Value) -> Option<Diagnostic> {
         let diagnostic = |what: &str| {
@@ -106,46 +106,48 @@ impl Kind {
         let inside = |number: f64, low: f64, high: f64| number.is_finite() && (low..=high).contains(&number);
         let range = |low: f64, high: f64| diagnostic("range").map(|r| r.with("low", low).with("high", high));
         match (self, value) {
-            (Kind::Text(longest), Value::Text(text)) => {
+            (ValueKind::Text(longest), Value::Text(text)) => {
                 if text.chars().count() > longest || text.chars().any(char::is_control) {
                     return diagnostic("text").map(|r| r.with("longest", longest));
                 }
                 None
             }
-            (Kind::Number(low, high), Value::Number(number)) => {
+            (ValueKind::Number(low, high), Value::Number(number)) => {
                 if inside(*number, low, high) {
                     None
                 } else {
                     range(low, high)
                 }
             }
-            (Kind::Whole(low, high), Value::Number(number)) => {
+            (ValueKind::Whole(low, high), Value::Number(number)) => {
                 if inside(*number, low, high) && libm::trunc(*number) == *number {
                     None
                 } else {
                     range(low, high)
                 }
             }
-            (Kind::Choice(words), Value::Text(text)) => {
+            (ValueKind::Choice(words), Value::Text(text)) => {
                 if words.contains(&text.as_str()) {
                     return None;
                 }
                 diagnostic("choice").map(|r| r.with("words", words.join(", ")))
             }
-            (Kind::Numbers(low, high), Value::Numbers(numbers)) => {
+            (ValueKind::Numbers(low, high), Value::Numbers(numbers)) => {
                 if numbers.len() <= 64 && numbers.iter().all(|n| inside(*n, low, high)) {
                     return None;
                 }
                 range(low, high)
             }
-            (Kind::Wholes(low, high), Value::Numbers(numbers)) => {
+            (ValueKind::Wholes(low, high), Value::Numbers(numbers)) => {
                 let whole = |n: &f64| inside(*n, low, high) && libm::trunc(*n) == *n;
                 if numbers.len() <= 64 && numbers.iter().all(whole) {
                     return None;
                 }
                 range(low, high)
             }
-            (kind, Value::Text(text)) if !matches!(kind, Kind::Choice(_)) && locale::has_two_marks(text) => {
+            (kind, Value::Text(text))
+                if !matches!(kind, ValueKind::Choice(_)) && locale::has_two_marks(text) =>
+            {
                 diagnostic("marks")
             }
             _ => diagnostic("kind"),
@@ -205,7 +207,7 @@ mod tests {
     #[test]
     fn no_page_changes_the_wiring() {
         // Of every kind of output something is said that only the file may say; the virtual drill is wired to nothing.
-        let Some(Kind::Choice(outputs)) = setting("machine.output").map(|row| row.kind) else {
+        let Some(ValueKind::Choice(outputs)) = setting("machine.output").map(|row| row.kind) else {
             unreachable!()
         };
         let wired: Vec<_> = WIRED.iter().map(|section| section.trim_end_matches('.')).collect();

@@ -2,7 +2,7 @@
 //!
 //! Goes out: [`SECTIONS`]. What a row means is said in the locale tables; what is allowed is judged in `settings`.
 
-use super::settings::{Kind, Setting, Value};
+use super::settings::{Setting, Value, ValueKind};
 use super::{DriveKind, HomeEnd, Law, Output, ScaleUnit, StrokeEnd, ToolChange};
 use crate::units::Length;
 
@@ -45,14 +45,14 @@ macro_rules! length {
 }
 macro_rules! words {
     ($key:expr, $shapes:literal, $($field:ident).+, $($word:literal => $variant:path),+) => {
-        row!($key, "", Kind::Choice(&[$($word),+]), $shapes,
+        row!($key, "", ValueKind::Choice(&[$($word),+]), $shapes,
             |m| Value::Text(match m.$($field).+ { $($variant => $word),+ }.to_owned()),
             |m, v| m.$($field).+ = match text(v) { $($word => $variant,)+ _ => m.$($field).+ })
     };
 }
 macro_rules! wholes {
     ($key:expr, $low:literal, $high:literal, $($field:ident).+) => {
-        row!($key, "", Kind::Wholes($low, $high), true,
+        row!($key, "", ValueKind::Wholes($low, $high), true,
             |m| Value::Numbers(m.$($field).+.iter().map(|n| f64::from(*n)).collect()),
             |m, v| m.$($field).+ = numbers(v).iter().map(|n| *n as u32).collect())
     };
@@ -66,27 +66,27 @@ macro_rules! law {
 macro_rules! axis {
     ($axis:ident) => {
         &[
-            row!(concat!(stringify!($axis), ".scale"), "steps", Kind::Number(0.01, 1e5), true,
+            row!(concat!(stringify!($axis), ".scale"), "steps", ValueKind::Number(0.01, 1e5), true,
                 |m| Value::Number(m.$axis.scale.micro_steps as f64 / 1e6),
                 |m, v| m.$axis.scale.micro_steps = libm::round(number(v) * 1e6) as i64),
             words!(concat!(stringify!($axis), ".scale_per"), true, $axis.scale.per,
                 "mm" => ScaleUnit::Millimetre, "inch" => ScaleUnit::Inch),
-            length!(concat!(stringify!($axis), ".min"), Kind::Number(-2000.0, 2000.0), false, $axis.min),
-            length!(concat!(stringify!($axis), ".max"), Kind::Number(-2000.0, 2000.0), false, $axis.max),
-            plain!(concat!(stringify!($axis), ".max_speed"), "mm/s", Kind::Number(0.01, 5000.0), true,
+            length!(concat!(stringify!($axis), ".min"), ValueKind::Number(-2000.0, 2000.0), false, $axis.min),
+            length!(concat!(stringify!($axis), ".max"), ValueKind::Number(-2000.0, 2000.0), false, $axis.max),
+            plain!(concat!(stringify!($axis), ".max_speed"), "mm/s", ValueKind::Number(0.01, 5000.0), true,
                 $axis.max_speed_mm_per_s),
-            plain!(concat!(stringify!($axis), ".max_acceleration"), "mm/s²", Kind::Number(0.1, 200_000.0), true,
+            plain!(concat!(stringify!($axis), ".max_acceleration"), "mm/s²", ValueKind::Number(0.1, 200_000.0), true,
                 $axis.max_acceleration_mm_per_s2),
-            plain!(concat!(stringify!($axis), ".max_jerk"), "mm/s³", Kind::Number(1.0, 1e8), true,
+            plain!(concat!(stringify!($axis), ".max_jerk"), "mm/s³", ValueKind::Number(1.0, 1e8), true,
                 $axis.max_jerk_mm_per_s3),
             words!(concat!(stringify!($axis), ".home_end"), false, $axis.home,
                 "min" => HomeEnd::Min, "max" => HomeEnd::Max),
-            plain!(concat!(stringify!($axis), ".home_speed"), "mm/s", Kind::Number(0.01, 500.0), false,
+            plain!(concat!(stringify!($axis), ".home_speed"), "mm/s", ValueKind::Number(0.01, 500.0), false,
                 $axis.home_speed_mm_per_s),
-            length!(concat!(stringify!($axis), ".home_search"), Kind::Number(0.1, 4000.0), false, $axis.home_search),
-            length!(concat!(stringify!($axis), ".home_offset"), Kind::Number(0.0, 100.0), false, $axis.home_offset),
-            length!(concat!(stringify!($axis), ".backlash"), Kind::Number(0.0, 2.0), true, $axis.backlash),
-            row!(concat!(stringify!($axis), ".phases"), "", Kind::Wholes(0.0, 255.0), false,
+            length!(concat!(stringify!($axis), ".home_search"), ValueKind::Number(0.1, 4000.0), false, $axis.home_search),
+            length!(concat!(stringify!($axis), ".home_offset"), ValueKind::Number(0.0, 100.0), false, $axis.home_offset),
+            length!(concat!(stringify!($axis), ".backlash"), ValueKind::Number(0.0, 2.0), true, $axis.backlash),
+            row!(concat!(stringify!($axis), ".phases"), "", ValueKind::Wholes(0.0, 255.0), false,
                 |m| Value::Numbers(m.$axis.phases.columns.iter().map(|byte| f64::from(*byte)).collect()),
                 |m, v| m.$axis.phases.columns = numbers(v).iter().map(|byte| *byte as u8).collect()),
         ]
@@ -98,12 +98,13 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     (
         "machine",
         &[
-            row!("machine.name", "", Kind::Text(60), false, |m| Value::Text(m.name.clone()), |m, v| m.name =
+            row!("machine.name", "", ValueKind::Text(60), false, |m| Value::Text(m.name.clone()), |m, v| m
+                .name =
                 text(v).to_owned()),
             row!(
                 "machine.description",
                 "",
-                Kind::Text(400),
+                ValueKind::Text(400),
                 false,
                 |m| Value::Text(m.description.clone()),
                 |m, v| m.description = text(v).to_owned()
@@ -111,8 +112,8 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
             words!("machine.output", false, output, 
                 "virtual" => Output::Virtual, "card" => Output::Card, "parallel" => Output::Parallel,
                 "adapter" => Output::Adapter),
-            whole!("machine.card_address", "", Kind::Whole(0.0, 65_535.0), false, card_address),
-            whole!("machine.spindles", "", Kind::Whole(1.0, 6.0), true, spindles),
+            whole!("machine.card_address", "", ValueKind::Whole(0.0, 65_535.0), false, card_address),
+            whole!("machine.spindles", "", ValueKind::Whole(1.0, 6.0), true, spindles),
         ],
     ),
     ("card", super::card::ROWS),
@@ -125,13 +126,13 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
         "drive",
         &[
             words!("drive.kind", true, drive, "planned" => DriveKind::Planned, "table" => DriveKind::Table),
-            whole!("drive.interrupt_frequency", "Hz", Kind::Whole(10.0, 20_000.0), true, interrupt_hz),
+            whole!("drive.interrupt_frequency", "Hz", ValueKind::Whole(10.0, 20_000.0), true, interrupt_hz),
             wholes!("drive.period", 1.0, 10_000.0, dynamics.period),
             wholes!("drive.enter", 0.0, 1_000_000.0, dynamics.enter),
             wholes!("drive.leave", 0.0, 1_000_000.0, dynamics.leave),
-            whole!("drive.max_step_rate", "Hz", Kind::Whole(10.0, 1_000_000.0), true, max_step_hz),
-            whole!("drive.direction_setup", "µs", Kind::Whole(0.0, 10_000.0), true, direction_setup_us),
-            plain!("drive.pulse_width", "µs", Kind::Number(0.0, 10_000.0), true, pulse_width_us),
+            whole!("drive.max_step_rate", "Hz", ValueKind::Whole(10.0, 1_000_000.0), true, max_step_hz),
+            whole!("drive.direction_setup", "µs", ValueKind::Whole(0.0, 10_000.0), true, direction_setup_us),
+            plain!("drive.pulse_width", "µs", ValueKind::Number(0.0, 10_000.0), true, pulse_width_us),
         ],
     ),
     (
@@ -140,18 +141,24 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
             law!("motion.plane", motion.plane),
             law!("motion.down", motion.down),
             law!("motion.up", motion.up),
-            plain!("motion.order", "", Kind::Number(0.01, 2.0), true, motion.order),
-            plain!("motion.down_speed", "mm/s", Kind::Number(0.01, 5000.0), true, down.max_speed_mm_per_s),
+            plain!("motion.order", "", ValueKind::Number(0.01, 2.0), true, motion.order),
+            plain!(
+                "motion.down_speed",
+                "mm/s",
+                ValueKind::Number(0.01, 5000.0),
+                true,
+                down.max_speed_mm_per_s
+            ),
             plain!(
                 "motion.down_acceleration",
                 "mm/s²",
-                Kind::Number(0.1, 200_000.0),
+                ValueKind::Number(0.1, 200_000.0),
                 true,
                 down.max_acceleration_mm_per_s2
             ),
-            plain!("motion.down_jerk", "mm/s³", Kind::Number(1.0, 1e8), true, down.max_jerk_mm_per_s3),
-            plain!("motion.reserve", "", Kind::Number(0.0, 0.5), true, motion.reserve),
-            plain!("motion.corner", "mm", Kind::Number(0.0, 1.0), true, motion.corner_mm),
+            plain!("motion.down_jerk", "mm/s³", ValueKind::Number(1.0, 1e8), true, down.max_jerk_mm_per_s3),
+            plain!("motion.reserve", "", ValueKind::Number(0.0, 0.5), true, motion.reserve),
+            plain!("motion.corner", "mm", ValueKind::Number(0.0, 1.0), true, motion.corner_mm),
         ],
     ),
     (
@@ -160,38 +167,50 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
             row!(
                 "overlap.on",
                 "",
-                Kind::Choice(&["no", "yes"]),
+                ValueKind::Choice(&["no", "yes"]),
                 true,
                 |m| Value::Text(if m.overlap.on { "yes" } else { "no" }.to_owned()),
                 |m, v| m.overlap.on = text(v) == "yes"
             ),
-            plain!("overlap.clear", "mm", Kind::Number(0.0, 100.0), true, overlap.clear_mm),
-            plain!("overlap.latency", "ms", Kind::Number(0.0, 100.0), true, overlap.latency_ms),
-            plain!("overlap.margin", "ms", Kind::Number(0.0, 1000.0), true, overlap.margin_ms),
-            plain!("overlap.dwell_top", "ms", Kind::Number(0.0, 1000.0), true, overlap.dwell_top_ms),
+            plain!("overlap.clear", "mm", ValueKind::Number(0.0, 100.0), true, overlap.clear_mm),
+            plain!("overlap.latency", "ms", ValueKind::Number(0.0, 100.0), true, overlap.latency_ms),
+            plain!("overlap.margin", "ms", ValueKind::Number(0.0, 1000.0), true, overlap.margin_ms),
+            plain!("overlap.dwell_top", "ms", ValueKind::Number(0.0, 1000.0), true, overlap.dwell_top_ms),
         ],
     ),
     (
         "stroke",
         &[
             words!("stroke.end", true, stroke_end, "counted" => StrokeEnd::Counted, "sensor" => StrokeEnd::Sensor),
-            plain!("stroke.longest_drilling", "s", Kind::Number(0.1, 600.0), true, longest_drilling_s),
-            plain!("stroke.settle", "ms", Kind::Number(0.0, 5000.0), true, settle_ms),
-            length!("stroke.safe_height", Kind::Number(0.1, 100.0), true, process.safe_height),
-            length!("stroke.feed_height", Kind::Number(0.0, 100.0), true, process.feed_height),
-            length!("stroke.board_thickness", Kind::Number(0.1, 20.0), true, process.board_thickness),
-            length!("stroke.breakthrough", Kind::Number(0.0, 10.0), true, process.breakthrough),
-            plain!("stroke.feed", "mm/s", Kind::Number(0.01, 500.0), true, process.feed_mm_per_s),
-            plain!("stroke.dwell_bottom", "ms", Kind::Number(0.0, 10_000.0), true, process.dwell_bottom_ms),
-            length!("stroke.surface", Kind::Number(-500.0, 0.0), false, process.surface),
+            plain!("stroke.longest_drilling", "s", ValueKind::Number(0.1, 600.0), true, longest_drilling_s),
+            plain!("stroke.settle", "ms", ValueKind::Number(0.0, 5000.0), true, settle_ms),
+            length!("stroke.safe_height", ValueKind::Number(0.1, 100.0), true, process.safe_height),
+            length!("stroke.feed_height", ValueKind::Number(0.0, 100.0), true, process.feed_height),
+            length!("stroke.board_thickness", ValueKind::Number(0.1, 20.0), true, process.board_thickness),
+            length!("stroke.breakthrough", ValueKind::Number(0.0, 10.0), true, process.breakthrough),
+            plain!("stroke.feed", "mm/s", ValueKind::Number(0.01, 500.0), true, process.feed_mm_per_s),
+            plain!(
+                "stroke.dwell_bottom",
+                "ms",
+                ValueKind::Number(0.0, 10_000.0),
+                true,
+                process.dwell_bottom_ms
+            ),
+            length!("stroke.surface", ValueKind::Number(-500.0, 0.0), false, process.surface),
         ],
     ),
     (
         "spindle",
         &[
-            whole!("spindle.speed", "rpm", Kind::Whole(0.0, MOST_RPM as f64), true, process.spindle_rpm),
-            whole!("spindle.max_speed", "rpm", Kind::Whole(0.0, MOST_RPM as f64), false, process.max_rpm),
-            plain!("spindle.spin_up", "ms", Kind::Number(0.0, 60_000.0), true, process.spin_up_ms),
+            whole!("spindle.speed", "rpm", ValueKind::Whole(0.0, MOST_RPM as f64), true, process.spindle_rpm),
+            whole!(
+                "spindle.max_speed",
+                "rpm",
+                ValueKind::Whole(0.0, MOST_RPM as f64),
+                false,
+                process.max_rpm
+            ),
+            plain!("spindle.spin_up", "ms", ValueKind::Number(0.0, 60_000.0), true, process.spin_up_ms),
         ],
     ),
     (
@@ -200,14 +219,14 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
             row!(
                 "rack.bits",
                 "mm",
-                Kind::Numbers(0.05, 20.0),
+                ValueKind::Numbers(0.05, 20.0),
                 false,
                 |m| Value::Numbers(m.rack.iter().map(|bit| bit.mm()).collect()),
                 |m, v| if let Value::Numbers(bits) = v {
                     m.rack = bits.iter().map(|mm| Length::from_mm(*mm)).collect();
                 }
             ),
-            length!("rack.tolerance", Kind::Number(0.0, 1.0), false, rack_tolerance),
+            length!("rack.tolerance", ValueKind::Number(0.0, 1.0), false, rack_tolerance),
             words!("rack.change", false, tool_change,
                 "manual" => ToolChange::Manual, "unattended" => ToolChange::Unattended),
         ],

@@ -17,10 +17,10 @@ use super::{Axis, DriveKind, Machine, Output};
 use crate::diagnostic::Diagnostic;
 
 /// Bounds of speeds are said to 0.1 µm/s, rounded so that they can be typed.
-const SAID: f64 = 1e4;
+const SAID_PARTS: f64 = 1e4;
 
 /// Room for the arithmetic itself, as a share of a speed.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING_SHARE: f64 = 1e-9;
 
 impl Machine {
     /// Takts a second in `state` of the table.
@@ -81,8 +81,9 @@ pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
     let feed = ("stroke.feed", &machine.z, machine.process.feed_mm_per_s);
     let slow = speeds(machine).into_iter().chain([feed]).filter_map(|(key, axis, speed)| {
         let slowest = machine.step_hz(0) / axis.scale.steps_per_mm();
-        let said = libm::ceil(slowest * SAID) / SAID;
-        (speed < slowest * (1.0 - ROUNDING)).then(|| error("machine.slower_than_table", key, speed, said))
+        let said = libm::ceil(slowest * SAID_PARTS) / SAID_PARTS;
+        (speed < slowest * (1.0 - ROUNDING_SHARE))
+            .then(|| error("machine.slower_than_table", key, speed, said))
     });
     let mut diagnostics: Vec<Diagnostic> = slow.collect();
     let (fastest, most) = (fastest_hz(machine), f64::from(machine.max_step_hz));
@@ -101,7 +102,7 @@ pub fn warnings(machine: &Machine) -> Vec<Diagnostic> {
     let top = top(&machine.dynamics);
     let cut = speeds(machine).into_iter().filter_map(|(key, axis, speed)| {
         let state = machine.fastest_state(axis, speed);
-        let whole = libm::ceil(machine.step_hz(top) / axis.scale.steps_per_mm() * SAID) / SAID;
+        let whole = libm::ceil(machine.step_hz(top) / axis.scale.steps_per_mm() * SAID_PARTS) / SAID_PARTS;
         let diagnostic = Diagnostic::warning("machine.table_cut").with("key", key).with("value", speed);
         let diagnostic = diagnostic.with("rate", libm::round(machine.step_hz(state))).with("bound", whole);
         (state < top).then(|| diagnostic.with("fastest", libm::round(machine.step_hz(top))))

@@ -74,12 +74,12 @@ macro_rules! wiring_rows {
         Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
     };
     (@text $section:ident, $name:literal, $field:ident) => {
-        wiring_rows!(@row concat!(stringify!($section), $name), "", Kind::Text(200),
+        wiring_rows!(@row concat!(stringify!($section), $name), "", ValueKind::Text(200),
             |m| Value::Text(m.$section.wiring.$field.clone()),
             |m, v| if let Value::Text(text) = v { m.$section.wiring.$field.clone_from(text); })
     };
     (@list $section:ident, $name:literal, $low:literal, $high:literal, $($field:tt)+) => {
-        wiring_rows!(@row concat!(stringify!($section), $name), "", Kind::Wholes($low, $high),
+        wiring_rows!(@row concat!(stringify!($section), $name), "", ValueKind::Wholes($low, $high),
             |m| numbers(&m.$section.wiring.$($field)+), |m, v| m.$section.wiring.$($field)+ = bits(v))
     };
     ($section:ident, $($own:expr),+) => {
@@ -89,14 +89,14 @@ macro_rules! wiring_rows {
             wiring_rows!(@list $section, ".x", -1.0, 31.0, phases[0]),
             wiring_rows!(@list $section, ".y", -1.0, 31.0, phases[1]),
             wiring_rows!(@list $section, ".z", -1.0, 31.0, phases[2]),
-            wiring_rows!(@row concat!(stringify!($section), ".spindle"), "", Kind::Whole(-1.0, 31.0),
+            wiring_rows!(@row concat!(stringify!($section), ".spindle"), "", ValueKind::Whole(-1.0, 31.0),
                 |m| Value::Number(f64::from(m.$section.wiring.spindle)),
                 |m, v| m.$section.wiring.spindle = whole(v) as i8),
             wiring_rows!(@list $section, ".outputs", 0.0, 31.0, outputs),
             wiring_rows!(@text $section, ".output_names", output_names),
             wiring_rows!(@list $section, ".sensors", -1.0, 31.0, sensors),
             wiring_rows!(@list $section, ".sensors_low", 0.0, 1.0, sensors_low),
-            wiring_rows!(@row concat!(stringify!($section), ".start_stop_rate"), "Hz", Kind::Whole(0.0, 20_000.0),
+            wiring_rows!(@row concat!(stringify!($section), ".start_stop_rate"), "Hz", ValueKind::Whole(0.0, 20_000.0),
                 |m| Value::Number(f64::from(m.$section.wiring.start_stop_hz)),
                 |m, v| m.$section.wiring.start_stop_hz = whole(v) as u32),
         ]

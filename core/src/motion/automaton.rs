@@ -97,7 +97,7 @@ impl Automaton {
 
 /// So many takts in a row at the same interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Stretch {
+pub struct SteadyStretch {
     /// Interrupts before each takt, counted from the takt before it, or from the command.
     pub interval: u32,
     /// How many takts.
@@ -106,12 +106,12 @@ pub struct Stretch {
 
 /// The takts of a move of `distance` takts from rest, either way. A handful of stretches for any distance: the middle, where
 /// the state stays, is one of them. Refused when the table would run over the target, or has no states.
-pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Diagnostic> {
+pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch>, Diagnostic> {
     let refuse = |code: &str| Diagnostic::error(code).with("distance", distance).with("state", 0);
     if dynamics.period.is_empty() {
         return Err(refuse("automaton.lengths").with("states", 0).with("enter", 0).with("leave", 0));
     }
-    let mut out: Vec<Stretch> = Vec::new();
+    let mut out: Vec<SteadyStretch> = Vec::new();
     let (mut state, mut left) = (0, i64::try_from(distance).unwrap_or(i64::MAX));
     while left > 0 {
         let interval = period(dynamics, state);
@@ -124,7 +124,7 @@ pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<Stretch>, Dia
         state = after;
         match out.last_mut() {
             Some(last) if last.interval == interval => last.count += takts as u64,
-            _ => out.push(Stretch { interval, count: takts as u64 }),
+            _ => out.push(SteadyStretch { interval, count: takts as u64 }),
         }
     }
     if state == 0 {

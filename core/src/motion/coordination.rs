@@ -65,7 +65,7 @@ impl SpindleTimes {
 
 /// What is the same for all spindles, in s.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Rules {
+pub struct SpindleRules {
     /// Rest of the plane before a tip may touch the board.
     pub settle_s: f64,
     /// λ: how long a signal takes between plane and spindles.
@@ -111,7 +111,11 @@ pub struct Cycle {
 /// The instants of every hole of a job whose hops take `hops_s`, from rest on top with all spindles up.
 ///
 /// Refused: no spindle, times that are negative or no numbers, a contact after the bottom, a clear after the top.
-pub fn cycles(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> Result<Vec<Cycle>, Diagnostic> {
+pub fn cycles(
+    hops_s: &[f64],
+    rules: SpindleRules,
+    spindles: &[SpindleTimes],
+) -> Result<Vec<Cycle>, Diagnostic> {
     check(hops_s, rules, spindles)?;
     let mut cycles: Vec<Cycle> = Vec::with_capacity(hops_s.len());
     for hop_s in hops_s {
@@ -135,7 +139,7 @@ pub fn cycles(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> Result
 /// plane was released, and not before it has rested on top (C2.2, rules 3 to 5).
 pub fn stroke(
     times: &SpindleTimes,
-    rules: Rules,
+    rules: SpindleRules,
     release_s: f64,
     ready_s: f64,
     top_s: Option<f64>,
@@ -158,7 +162,7 @@ pub fn stroke(
 }
 
 /// The time from clear to clear of one spindle, when every hop takes `hop_s` (C2.2, formula *).
-pub fn cycle_s(hop_s: f64, rules: Rules, times: &SpindleTimes) -> f64 {
+pub fn cycle_s(hop_s: f64, rules: SpindleRules, times: &SpindleTimes) -> f64 {
     let latency_s = rules.latency_s;
     let by_plane = latency_s + hop_s + rules.settle_s + times.margin_s;
     let by_signal = 2.0 * latency_s + times.contact_s;
@@ -166,14 +170,14 @@ pub fn cycle_s(hop_s: f64, rules: Rules, times: &SpindleTimes) -> f64 {
 }
 
 /// The same job with nothing at the same time: hop, settle, down, dwell, up, dwell, again and again.
-pub fn sequential_s(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> f64 {
+pub fn sequential_s(hops_s: &[f64], rules: SpindleRules, spindles: &[SpindleTimes]) -> f64 {
     let stroke_s = spindles.iter().fold(0.0, |longest: f64, times| {
         longest.max(times.down_s + times.dwell_bottom_s + times.up_s + times.dwell_top_s)
     });
     hops_s.iter().map(|hop_s| hop_s + rules.settle_s + stroke_s).sum()
 }
 
-fn check(hops_s: &[f64], rules: Rules, spindles: &[SpindleTimes]) -> Result<(), Diagnostic> {
+fn check(hops_s: &[f64], rules: SpindleRules, spindles: &[SpindleTimes]) -> Result<(), Diagnostic> {
     let refuse = |field: &str, value: f64| {
         Err(Diagnostic::error("motion.bad_time").with("field", field).with("value", value))
     };

@@ -14,7 +14,7 @@
 use super::timeline::Timeline;
 use super::writer::{Writer, installed};
 use crate::diagnostic::Diagnostic;
-use crate::job::{Effect, Gate, Otherwise, Stage};
+use crate::job::{Gate, Otherwise, Stage, Switching};
 use crate::machine::{AXES, HomeEnd, Machine, Steps};
 use crate::units::{Length, TICK_HZ};
 
@@ -25,7 +25,7 @@ const BACK_OFF: Length = Length::from_um(2_000);
 const LOCATE: Length = Length::from_um(4_000);
 
 /// Slow homing moves go at this share of the homing speed.
-const SLOW: f64 = 0.1;
+const SLOW_SHARE: f64 = 0.1;
 
 /// A gated move's deadline is its planned time and this much.
 const GRACE_US: u64 = 500_000;
@@ -53,7 +53,7 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic>
         HomeEnd::Min => -1,
         HomeEnd::Max => 1,
     };
-    let (fast, slow) = (settings.home_speed_mm_per_s, SLOW * settings.home_speed_mm_per_s);
+    let (fast, slow) = (settings.home_speed_mm_per_s, SLOW_SHARE * settings.home_speed_mm_per_s);
     let rows = [
         (Stage::Seek, settings.home_search * towards, fast, true),
         (Stage::BackOff, BACK_OFF * -towards, slow, false),
@@ -116,7 +116,7 @@ pub fn stroke(
     if bottom >= from[2] {
         return Ok(writer.done());
     }
-    writer.rest(Stage::Dwell, libm::ceil(machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64, Effect::None);
+    writer.rest(Stage::Dwell, libm::ceil(machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64, Switching::None);
     let mut to = from;
     let lower = |to: &mut Steps, height: i64| installed(machine).for_each(|axis| to[axis] = height);
     lower(&mut to, above.clamp(bottom, from[2]));

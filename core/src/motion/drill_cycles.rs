@@ -13,10 +13,10 @@
 //!
 //! Comes in: legs of plain holes, where everything stands. Goes out: parts of one move. Does not know legs before and after.
 
-use super::coordination::{Rules, SpindleTimes, stroke};
+use super::coordination::{SpindleRules, SpindleTimes, stroke};
 use super::limits::{Limits, line, mm_per_step, shape};
 use super::profile::{self, Stroke, two_speeds};
-use super::timeline::{Motion, Part};
+use super::timeline::{AxisMove, Motion};
 use super::writer::{REST_TICKS, lines, start_tick};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
@@ -44,7 +44,7 @@ pub(super) struct Low {
 
 /// The parts of the move to the next hole, without a place in the timeline.
 pub(super) struct NextHole {
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<AxisMove>,
     pub(super) to: Steps,
     pub(super) duration_ticks: u64,
 }
@@ -124,12 +124,12 @@ impl DrillCycles {
         let mut arrive_s = release_s;
         let release_tick = libm::ceil(release_s * TICK_HZ as f64) as u64;
         for line in lines(machine, Stage::Travel, now, there, f64::INFINITY, turned)? {
-            let line = Part { start_tick: line.start_tick + release_tick, ..line };
+            let line = AxisMove { start_tick: line.start_tick + release_tick, ..line };
             arrive_s = line.end_s();
             parts.push(line);
         }
         let settle_s = if there == now { 0.0 } else { machine.settle_ms * 1e-3 };
-        let rules = Rules { settle_s, latency_s: machine.overlap.latency_ms * 1e-3 };
+        let rules = SpindleRules { settle_s, latency_s: machine.overlap.latency_ms * 1e-3 };
         let stroked = stroke(&stored.times, rules, release_s, arrive_s + settle_s, top_s);
         let to = with_z(there, stored.bottom_steps);
         let begin = start_tick(machine, stroked.start_s, &stored.down, &there, &to);
@@ -238,8 +238,8 @@ pub fn down(
     Ok(Stroke::One(profile::plan(law, length_mm, limits.slowed(feed_mm_per_s))?))
 }
 
-fn part(stage: Stage, start_tick: u64, from: Steps, to: Steps, stroke: Stroke) -> Part {
-    Part { stage, start_tick, from, to, motion: Motion::Line(stroke) }
+fn part(stage: Stage, start_tick: u64, from: Steps, to: Steps, stroke: Stroke) -> AxisMove {
+    AxisMove { stage, start_tick, from, to, motion: Motion::Line(stroke) }
 }
 
 #[cfg(test)]

@@ -3,14 +3,14 @@
 //!
 //! Comes in: a timeline, a machine. Goes out: what is broken, if anything. Does not know how it was planned.
 
-use super::timeline::{Motion, Move, Part, Timeline};
+use super::timeline::{AxisMove, Motion, Move, Timeline};
 use super::{Limits, path};
 use crate::diagnostic::Diagnostic;
 use crate::machine::{AXES, Machine, axis_name};
 use crate::units::TICK_HZ;
 
 /// Room for rounding, as a share of the limit.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Every broken law, at most one diagnostic for each move.
 pub fn laws(timeline: &Timeline, machine: &Machine) -> Result<(), Vec<Diagnostic>> {
@@ -53,15 +53,15 @@ fn chained(planned: &Move) -> bool {
 }
 
 /// The laws of a path, where the part is one.
-fn path_laws(machine: &Machine, part: &Part) -> Result<(), Diagnostic> {
+fn path_laws(machine: &Machine, part: &AxisMove) -> Result<(), Diagnostic> {
     let Motion::Path(route) = &part.motion else { return Ok(()) };
-    path::laws(&route.path, &Limits::of_path(machine), &path::Rules::of(machine))
+    path::laws(&route.path, &Limits::of_path(machine), &path::PathRules::of(machine))
 }
 
 /// Whether `axis` is asked for more than it may do. Greatest speed, acceleration and jerk of a stroke are among its
 /// closed forms; an axis has its share of each. Takts are checked against the fastest interrupts only: their jumps are the
 /// motor's to follow.
-fn too_much(timeline: &Timeline, machine: &Machine, part: &Part, axis: usize) -> bool {
+fn too_much(timeline: &Timeline, machine: &Machine, part: &AxisMove, axis: usize) -> bool {
     let way_mm = (part.to[axis] - part.from[axis]) as f64 * timeline.mm_per_step[axis];
     if way_mm == 0.0 {
         return false;
@@ -73,7 +73,8 @@ fn too_much(timeline: &Timeline, machine: &Machine, part: &Part, axis: usize) ->
         Motion::Path(_) => false,
         Motion::Line(stroke) => {
             let share = way_mm.abs() / stroke.length_mm();
-            let over = |value: f64, limit: f64| value.is_nan() || value * share > limit * (1.0 + ROUNDING);
+            let over =
+                |value: f64, limit: f64| value.is_nan() || value * share > limit * (1.0 + ROUNDING_SHARE);
             let (speed, acceleration, jerk) = stroke.peaks();
             over(speed, limits.speed_mm_per_s)
                 || over(acceleration, limits.acceleration_mm_per_s2)
@@ -82,7 +83,7 @@ fn too_much(timeline: &Timeline, machine: &Machine, part: &Part, axis: usize) ->
         Motion::TableSteps(takts) => {
             let shortest = takts.stretches.iter().map(|some| some.interval).min().unwrap_or(1);
             let hz = TICK_HZ as f64 / (takts.interrupt_ticks * u64::from(shortest).max(1)) as f64;
-            hz > f64::from(machine.pulse_hz()) * (1.0 + ROUNDING)
+            hz > f64::from(machine.pulse_hz()) * (1.0 + ROUNDING_SHARE)
         }
     }
 }

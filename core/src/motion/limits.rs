@@ -11,7 +11,7 @@
 //! Does not know why.
 
 use super::automaton;
-use super::profile::{self, Profile, Shape};
+use super::profile::{self, MotionLaw, Profile};
 use super::timeline::TableSteps;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
@@ -92,11 +92,11 @@ pub(super) fn shape(
     law: Law,
     length_mm: f64,
     limits: Limits,
-) -> Result<Shape, Diagnostic> {
+) -> Result<MotionLaw, Diagnostic> {
     Ok(match law {
-        Law::Linear => Shape::Linear,
-        Law::SCurve => Shape::SCurve,
-        Law::Power => Shape::Power(machine.motion.order),
+        Law::Linear => MotionLaw::Linear,
+        Law::SCurve => MotionLaw::SCurve,
+        Law::Power => MotionLaw::Power(machine.motion.order),
         Law::Automatic => profile::choose(length_mm, limits)?.choice,
     })
 }
@@ -116,12 +116,17 @@ fn lengths_mm(mm_per_step: &[f64; AXES], from: &Steps, to: &Steps) -> (f64, f64,
     (plane, spindles, both)
 }
 
-/// The fastest straight line from rest at `from` to rest at `to`, not faster than `speed` along the path. Lines in the plane
-/// follow the plane's law; those of spindles alone the law of their direction.
-pub(super) fn line(machine: &Machine, from: &Steps, to: &Steps, speed: f64) -> Result<Profile, Diagnostic> {
+/// The fastest straight line from rest at `from` to rest at `to`, not faster than `speed_mm_per_s` along the path. Lines in the
+/// plane follow the plane's law; those of spindles alone the law of their direction.
+pub(super) fn line(
+    machine: &Machine,
+    from: &Steps,
+    to: &Steps,
+    speed_mm_per_s: f64,
+) -> Result<Profile, Diagnostic> {
     let mm_per_step = mm_per_step(machine);
     let (plane_mm, _, length_mm) = lengths_mm(&mm_per_step, from, to);
-    let mut limits = Limits::NONE.slowed(speed);
+    let mut limits = Limits::NONE.slowed(speed_mm_per_s);
     for axis in (0..AXES).filter(|axis| from[*axis] != to[*axis]) {
         let share = (to[axis] - from[axis]).unsigned_abs() as f64 * mm_per_step[axis] / length_mm;
         let down = axis >= 2 && to[axis] < from[axis];
@@ -137,13 +142,18 @@ pub(super) fn line(machine: &Machine, from: &Steps, to: &Steps, speed: f64) -> R
     profile::plan(shape(machine, law, length_mm, limits)?, length_mm, limits)
 }
 
-/// The takts of a table-driven axis over `way` steps, not faster than `speed` mm/s and the axis's own speeds. What its motor
+/// The takts of a table-driven axis over `way` steps, not faster than `speed_mm_per_s` and the axis's own speeds. What its motor
 /// can follow is no limit: the table decides.
-pub(super) fn takts(machine: &Machine, axis: usize, way: i64, speed: f64) -> Result<TableSteps, Diagnostic> {
+pub(super) fn takts(
+    machine: &Machine,
+    axis: usize,
+    way: i64,
+    speed_mm_per_s: f64,
+) -> Result<TableSteps, Diagnostic> {
     let down = axis >= 2 && way < 0;
     let own = machine.axis(axis);
     let down_speed = if down { machine.down.max_speed_mm_per_s } else { f64::INFINITY };
-    let state = machine.fastest_state(own, speed.min(own.max_speed_mm_per_s).min(down_speed));
+    let state = machine.fastest_state(own, speed_mm_per_s.min(own.max_speed_mm_per_s).min(down_speed));
     let table = automaton::capped(&machine.dynamics, state);
     let interrupt_ticks = TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1)));
     Ok(TableSteps { interrupt_ticks, stretches: automaton::stretches(&table, way.unsigned_abs())? })

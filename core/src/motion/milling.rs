@@ -9,15 +9,15 @@
 
 use super::Limits;
 use super::limits::mm_per_step;
-use super::path::{self, Chain, Path, Piece, Place, Rules, To};
-use super::timeline::{Motion, Part, Route};
+use super::path::{self, Chain, PathPoint, PathRules, PlannedPath, To, WantedPiece};
+use super::timeline::{AxisMove, Motion, MotorPath};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Stage};
 use crate::machine::{DriveKind, Machine, Steps};
 
 /// The piece that a mill command is; none for any other command.
-pub(super) fn piece(command: &Command) -> Option<Piece> {
+pub(super) fn piece(command: &Command) -> Option<WantedPiece> {
     let place = |at: Point, height: crate::units::Length| [at.x.mm(), at.y.mm(), height.mm()];
     let (to, feed_um_per_s) = match *command {
         Command::Mill { to, height, feed_um_per_s } => (To::Line(place(to, height)), feed_um_per_s),
@@ -27,11 +27,11 @@ pub(super) fn piece(command: &Command) -> Option<Piece> {
         }
         _ => return None,
     };
-    Some(Piece { to, feed_mm_per_s: f64::from(feed_um_per_s) * 1e-3 })
+    Some(WantedPiece { to, feed_mm_per_s: f64::from(feed_um_per_s) * 1e-3 })
 }
 
 /// A path of the axes, and for X and Y whether the motor goes down in its numbers along it.
-pub(super) type Turned = ([bool; 2], Path);
+pub(super) type Turned = ([bool; 2], PlannedPath);
 
 /// The paths that mill `pieces` from rest at `start`, where the motors of X and Y went `down` last: one where no axis has
 /// play, else one for every stretch in which no axis with play turns.
@@ -40,8 +40,8 @@ pub(super) type Turned = ([bool; 2], Path);
 /// piece.
 pub(super) fn paths(
     machine: &Machine,
-    start: Place,
-    pieces: Vec<Piece>,
+    start: PathPoint,
+    pieces: Vec<WantedPiece>,
     down: [bool; 2],
 ) -> Result<Vec<Turned>, Diagnostic> {
     let refuse = |code: &str| Err(Diagnostic::error(code));
@@ -51,7 +51,7 @@ pub(super) fn paths(
     if pieces.iter().any(|piece| piece.feed_mm_per_s <= 0.0) {
         return refuse("motion.no_feed");
     }
-    let (limits, rules) = (Limits::of_path(machine), Rules::of(machine));
+    let (limits, rules) = (Limits::of_path(machine), PathRules::of(machine));
     let mm = mm_per_step(machine);
     let play_mm = [0, 1].map(|axis: usize| {
         let settings = machine.axis(axis);
@@ -64,12 +64,12 @@ pub(super) fn paths(
 /// rest at `to`, the steps next to its ends.
 pub(super) fn part(
     machine: &Machine,
-    path: Path,
+    path: PlannedPath,
     (at, to): (Steps, Steps),
     spindles: u8,
     start_tick: u64,
-) -> Part {
+) -> AxisMove {
     let [x, y, z, ..] = mm_per_step(machine);
-    let motion = Motion::Path(Box::new(Route { path, mm_per_step: [x, y, z], spindles }));
-    Part { stage: Stage::Mill, start_tick, from: at, to, motion }
+    let motion = Motion::Path(Box::new(MotorPath { path, mm_per_step: [x, y, z], spindles }));
+    AxisMove { stage: Stage::Mill, start_tick, from: at, to, motion }
 }

@@ -11,14 +11,14 @@
 //! Z down                       ____/‾‾‾\_______        (to the bottom of this one)
 //! ```
 //!
-//! A [`Move`] begins and ends at rest. Inside it, its [`Part`]s move some axes each, in their own time.
+//! A [`Move`] begins and ends at rest. Inside it, its [`AxisMove`]s move some axes each, in their own time.
 //!
 //! Goes out: a [`Timeline`] as data, and where it is at any second. Does not know commands, nor step times.
 
-use super::automaton::Stretch;
-use super::path::Path;
+use super::automaton::SteadyStretch;
+use super::path::PlannedPath;
 use super::profile::Stroke;
-use crate::job::{Effect, Gate, Mark, Stage};
+use crate::job::{Gate, Mark, Stage, Switching};
 use crate::machine::{AXES, Steps};
 use crate::units::TICK_HZ;
 use serde::{Deserialize, Serialize};
@@ -41,16 +41,16 @@ pub struct Move {
     /// How long it takes, in ticks.
     pub duration_ticks: u64,
     /// What moves, in order of start. Parts that move the same axis follow each other.
-    pub parts: Vec<Part>,
+    pub parts: Vec<AxisMove>,
     /// What is switched at its start.
-    pub effect: Effect,
+    pub effect: Switching,
     /// The sensor that may end it early.
     pub gate: Option<Gate>,
 }
 
 /// A straight line of some axes from rest to rest, within a move.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Part {
+pub struct AxisMove {
     /// What is being done.
     pub stage: Stage,
     /// When it begins, in ticks from the start of the move.
@@ -71,21 +71,21 @@ pub enum Motion {
     /// By the table of dynamics, takt by takt; one axis.
     TableSteps(TableSteps),
     /// X, Y and spindles along lines, arcs and helices, without a stop.
-    Path(Box<Route>),
+    Path(Box<MotorPath>),
 }
 
 /// A path of the motors, what a step of X, Y and Z is along it, and who follows its height.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Route {
+pub struct MotorPath {
     /// Where it goes, in mm from the work zero.
-    pub path: Path,
+    pub path: PlannedPath,
     /// Millimetres of one step.
     pub mm_per_step: [f64; 3],
     /// The spindles that go along, one bit each: bit 0 is Z1.
     pub spindles: u8,
 }
 
-impl Route {
+impl MotorPath {
     /// Which of its coordinates `axis` follows, if any.
     pub fn coordinate(&self, axis: usize) -> Option<usize> {
         match axis {
@@ -101,7 +101,7 @@ pub struct TableSteps {
     /// Ticks from interrupt to interrupt.
     pub interrupt_ticks: u64,
     /// Takts at equal distances, in interrupts, in order.
-    pub stretches: Vec<Stretch>,
+    pub stretches: Vec<SteadyStretch>,
 }
 
 impl TableSteps {
@@ -142,7 +142,7 @@ impl TableSteps {
     }
 }
 
-impl Part {
+impl AxisMove {
     /// How long it takes, s.
     pub fn duration_s(&self) -> f64 {
         match &self.motion {
@@ -242,7 +242,7 @@ impl Move {
     }
 
     /// The part that began last and still moves, `t_s` seconds after the start of the move.
-    pub fn part_at(&self, t_s: f64) -> Option<&Part> {
+    pub fn part_at(&self, t_s: f64) -> Option<&AxisMove> {
         self.parts.iter().rev().find(|part| part.start_s() <= t_s && t_s < part.end_s())
     }
 

@@ -14,12 +14,12 @@
 use super::drill_cycles::{DrillCycles, Hole, Low, plain_hole};
 use super::limits::{line, mm_per_step, takts};
 use super::milling;
-use super::path::Path;
+use super::path::PlannedPath;
 use super::profile::Stroke;
-use super::timeline::{Motion, Move, Part, Timeline};
+use super::timeline::{AxisMove, Motion, Move, Timeline};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::job::{Command, Effect, Gate, Leg, Mark, Program, Stage};
+use crate::job::{Command, Gate, Leg, Mark, Program, Stage, Switching};
 use crate::machine::{AXES, DriveKind, Machine, Steps};
 use crate::units::{Length, TICK_HZ};
 
@@ -241,17 +241,17 @@ impl<'a> Writer<'a> {
     }
 
     /// The motors of X and Y through the play of those that are to go the other way from now on; the axes stand.
-    fn take_up(&mut self, down: [bool; 2], speed: f64) -> Result<(), Diagnostic> {
+    fn take_up(&mut self, down: [bool; 2], speed_mm_per_s: f64) -> Result<(), Diagnostic> {
         let mut to = self.at;
         for axis in (0..2).filter(|axis| down[*axis] != self.turned[*axis]) {
             let play = play_steps(self.machine, axis);
             to[axis] += if down[axis] { -play } else { play };
         }
-        self.line(Stage::Mill, to, speed, None)
+        self.line(Stage::Mill, to, speed_mm_per_s, None)
     }
 
     /// Along `path`, which is where the axes go, to the steps `axes` or else to the nearest.
-    fn along(&mut self, path: Path, axes: Option<Steps>) -> Result<(), Diagnostic> {
+    fn along(&mut self, path: PlannedPath, axes: Option<Steps>) -> Result<(), Diagnostic> {
         let mm = mm_per_step(self.machine);
         let play: [i64; 2] =
             [0, 1].map(|axis| if self.turned[axis] { play_steps(self.machine, axis) } else { 0 });
@@ -284,15 +284,15 @@ impl<'a> Writer<'a> {
             Command::Plunge { to, feed_um_per_s, gate } => self.plunge(to, feed_um_per_s, gate),
             Command::Retract { to } => self.retract(to),
             Command::Dwell { us } => {
-                self.rest(Stage::Dwell, u64::from(us) * (TICK_HZ / 1_000_000), Effect::None);
+                self.rest(Stage::Dwell, u64::from(us) * (TICK_HZ / 1_000_000), Switching::None);
                 Ok(())
             }
             Command::Spindle { rpm } => {
-                self.rest(Stage::Dwell, 0, Effect::Spindle(rpm));
+                self.rest(Stage::Dwell, 0, Switching::Spindle { rpm });
                 Ok(())
             }
             Command::AwaitBit { bit } => {
-                self.rest(Stage::AwaitBit, 0, Effect::AwaitBit(bit));
+                self.rest(Stage::AwaitBit, 0, Switching::AwaitBit { bit });
                 Ok(())
             }
         }
@@ -330,7 +330,7 @@ impl<'a> Writer<'a> {
         }
         if !self.settled {
             let ticks = libm::ceil(self.machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64;
-            self.rest(Stage::Dwell, ticks, Effect::None);
+            self.rest(Stage::Dwell, ticks, Switching::None);
             self.settled = true;
         }
         // Where it has been deeper already, as when it pecks, nothing is left to cut down to there.
@@ -370,25 +370,25 @@ impl<'a> Writer<'a> {
     }
 
     /// A time of rest. Without time and effect nothing is written.
-    pub(super) fn rest(&mut self, stage: Stage, duration_ticks: u64, effect: Effect) {
-        if duration_ticks > 0 || effect != Effect::None {
+    pub(super) fn rest(&mut self, stage: Stage, duration_ticks: u64, effect: Switching) {
+        if duration_ticks > 0 || effect != Switching::None {
             self.push(Move { duration_ticks, effect, ..self.blank(stage) });
         }
     }
 
-    /// A straight line of the motors, not faster than `speed` mm/s. One that goes nowhere is not written.
+    /// A straight line of the motors, not faster than `speed_mm_per_s`. One that goes nowhere is not written.
     pub(super) fn line(
         &mut self,
         stage: Stage,
         to: Steps,
-        speed: f64,
+        speed_mm_per_s: f64,
         gate: Option<Gate>,
     ) -> Result<(), Diagnostic> {
         if to == self.at {
             return Ok(());
         }
-        let parts = lines(self.machine, stage, self.at, to, speed, self.turned)?;
-        let end_s = parts.iter().map(Part::end_s).fold(0.0, f64::max);
+        let parts = lines(self.machine, stage, self.at, to, speed_mm_per_s, self.turned)?;
+        let end_s = parts.iter().map(AxisMove::end_s).fold(0.0, f64::max);
         refuse_slow(self.longest_mm(&parts), end_s)?;
         let duration_ticks = libm::ceil(end_s * TICK_HZ as f64) as u64 + REST_TICKS;
         self.push(Move { to, duration_ticks, parts, gate, ..self.blank(stage) });
@@ -396,7 +396,7 @@ impl<'a> Writer<'a> {
     }
 
     /// The longest way of any of `parts`.
-    fn longest_mm(&self, parts: &[Part]) -> f64 {
+    fn longest_mm(&self, parts: &[AxisMove]) -> f64 {
         let mm = &self.timeline.mm_per_step;
         parts.iter().map(|part| part.length_mm(mm)).fold(0.0, f64::max)
     }
@@ -412,7 +412,7 @@ impl<'a> Writer<'a> {
             start_tick: self.now,
             duration_ticks: 0,
             parts: Vec::new(),
-            effect: Effect::None,
+            effect: Switching::None,
             gate: None,
         }
     }
@@ -450,17 +450,17 @@ pub(super) fn lines(
     stage: Stage,
     from: Steps,
     to: Steps,
-    speed: f64,
+    speed_mm_per_s: f64,
     turned: [bool; AXES],
-) -> Result<Vec<Part>, Diagnostic> {
+) -> Result<Vec<AxisMove>, Diagnostic> {
     if machine.drive == DriveKind::Table {
         return (0..AXES)
             .filter(|axis| from[*axis] != to[*axis])
             .map(|axis| {
                 let mut alone = from;
                 alone[axis] = to[axis];
-                let motion = Motion::TableSteps(takts(machine, axis, to[axis] - from[axis], speed)?);
-                Ok(Part { stage, start_tick: 0, from, to: alone, motion })
+                let motion = Motion::TableSteps(takts(machine, axis, to[axis] - from[axis], speed_mm_per_s)?);
+                Ok(AxisMove { stage, start_tick: 0, from, to: alone, motion })
             })
             .collect();
     }
@@ -471,14 +471,14 @@ pub(super) fn lines(
             taken[axis] += way.signum() * play_steps(machine, axis).min(way.abs());
         }
     }
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<AxisMove> = Vec::new();
     for (from, to) in [(from, taken), (taken, to)] {
         if from != to {
-            let start_s = parts.last().map_or(0.0, Part::end_s);
-            let profile = line(machine, &from, &to, speed)?;
+            let start_s = parts.last().map_or(0.0, AxisMove::end_s);
+            let profile = line(machine, &from, &to, speed_mm_per_s)?;
             let stroke = Stroke::One(profile);
             let start_tick = start_tick(machine, start_s, &stroke, &from, &to);
-            parts.push(Part { stage, start_tick, from, to, motion: Motion::Line(stroke) });
+            parts.push(AxisMove { stage, start_tick, from, to, motion: Motion::Line(stroke) });
         }
     }
     Ok(parts)

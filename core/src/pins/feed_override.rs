@@ -110,8 +110,8 @@ impl FeedOverride {
     }
 
     /// The rate that is wanted from now on, 0 … 1.
-    pub(super) fn want(&mut self, rate: f64) {
-        self.wanted = rate * rate;
+    pub(super) fn want(&mut self, rate_share: f64) {
+        self.wanted = rate_share * rate_share;
     }
 
     /// Sets the stretch from the pulse at `stream_tick` to the next one, `interval` ticks later as planned, while `rates`

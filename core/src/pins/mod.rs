@@ -26,7 +26,7 @@ mod play;
 mod recorder;
 mod steady;
 
-pub use play::{Line, Motors, Operator, Order, Outcome, give_way, play, play_by_turns, through};
+pub use play::{Motors, Operator, Order, Outcome, Playhead, give_way, play, play_by_turns, through};
 pub use recorder::{Recorder, Written};
 pub use steady::Steady;
 

@@ -20,7 +20,7 @@ use super::feed_override::{FeedOverride, rates};
 use super::{AxisSet, Clock, Pins};
 use crate::job::{Gate, Input, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
-use crate::steps::{AXES, Effect, Pulse, Replay, Segment, Steps, TICK_HZ, replay};
+use crate::steps::{AXES, Pulse, Replay, Segment, Steps, Switching, TICK_HZ, replay};
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -40,7 +40,10 @@ pub enum Order {
     /// Go on as planned.
     Go,
     /// Go on at this many percent of the planned feed, 10 … 100.
-    At(u8),
+    At {
+        /// Of the planned feed, 10 … 100.
+        percent: u8,
+    },
     /// Come to rest on the path and wait there.
     Hold,
     /// Come to rest on the path and end.
@@ -95,7 +98,7 @@ fn table_braking(machine: &Machine) -> f64 {
 
 /// What the executor remembers from segment to segment.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Line {
+pub struct Playhead {
     /// Steps counted, machine coordinates.
     pub position: Steps,
     /// Stream time. It never goes back, and stands still between segments.
@@ -106,7 +109,7 @@ pub struct Line {
     pub down: AxisSet,
 }
 
-/// How a segment ended. Always at rest, with [`Line::position`] exact.
+/// How a segment ended. Always at rest, with [`Playhead::position`] exact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Outcome {
     /// As planned.
@@ -118,12 +121,15 @@ pub enum Outcome {
     /// A sensor that must not be reached turned on.
     Guarded(Input),
     /// A step came later than its motor could wait for, by so many ticks: steps may be lost.
-    Late(u64),
+    Late {
+        /// How late.
+        ticks: u64,
+    },
     /// As ordered.
     Stopped,
 }
 
-impl Line {
+impl Playhead {
     async fn wait(&mut self, tick: u64, clock: &mut dyn Clock) {
         let tick = tick.max(self.tick);
         let due = tick + self.late;
@@ -173,7 +179,7 @@ pub fn through<T>(work: impl Future<Output = T>) -> T {
 pub fn play(
     segment: &Segment,
     motors: &Motors,
-    line: &mut Line,
+    line: &mut Playhead,
     pins: &mut dyn Pins,
     clock: &mut dyn Clock,
     operator: &mut dyn Operator,
@@ -185,7 +191,7 @@ pub fn play(
 pub async fn play_by_turns(
     segment: &Segment,
     motors: &Motors,
-    line: &mut Line,
+    line: &mut Playhead,
     pins: &mut dyn Pins,
     clock: &mut dyn Clock,
     operator: &mut dyn Operator,
@@ -233,7 +239,7 @@ struct Play<'a> {
     plane: Plane,
     /// Why it comes to rest early.
     end: Option<Outcome>,
-    line: &'a mut Line,
+    line: &'a mut Playhead,
     pins: &'a mut dyn Pins,
     clock: &'a mut dyn Clock,
     operator: &'a mut dyn Operator,
@@ -241,7 +247,7 @@ struct Play<'a> {
 
 impl Play<'_> {
     async fn run(mut self) -> Outcome {
-        if let Effect::Spindle(rpm) = self.segment.effect {
+        if let Switching::Spindle { rpm } = self.segment.effect {
             self.line.wait(self.line.tick, self.clock).await;
             self.pins.spindle(self.line.tick, rpm);
         }
@@ -296,7 +302,7 @@ impl Play<'_> {
             let (interval, late) = (now.0 - last.0, now.1 - last.1);
             let turns = self.moving && TICK_HZ as f64 > self.motors.start_stop_hz * interval as f64;
             if turns && late > interval && self.end.is_none() {
-                self.end = Some(Outcome::Late(late));
+                self.end = Some(Outcome::Late { ticks: late });
             }
             *last = now;
         }
@@ -335,7 +341,7 @@ impl Play<'_> {
             match self.operator.order() {
                 Order::Stop => self.end = self.end.or(Some(Outcome::Stopped)),
                 Order::Hold => self.feed_override.wait(SLICE),
-                Order::Go | Order::At(_) => {}
+                Order::Go | Order::At { .. } => {}
             }
             if self.end.is_some() {
                 return;
@@ -398,7 +404,7 @@ impl Play<'_> {
                 (Some(_), _) => return true,
                 (None, Order::Stop) => self.end = Some(Outcome::Stopped),
                 (None, Order::Hold) => self.feed_override.wait(SLICE),
-                (None, Order::Go | Order::At(_)) => {
+                (None, Order::Go | Order::At { .. }) => {
                     self.want();
                     self.feed_override.next(tick, next, &rates(later, &self.motors.braking_steps_per_tick2));
                 }
@@ -412,7 +418,7 @@ impl Play<'_> {
         let order = if self.end.is_some() { Order::Stop } else { self.operator.order() };
         self.feed_override.want(match order {
             Order::Go => 1.0,
-            Order::At(percent) => f64::from(percent.clamp(SLOWEST, 100)) / 100.0,
+            Order::At { percent } => f64::from(percent.clamp(SLOWEST, 100)) / 100.0,
             Order::Hold | Order::Stop => 0.0,
         });
     }

@@ -9,11 +9,30 @@ use crate::steps::{AXES, Steps};
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Written {
     /// Steps at a tick: the axes, and those of them that count up.
-    Step(u64, AxisSet, AxisSet),
+    Step {
+        /// When.
+        tick: u64,
+        /// Which axes.
+        axes: AxisSet,
+        /// Those of them that count up.
+        forward: AxisSet,
+    },
     /// Spindle speed at a tick.
-    Spindle(u64, u32),
+    Spindle {
+        /// When.
+        tick: u64,
+        /// Its speed; 0 is off.
+        rpm: u32,
+    },
     /// An output switched at a tick: its place, and whether on.
-    Output(u64, u8, bool),
+    Output {
+        /// When.
+        tick: u64,
+        /// Its place among the machine's outputs.
+        place: u8,
+        /// On, else off.
+        on: bool,
+    },
     /// Everything off.
     Safe,
 }
@@ -36,11 +55,11 @@ impl Pins for Recorder {
                 self.position[axis] += if forward >> axis & 1 == 1 { 1 } else { -1 };
             }
         }
-        self.written.push(Written::Step(at_tick, axes, forward));
+        self.written.push(Written::Step { tick: at_tick, axes, forward });
     }
 
     fn spindle(&mut self, at_tick: u64, rpm: u32) {
-        self.written.push(Written::Spindle(at_tick, rpm));
+        self.written.push(Written::Spindle { tick: at_tick, rpm });
     }
 
     fn inputs(&mut self, at_tick: u64) -> u32 {
@@ -48,7 +67,7 @@ impl Pins for Recorder {
     }
 
     fn output(&mut self, at_tick: u64, place: u8, on: bool) {
-        self.written.push(Written::Output(at_tick, place, on));
+        self.written.push(Written::Output { tick: at_tick, place, on });
     }
 
     fn safe(&mut self) {

@@ -5,7 +5,7 @@
 //! Does not know colours; whoever paints gives each ink its own.
 
 use super::layout::{BAR, ROW_PX, SMALL_PX, TITLE_PX, is_bars, layout, text_width_px};
-use super::{Frame, Look, Mark, Panel, Plot, Series};
+use super::{Plot, PlotFrame, PlotMark, PlotPanel, Series, SeriesLook};
 
 /// What a shape is drawn in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,7 +35,7 @@ pub enum Anchor {
 
 /// Something to paint. All numbers in px from the top left corner.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum PlotShape {
     /// A line through points.
     Line {
         /// Ink.
@@ -75,7 +75,7 @@ pub enum Shape {
 }
 
 /// Draws `plot` in a picture of `width_px` × `height_px`.
-pub fn draw(plot: &Plot, width_px: f64, height_px: f64) -> Vec<Shape> {
+pub fn draw(plot: &Plot, width_px: f64, height_px: f64) -> Vec<PlotShape> {
     let mut shapes = Vec::new();
     if !plot.title.is_empty() {
         let at = [0.5 * width_px, 10.0 + TITLE_PX];
@@ -94,15 +94,15 @@ pub fn draw(plot: &Plot, width_px: f64, height_px: f64) -> Vec<Shape> {
     shapes
 }
 
-fn words(ink: Ink, at: [f64; 2], size: f64, anchor: Anchor, text: &str) -> Shape {
-    Shape::Words { ink, at, size, anchor, turned: false, text: text.to_owned() }
+fn words(ink: Ink, at: [f64; 2], size: f64, anchor: Anchor, text: &str) -> PlotShape {
+    PlotShape::Words { ink, at, size, anchor, turned: false, text: text.to_owned() }
 }
 
-fn line(ink: Ink, points: &[[f64; 2]]) -> Shape {
-    Shape::Line { ink, points: points.to_vec() }
+fn line(ink: Ink, points: &[[f64; 2]]) -> PlotShape {
+    PlotShape::Line { ink, points: points.to_vec() }
 }
 
-fn axes(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
+fn axes(shapes: &mut Vec<PlotShape>, panel: &PlotPanel, frame: &PlotFrame) {
     let (left, top) = (frame.left_px, frame.top_px);
     let (right, bottom) = (left + frame.width_px, top + frame.height_px);
     for (value, word) in frame.x_ticks.values.iter().zip(&frame.x_ticks.words) {
@@ -125,7 +125,7 @@ fn axes(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
         let at = [0.5 * (left + right), bottom + 2.0 * ROW_PX + 1.0];
         shapes.push(words(Ink::Text, at, SMALL_PX, Anchor::Middle, &panel.x.words()));
     }
-    shapes.push(Shape::Words {
+    shapes.push(PlotShape::Words {
         ink: Ink::Text,
         at: [SMALL_PX + 5.0, 0.5 * (top + bottom)],
         size: SMALL_PX,
@@ -135,7 +135,7 @@ fn axes(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
     });
 }
 
-fn data(shapes: &mut Vec<Shape>, series: &Series, ink: Ink, frame: &Frame) {
+fn data(shapes: &mut Vec<PlotShape>, series: &Series, ink: Ink, frame: &PlotFrame) {
     if is_bars(series.look) {
         for pair in series.points.chunks_exact(2) {
             shapes.extend(bar(pair[0], pair[1][0], ink, frame));
@@ -145,7 +145,7 @@ fn data(shapes: &mut Vec<Shape>, series: &Series, ink: Ink, frame: &Frame) {
     let mut piece: Vec<[f64; 2]> = Vec::new();
     for point in series.points.iter().chain([&[f64::NAN; 2]]) {
         if point.iter().all(|value| value.is_finite()) {
-            if let (Look::Stairs, Some(last)) = (series.look, piece.last()) {
+            if let (SeriesLook::Stairs, Some(last)) = (series.look, piece.last()) {
                 piece.push([frame.px(point[0]), last[1]]);
             }
             piece.push([frame.px(point[0]), frame.py(point[1])]);
@@ -153,19 +153,21 @@ fn data(shapes: &mut Vec<Shape>, series: &Series, ink: Ink, frame: &Frame) {
         }
         let piece = inside(thinned(&std::mem::take(&mut piece)), frame);
         match series.look {
-            Look::Dots => shapes.extend(piece.into_iter().flatten().map(|at| Shape::Dot { ink, at })),
-            _ => shapes.extend(piece.into_iter().map(|points| Shape::Line { ink, points })),
+            SeriesLook::Dots => {
+                shapes.extend(piece.into_iter().flatten().map(|at| PlotShape::Dot { ink, at }));
+            }
+            _ => shapes.extend(piece.into_iter().map(|points| PlotShape::Line { ink, points })),
         }
     }
 }
 
-fn bar(start: [f64; 2], end_x: f64, ink: Ink, frame: &Frame) -> Option<Shape> {
+fn bar(start: [f64; 2], end_x: f64, ink: Ink, frame: &PlotFrame) -> Option<PlotShape> {
     let edges =
         [frame.px(start[0]), frame.px(end_x)].map(|x| x.clamp(frame.left_px, frame.left_px + frame.width_px));
     let rows = [frame.py(start[1] + 0.5 * BAR), frame.py(start[1] - 0.5 * BAR)]
         .map(|y| y.clamp(frame.top_px, frame.top_px + frame.height_px));
     let at = [edges[0], rows[0], edges[1] - edges[0], rows[1] - rows[0]];
-    (at.iter().all(|value| value.is_finite()) && at[2] >= 0.0).then_some(Shape::Area { ink, at })
+    (at.iter().all(|value| value.is_finite()) && at[2] >= 0.0).then_some(PlotShape::Area { ink, at })
 }
 
 /// What of a line a pixel can show: of every column the first, lowest, highest and last point, in their order.
@@ -190,7 +192,7 @@ fn thinned(points: &[[f64; 2]]) -> Vec<[f64; 2]> {
 }
 
 /// The pieces of a line that lie inside the frame, cut at its edges.
-fn inside(points: Vec<[f64; 2]>, frame: &Frame) -> Vec<Vec<[f64; 2]>> {
+fn inside(points: Vec<[f64; 2]>, frame: &PlotFrame) -> Vec<Vec<[f64; 2]>> {
     let low = [frame.left_px - 0.5, frame.top_px - 0.5];
     let high = [frame.left_px + frame.width_px + 0.5, frame.top_px + frame.height_px + 0.5];
     let within = |point: &[f64; 2]| (0..2).all(|k| point[k] >= low[k] && point[k] <= high[k]);
@@ -232,11 +234,11 @@ fn cut(start: [f64; 2], end: [f64; 2], low: [f64; 2], high: [f64; 2]) -> Option<
     (enter <= leave).then(|| [at(enter), at(leave)])
 }
 
-fn marks(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
+fn marks(shapes: &mut Vec<PlotShape>, panel: &PlotPanel, frame: &PlotFrame) {
     let (right, bottom) = (frame.left_px + frame.width_px, frame.top_px + frame.height_px);
     for (mark, row) in panel.marks.iter().zip(&frame.mark_rows) {
         match mark {
-            Mark::At(x, text) => {
+            PlotMark::At(x, text) => {
                 let px = frame.px(*x);
                 if !(px >= frame.left_px - 0.5 && px <= right + 0.5) {
                     continue;
@@ -249,7 +251,7 @@ fn marks(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
                     shapes.push(words(Ink::Mark, at, SMALL_PX, Anchor::Start, text));
                 }
             }
-            Mark::Level(y, text) => {
+            PlotMark::Level(y, text) => {
                 let py = frame.py(*y);
                 if !(py >= frame.top_px - 0.5 && py <= bottom + 0.5) {
                     continue;
@@ -266,15 +268,15 @@ fn marks(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
     }
 }
 
-fn legend(shapes: &mut Vec<Shape>, panel: &Panel, frame: &Frame) {
+fn legend(shapes: &mut Vec<PlotShape>, panel: &PlotPanel, frame: &PlotFrame) {
     let rows = frame.mark_rows.iter().flatten().map(|row| row + 1).max().unwrap_or(0);
     let y = frame.top_px - 6.0 - rows as f64 * ROW_PX;
     let mut x = frame.left_px;
     for (index, series) in panel.series.iter().enumerate().filter(|(_, series)| !series.name.is_empty()) {
         let (ink, middle) = (Ink::Series(index), y - 4.0);
         match series.look {
-            Look::Bars => shapes.push(Shape::Area { ink, at: [x, middle - 4.0, 18.0, 8.0] }),
-            Look::Dots => shapes.push(Shape::Dot { ink, at: [x + 9.0, middle] }),
+            SeriesLook::Bars => shapes.push(PlotShape::Area { ink, at: [x, middle - 4.0, 18.0, 8.0] }),
+            SeriesLook::Dots => shapes.push(PlotShape::Dot { ink, at: [x + 9.0, middle] }),
             _ => shapes.push(line(ink, &[[x, middle], [x + 18.0, middle]])),
         }
         shapes.push(words(Ink::Text, [x + 23.0, y], SMALL_PX, Anchor::Start, &series.name));

@@ -1,9 +1,9 @@
 //! Where each panel of a plot lies in the picture, and which values its edges have.
 //!
-//! Comes in: a plot and the size of the picture, px. Goes out: one [`Frame`] a panel. Does not draw.
+//! Comes in: a plot and the size of the picture, px. Goes out: one [`PlotFrame`] a panel. Does not draw.
 
 use super::ticks::{Ticks, ticks, usable};
-use super::{Axis, Look, Mark, Panel, Plot};
+use super::{Plot, PlotAxis, PlotMark, PlotPanel, SeriesLook};
 
 /// Size of the words on axes, px.
 pub(super) const SMALL_PX: f64 = 11.0;
@@ -22,7 +22,7 @@ const LEAST_PX: f64 = 20.0;
 
 /// Where a panel lies, px from the top left corner, and what its edges mean.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Frame {
+pub struct PlotFrame {
     /// Left edge.
     pub left_px: f64,
     /// Upper edge.
@@ -47,7 +47,7 @@ pub struct Frame {
     pub mark_rows: Vec<Option<usize>>,
 }
 
-impl Frame {
+impl PlotFrame {
     /// Pixel of a value along x.
     pub fn px(&self, x: f64) -> f64 {
         self.left_px + (x - self.x[0]) / (self.x[1] - self.x[0]) * self.width_px
@@ -76,10 +76,10 @@ pub(super) fn text_width_px(text: &str, px: f64) -> f64 {
 
 /// Lays the panels of `plot` out in a picture of `width_px` × `height_px`. A picture that is too small gets frames of
 /// at least 20 px, which then reach over its edge.
-pub fn layout(plot: &Plot, width_px: f64, height_px: f64) -> Vec<Frame> {
-    let mut frames: Vec<Frame> = plot.panels.iter().map(valued).collect();
+pub fn layout(plot: &Plot, width_px: f64, height_px: f64) -> Vec<PlotFrame> {
+    let mut frames: Vec<PlotFrame> = plot.panels.iter().map(valued).collect();
     share_x(plot, &mut frames);
-    let widest = |frame: &Frame, axis: &Axis| {
+    let widest = |frame: &PlotFrame, axis: &PlotAxis| {
         let words = if axis.names.is_empty() { &frame.y_ticks.words } else { &axis.names };
         words.iter().map(|word| text_width_px(word, SMALL_PX)).fold(0.0, f64::max)
     };
@@ -115,11 +115,12 @@ pub fn layout(plot: &Plot, width_px: f64, height_px: f64) -> Vec<Frame> {
 }
 
 /// Panels whose x axes say the same, and are not bound by hand, reach equally far: moments stand over each other.
-fn share_x(plot: &Plot, frames: &mut [Frame]) {
+fn share_x(plot: &Plot, frames: &mut [PlotFrame]) {
     let own: Vec<[f64; 2]> = frames.iter().map(|frame| frame.x).collect();
     for (index, panel) in plot.panels.iter().enumerate().filter(|(_, panel)| panel.x.range.is_none()) {
-        let full =
-            |other: &Panel| other.series.iter().any(|one| !one.points.is_empty()) || !other.marks.is_empty();
+        let full = |other: &PlotPanel| {
+            other.series.iter().any(|one| !one.points.is_empty()) || !other.marks.is_empty()
+        };
         let alike = plot.panels.iter().zip(&own).filter(|(other, _)| {
             full(other) && other.x.range.is_none() && other.x.words() == panel.x.words()
         });
@@ -130,19 +131,19 @@ fn share_x(plot: &Plot, frames: &mut [Frame]) {
 }
 
 /// Room over a frame: legend and the words of marks.
-fn over(frame: &Frame) -> f64 {
+fn over(frame: &PlotFrame) -> f64 {
     let rows = frame.mark_rows.iter().flatten().map(|row| row + 1).max().unwrap_or(0);
     let legend = if frame.legend { ROW_PX + 3.0 } else { 0.0 };
     6.0 + legend + rows as f64 * ROW_PX
 }
 
 /// Room under a frame: numbers, and the words of the axis.
-fn under(frame: &Frame) -> f64 {
+fn under(frame: &PlotFrame) -> f64 {
     ROW_PX + 3.0 + if frame.x_words { ROW_PX + 3.0 } else { 0.0 }
 }
 
 /// A frame that knows its values and not yet its place.
-fn valued(panel: &Panel) -> Frame {
+fn valued(panel: &PlotPanel) -> PlotFrame {
     let x = panel.x.range.filter(|[low, high]| usable(*low, *high)).unwrap_or_else(|| reach(panel, 0));
     let y = if panel.y.names.is_empty() {
         panel.y.range.filter(|[low, high]| usable(*low, *high)).unwrap_or_else(|| reach(panel, 1))
@@ -154,7 +155,7 @@ fn valued(panel: &Panel) -> Frame {
     let y_ticks = ticks(rounded[0], rounded[1], 5);
     let (legend, x_words, mark_rows) = (false, true, Vec::new());
     let (left, top, width, height) = (0.0, 0.0, 1.0, 1.0);
-    Frame {
+    PlotFrame {
         left_px: left,
         top_px: top,
         width_px: width,
@@ -171,10 +172,10 @@ fn valued(panel: &Panel) -> Frame {
 
 /// From the lowest to the highest value of all series and marks along an axis (0: x, 1: y), widened where that is
 /// nothing.
-fn reach(panel: &Panel, axis: usize) -> [f64; 2] {
+fn reach(panel: &PlotPanel, axis: usize) -> [f64; 2] {
     let marks = panel.marks.iter().filter_map(|mark| match mark {
-        Mark::At(x, _) if axis == 0 => Some(*x),
-        Mark::Level(y, _) if axis == 1 => Some(*y),
+        PlotMark::At(x, _) if axis == 0 => Some(*x),
+        PlotMark::Level(y, _) if axis == 1 => Some(*y),
         _ => None,
     });
     let points = panel.series.iter().flat_map(|series| series.points.iter().map(|point| point[axis]));
@@ -201,13 +202,14 @@ fn outward([low, high]: [f64; 2], step: f64) -> [f64; 2] {
 
 /// A legend stands where there is something to tell apart and the panel above did not say the same.
 fn has_legend(plot: &Plot, index: usize) -> bool {
-    let names = |panel: &Panel| -> Vec<String> { panel.series.iter().map(|one| one.name.clone()).collect() };
+    let names =
+        |panel: &PlotPanel| -> Vec<String> { panel.series.iter().map(|one| one.name.clone()).collect() };
     let own = names(&plot.panels[index]);
     let said = index > 0 && names(&plot.panels[index - 1]) == own;
     !said && own.iter().any(|name| !name.is_empty())
 }
 
-fn has_x_words(plot: &Plot, frames: &[Frame], index: usize) -> bool {
+fn has_x_words(plot: &Plot, frames: &[PlotFrame], index: usize) -> bool {
     match plot.panels.get(index + 1) {
         Some(next) => {
             next.x.words() != plot.panels[index].x.words() || frames[index + 1].x != frames[index].x
@@ -217,11 +219,11 @@ fn has_x_words(plot: &Plot, frames: &[Frame], index: usize) -> bool {
 }
 
 /// Rows for the words of upright marks: each in the lowest row in which it does not touch the one before it.
-fn mark_rows(panel: &Panel, frame: &Frame) -> Vec<Option<usize>> {
+fn mark_rows(panel: &PlotPanel, frame: &PlotFrame) -> Vec<Option<usize>> {
     let mut ends = [f64::NEG_INFINITY; MARK_ROWS];
     let mut order: Vec<(usize, f64, f64)> = Vec::new();
     for (index, mark) in panel.marks.iter().enumerate() {
-        if let Mark::At(x, words) = mark
+        if let PlotMark::At(x, words) = mark
             && x.is_finite()
             && !words.is_empty()
         {
@@ -245,6 +247,6 @@ fn mark_rows(panel: &Panel, frame: &Frame) -> Vec<Option<usize>> {
 pub(super) const BAR: f64 = 0.6;
 
 /// Whether the series is drawn as bars.
-pub(super) fn is_bars(look: Look) -> bool {
-    look == Look::Bars
+pub(super) fn is_bars(look: SeriesLook) -> bool {
+    look == SeriesLook::Bars
 }

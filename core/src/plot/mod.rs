@@ -1,6 +1,6 @@
 //! A plot as data: panels with two axes, lines and bars, marks; drawn into plain shapes, and as SVG text.
 //!
-//! Comes in: numbers with names and units, the size of the picture in pixels. Goes out: [`Shape`]s, the same for the
+//! Comes in: numbers with names and units, the size of the picture in pixels. Goes out: [`PlotShape`]s, the same for the
 //! page and for a file, or the text of an SVG file. Does not know what is plotted, nor any language: every word comes
 //! from who fills the plot.
 //!
@@ -18,8 +18,8 @@ mod layout;
 mod svg;
 mod ticks;
 
-pub use draw::{Anchor, Ink, Shape, draw};
-pub use layout::{Frame, layout};
+pub use draw::{Anchor, Ink, PlotShape, draw};
+pub use layout::{PlotFrame, layout};
 pub use svg::svg;
 pub use ticks::{Ticks, ticks};
 
@@ -29,25 +29,25 @@ pub struct Plot {
     /// What the picture shows; may be empty.
     pub title: String,
     /// The panels from top to bottom.
-    pub panels: Vec<Panel>,
+    pub panels: Vec<PlotPanel>,
 }
 
 /// One pair of axes with everything drawn over them.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Panel {
+pub struct PlotPanel {
     /// To the right.
-    pub x: Axis,
+    pub x: PlotAxis,
     /// Up.
-    pub y: Axis,
+    pub y: PlotAxis,
     /// What is drawn, in the order of the colours.
     pub series: Vec<Series>,
     /// Lines with a word: moments, limits.
-    pub marks: Vec<Mark>,
+    pub marks: Vec<PlotMark>,
 }
 
 /// An axis.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Axis {
+pub struct PlotAxis {
     /// What is measured, for example `speed`.
     pub label: String,
     /// In which unit, for example `mm/s`; empty where there is none.
@@ -64,14 +64,14 @@ pub struct Series {
     /// Name in the legend; empty: not in the legend.
     pub name: String,
     /// How it is drawn.
-    pub look: Look,
+    pub look: SeriesLook,
     /// x and y. A point that is not a finite number interrupts the line.
     pub points: Vec<[f64; 2]>,
 }
 
 /// How a series is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Look {
+pub enum SeriesLook {
     /// Straight from point to point.
     #[default]
     Line,
@@ -85,14 +85,14 @@ pub enum Look {
 
 /// A line through the panel, with a word.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Mark {
+pub enum PlotMark {
     /// Upright, at an x.
     At(f64, String),
     /// Level, at a y.
     Level(f64, String),
 }
 
-impl Axis {
+impl PlotAxis {
     /// An axis of numbers that reaches as far as the data.
     pub fn new(label: &str, unit: &str) -> Self {
         Self { label: label.to_owned(), unit: unit.to_owned(), ..Self::default() }
@@ -107,12 +107,12 @@ impl Axis {
 impl Series {
     /// A line.
     pub fn line(name: &str, points: Vec<[f64; 2]>) -> Self {
-        Self { name: name.to_owned(), look: Look::Line, points }
+        Self { name: name.to_owned(), look: SeriesLook::Line, points }
     }
 
     /// The same in another look.
     #[must_use]
-    pub fn looking(mut self, look: Look) -> Self {
+    pub fn looking(mut self, look: SeriesLook) -> Self {
         self.look = look;
         self
     }

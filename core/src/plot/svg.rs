@@ -4,7 +4,7 @@
 //! out. The same plot gives the same bytes.
 
 use super::Plot;
-use super::draw::{Anchor, Ink, Shape, draw};
+use super::draw::{Anchor, Ink, PlotShape, draw};
 use std::fmt::Write as _;
 
 /// Colours of the series in turn: told apart by people who see colours differently, and by their brightness in print.
@@ -31,9 +31,9 @@ pub fn svg(plot: &Plot, width_px: f64, height_px: f64) -> String {
     out
 }
 
-fn write_shape(out: &mut String, shape: &Shape) {
+fn write_shape(out: &mut String, shape: &PlotShape) {
     let _ = match shape {
-        Shape::Line { ink, points } => {
+        PlotShape::Line { ink, points } => {
             let mut path = String::new();
             for point in points {
                 let gap = if path.is_empty() { "" } else { " " };
@@ -41,12 +41,12 @@ fn write_shape(out: &mut String, shape: &Shape) {
             }
             writeln!(out, "<polyline points=\"{path}\" fill=\"none\" {}/>", stroke(*ink))
         }
-        Shape::Area { ink, at: [x, y, width, height] } => {
+        PlotShape::Area { ink, at: [x, y, width, height] } => {
             let (x, y, width, height) = (short(*x), short(*y), short(*width), short(*height));
             let fill = colour(*ink);
             writeln!(out, "<rect x=\"{x}\" y=\"{y}\" width=\"{width}\" height=\"{height}\" fill=\"{fill}\"/>")
         }
-        Shape::Dot { ink, at: [x, y] } => {
+        PlotShape::Dot { ink, at: [x, y] } => {
             writeln!(
                 out,
                 "<circle cx=\"{}\" cy=\"{}\" r=\"2.2\" fill=\"{}\"/>",
@@ -55,7 +55,7 @@ fn write_shape(out: &mut String, shape: &Shape) {
                 colour(*ink)
             )
         }
-        Shape::Words { ink, at: [x, y], size, anchor, turned, text } => {
+        PlotShape::Words { ink, at: [x, y], size, anchor, turned, text } => {
             let (x, y) = (short(*x), short(*y));
             let turn = if *turned { format!(" transform=\"rotate(-90 {x} {y})\"") } else { String::new() };
             let anchor = match anchor {
@@ -118,7 +118,7 @@ fn escaped(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Axis, Look, Mark, Panel, Plot, Series};
+    use super::super::{Plot, PlotAxis, PlotMark, PlotPanel, Series, SeriesLook};
     use super::*;
 
     fn sample() -> Plot {
@@ -128,22 +128,22 @@ mod tests {
         Plot {
             title: "<Z & \"XY\">\u{1}".to_owned(),
             panels: vec![
-                Panel {
-                    x: Axis::new("time", "s"),
-                    y: Axis::new("speed", "mm/s"),
+                PlotPanel {
+                    x: PlotAxis::new("time", "s"),
+                    y: PlotAxis::new("speed", "mm/s"),
                     series: vec![Series::line("one", curve(1.0)), Series::line("two", curve(-1.0))],
-                    marks: vec![Mark::At(0.1, "contact".into()), Mark::Level(300.0, "limit".into())],
+                    marks: vec![PlotMark::At(0.1, "contact".into()), PlotMark::Level(300.0, "limit".into())],
                 },
-                Panel {
-                    x: Axis::new("time", "s"),
-                    y: Axis { names: vec!["XY".into(), "Z1".into()], ..Axis::default() },
-                    series: vec![Series::line("move", gantt).looking(Look::Bars)],
+                PlotPanel {
+                    x: PlotAxis::new("time", "s"),
+                    y: PlotAxis { names: vec!["XY".into(), "Z1".into()], ..PlotAxis::default() },
+                    series: vec![Series::line("move", gantt).looking(SeriesLook::Bars)],
                     marks: Vec::new(),
                 },
-                Panel {
-                    x: Axis::new("time", "s"),
-                    y: Axis { range: Some([0.0, 2.5]), ..Axis::new("state", "") },
-                    series: vec![Series::line("", stairs).looking(Look::Stairs)],
+                PlotPanel {
+                    x: PlotAxis::new("time", "s"),
+                    y: PlotAxis { range: Some([0.0, 2.5]), ..PlotAxis::new("state", "") },
+                    series: vec![Series::line("", stairs).looking(SeriesLook::Stairs)],
                     marks: Vec::new(),
                 },
             ],
@@ -193,7 +193,9 @@ mod tests {
         // The stairs leave their axis at 3 > 2.5 and are cut there.
         let top = frames[2].top_px;
         let lowest = draw(&plot, 640.0, 480.0).iter().fold(f64::INFINITY, |least, shape| match shape {
-            Shape::Line { ink: Ink::Series(0), points } if points.iter().all(|p| p[1] > frames[1].top_px) => {
+            PlotShape::Line { ink: Ink::Series(0), points }
+                if points.iter().all(|p| p[1] > frames[1].top_px) =>
+            {
                 points.iter().map(|p| p[1]).fold(least, f64::min)
             }
             _ => least,
@@ -208,13 +210,14 @@ mod tests {
         for x in strange {
             points.extend(strange.map(|y| [x, y]));
         }
-        for look in [Look::Line, Look::Stairs, Look::Dots, Look::Bars] {
+        for look in [SeriesLook::Line, SeriesLook::Stairs, SeriesLook::Dots, SeriesLook::Bars] {
             for cut in [0, 1, 2, points.len()] {
                 for range in [None, Some([0.0, 0.0]), Some([f64::NAN, 1.0]), Some([-1e308, 1e308])] {
                     let series = Series::line("a", points[..cut].to_vec()).looking(look);
-                    let axis = Axis { range, ..Axis::new("a", "b") };
-                    let marks = vec![Mark::At(f64::NAN, "x".into()), Mark::Level(f64::INFINITY, "y".into())];
-                    let panel = Panel { x: axis.clone(), y: axis, series: vec![series], marks };
+                    let axis = PlotAxis { range, ..PlotAxis::new("a", "b") };
+                    let marks =
+                        vec![PlotMark::At(f64::NAN, "x".into()), PlotMark::Level(f64::INFINITY, "y".into())];
+                    let panel = PlotPanel { x: axis.clone(), y: axis, series: vec![series], marks };
                     let plot = Plot { title: String::new(), panels: vec![panel; 3] };
                     for size in [0.0, -3.0, f64::NAN, 120.0, 1e9] {
                         let text = svg(&plot, size, size);

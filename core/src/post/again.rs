@@ -9,7 +9,7 @@
 //! diagnostics. Lengths in mm. Does not know what a difference is.
 
 use super::dialect::{Dialect, Helix};
-use super::names::Part;
+use super::names::TemplateKind;
 use super::writer::{OutputFile, parts};
 use super::{excellon, read_back};
 use crate::diagnostic::{Diagnostic, Severity};
@@ -94,7 +94,8 @@ fn slack(dialect: Option<&Dialect>) -> (f64, f64) {
 /// The program, moved as the templates of the dialect say; and that they do.
 fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Diagnostic>) {
     let mut moved = program.clone();
-    let shift = |part: Part| dialect.templates(part).map_or([Length::ZERO; 2], |templates| templates.shift);
+    let shift =
+        |part: TemplateKind| dialect.templates(part).map_or([Length::ZERO; 2], |templates| templates.shift);
     for (leg, part) in moved.legs.iter_mut().zip(parts(program, dialect)) {
         let [x, y] = shift(part);
         let by = |at: &mut Point| *at = Point::new(at.x + x, at.y + y);
@@ -109,7 +110,7 @@ fn shifted(program: &Program, dialect: &Dialect) -> (Program, Vec<Diagnostic>) {
             }
         }
     }
-    let said = Part::ALL.map(shift).into_iter().find(|shift| *shift != [Length::ZERO; 2]);
+    let said = TemplateKind::ALL.map(shift).into_iter().find(|shift| *shift != [Length::ZERO; 2]);
     let said = said.map(|[x, y]| Diagnostic::warning("written.moved").with("x", x.mm()).with("y", y.mm()));
     (moved, said.into_iter().collect())
 }

@@ -17,7 +17,7 @@ use crate::units::Length;
 use std::f64::consts::PI;
 
 /// Angles that are a hair over a limit are not cut for it.
-const HAIR: f64 = 1e-9;
+const HAIR_RAD: f64 = 1e-9;
 
 /// A place of the tip: in the plane, and its height.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -113,7 +113,7 @@ impl Curve {
 fn parts(turn: f64, full: bool, arcs: &Arcs, centre: Centre) -> u32 {
     let mut parts = if full { arcs.full_circle_parts.max(1) } else { 1 };
     let fits = |parts: u32| {
-        let degrees = (turn / f64::from(parts)).to_degrees() - HAIR;
+        let degrees = (turn / f64::from(parts)).to_degrees() - HAIR_RAD;
         let told = match centre {
             Centre::Said => true,
             Centre::Radius => degrees <= 120.0,

@@ -3,7 +3,7 @@
 //!
 //! Comes in: the text of a dialect file, by way of `read`. Goes out: a [`Dialect`]. Does not know programs.
 
-use super::names::{Block, Part, parameter};
+use super::names::{Block, TemplateKind, parameter};
 use super::number::Format;
 use super::template::Template;
 use crate::units::Length;
@@ -16,11 +16,11 @@ pub struct Dialect {
     /// Name for people.
     pub name: String,
     /// When a new file begins.
-    pub files: Files,
+    pub files: FileSplit,
     /// What programs and their files may be called, where not everything goes.
     pub program_name: Option<NameStyle>,
     /// How numbers are written, and which parameters differ.
-    pub numbers: Numbers,
+    pub numbers: NumberStyle,
     /// Lines: numbers, ends, block delete.
     pub lines: LineStyle,
     /// Comments: their signs, and whether they stay.
@@ -44,7 +44,7 @@ pub struct Dialect {
 
 /// When a new file begins.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Files {
+pub enum FileSplit {
     /// Never: the whole job in one.
     #[default]
     Job,
@@ -92,14 +92,14 @@ pub struct NameStyle {
 
 /// How numbers are written.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Numbers {
+pub struct NumberStyle {
     /// Every length, and what follows it.
     pub base: Format,
     /// Parameters with a format of their own.
     pub own: BTreeMap<&'static str, Format>,
 }
 
-impl Numbers {
+impl NumberStyle {
     /// The format of `name`.
     pub fn of(&self, name: &str) -> Format {
         let decimals = parameter(name).and_then(|row| row.decimals).unwrap_or(self.base.decimals);
@@ -125,7 +125,7 @@ pub struct LineStyle {
     /// Lines end with carriage return and line feed.
     pub crlf: bool,
     /// Blocks whose lines begin with `/`, so that a person can have them skipped.
-    pub skippable: Vec<(Part, Block)>,
+    pub skippable: Vec<(TemplateKind, Block)>,
 }
 
 /// Comments.
@@ -242,9 +242,10 @@ impl Dialect {
 
     /// How a tool comes into the spindle.
     pub fn changes(&self) -> Changes {
-        let blocks = || Part::ALL.into_iter().filter_map(|part| self.templates(part)).map(|own| &own.blocks);
+        let blocks =
+            || TemplateKind::ALL.into_iter().filter_map(|part| self.templates(part)).map(|own| &own.blocks);
         let changer = |block: &Template| ["M6", "M06", "TOOL CALL"].iter().any(|word| block.says(word));
-        if self.files == Files::Bit && blocks().any(|own| own.contains_key(&Block::Load)) {
+        if self.files == FileSplit::Bit && blocks().any(|own| own.contains_key(&Block::Load)) {
             Changes::Before
         } else if blocks().filter_map(|own| own.get(&Block::Change)).any(changer) {
             Changes::Changer
@@ -255,16 +256,16 @@ impl Dialect {
 
     /// The same; a new file begins when `files` says so, if it says anything.
     #[must_use]
-    pub fn in_files(mut self, files: Option<Files>) -> Self {
+    pub fn in_files(mut self, files: Option<FileSplit>) -> Self {
         self.files = files.unwrap_or(self.files);
         self
     }
 
     /// The template for `part`, if there is one.
-    pub fn templates(&self, part: Part) -> Option<&Templates> {
+    pub fn templates(&self, part: TemplateKind) -> Option<&Templates> {
         match part {
-            Part::Drill => self.drill.as_ref(),
-            Part::Engrave => self.engrave.as_ref(),
+            TemplateKind::Drill => self.drill.as_ref(),
+            TemplateKind::Engrave => self.engrave.as_ref(),
         }
     }
 }

@@ -10,7 +10,7 @@
 
 use super::arcs::{Curve, Piece, Tip};
 use super::dialect::Arcs;
-use super::number::{Format, Zeros};
+use super::number::{Format, TrailingZeros};
 use super::read::Centre;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
@@ -34,7 +34,7 @@ pub(super) const THROUGH: Length = Length::from_um(2_000);
 /// A length in mm: three digits after the point, or six where three would not be exact.
 fn number(length: Length) -> String {
     let decimals = if length.nm() % 1_000 == 0 { 3 } else { 6 };
-    Format { decimals, trailing: Zeros::All, leading: 1, point: true, plus: false }.text(length.nm())
+    Format { decimals, trailing: TrailingZeros::All, leading: 1, point: true, plus: false }.text(length.nm())
 }
 
 /// The program as a drill file. Refused where a depth would have to be said: for V-bits, and for toolpaths that end above others.

@@ -7,8 +7,8 @@
 //! Comes in: a program, its dialect, the briefing of its job. Goes out: for each file its name and the sentences of its head.
 //! Does not know templates.
 
-use super::dialect::{Changes, Dialect, Files};
-use super::names::Part;
+use super::dialect::{Changes, Dialect, FileSplit};
+use super::names::TemplateKind;
 use super::values::number_of;
 use super::writer::{name, parts};
 use crate::job::{Briefing, Mark, Program, ToolBriefing};
@@ -26,7 +26,7 @@ pub(super) struct FileOf {
     pub(super) number: usize,
     /// What its head says.
     pub(super) head: Vec<String>,
-    part: Option<Part>,
+    part: Option<TemplateKind>,
 }
 
 /// The files that there will be of side `side` of a job.
@@ -34,7 +34,7 @@ pub(super) fn files(dialect: &Dialect, program: &Program, briefing: &Briefing, s
     let mut files = cut_up(dialect, program);
     let count = files.len();
     // What the sides before it leave numbered.
-    let apart = dialect.files == Files::Bit;
+    let apart = dialect.files == FileSplit::Bit;
     let before: usize =
         briefing.sides.iter().take(side).map(|side| if apart { side.tools.len() } else { 1 }).sum();
     for (index, file) in files.iter_mut().enumerate() {
@@ -45,7 +45,7 @@ pub(super) fn files(dialect: &Dialect, program: &Program, briefing: &Briefing, s
             (style, 1) => name(style, program, ""),
             (Some(_), _) => name(dialect.program_name, program, &format!("_{}", index + 1)),
             (None, _) => {
-                let part = file.part.map_or("", Part::key);
+                let part = file.part.map_or("", TemplateKind::key);
                 name(None, program, &format!("-{}-{part}", index + 1))
             }
         };
@@ -57,7 +57,7 @@ pub(super) fn files(dialect: &Dialect, program: &Program, briefing: &Briefing, s
 
 /// Which bits come into which file.
 fn cut_up(dialect: &Dialect, program: &Program) -> Vec<FileOf> {
-    let ending = |part: Part| dialect.templates(part).map(|templates| templates.extension.as_str());
+    let ending = |part: TemplateKind| dialect.templates(part).map(|templates| templates.extension.as_str());
     let mut files: Vec<FileOf> = Vec::new();
     let mut loaded = None;
     let parts = parts(program, dialect);
@@ -67,9 +67,9 @@ fn cut_up(dialect: &Dialect, program: &Program) -> Vec<FileOf> {
         loaded = asked.or(loaded);
         let last = files.last().and_then(|file| file.part);
         let turned = last.is_none_or(|last| {
-            last != part && (dialect.files == Files::Operation || ending(last) != ending(part))
+            last != part && (dialect.files == FileSplit::Operation || ending(last) != ending(part))
         });
-        if turned || dialect.files == Files::Bit && asked.is_some() {
+        if turned || dialect.files == FileSplit::Bit && asked.is_some() {
             files.push(FileOf { part: Some(part), ..FileOf::default() });
         }
         if let Some(file) = files.last_mut() {

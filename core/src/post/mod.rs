@@ -30,15 +30,15 @@ mod writer;
 
 pub use again::{Differences, proved};
 pub use dialect::{
-    Arcs, Changes, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Rapids, Templates,
-    shipped,
+    Arcs, Changes, Comments, Dialect, FileSplit, Helix, LineStyle, Modal, NameStyle, NumberStyle, Rapids,
+    Templates, shipped,
 };
 pub use excellon::excellon;
-pub use names::{BLOCKS, Block, BlockRow, PARAMETERS, Parameter, Part};
-pub use number::{Format, Zeros};
+pub use names::{BLOCKS, Block, BlockRow, PARAMETERS, TemplateKind, TemplateParameter};
+pub use number::{Format, TrailingZeros};
 pub use preview::{Sample, preview};
 pub use read::check;
-pub use readback::{Written, read_back, titled};
+pub use readback::{ReadBack, read_back, titled};
 pub use run_sheet::{RunSheet, SheetRow, run_sheet};
 pub use writer::{OutputFile, write_side, write_with};
 
@@ -71,7 +71,7 @@ pub struct Manner {
     /// How fast rapid moves are, for controllers that must be told; none where nobody knows.
     pub rapids: Option<Rapids>,
     /// When a new file begins, where not as the dialect says.
-    pub files: Option<Files>,
+    pub files: Option<FileSplit>,
 }
 
 /// The highest that a bit is lifted for a change: more is only a way.
@@ -144,7 +144,7 @@ pub fn write_for(
 /// template may have its reasons, so they are notes.
 pub fn warnings(dialect: &Dialect) -> Vec<Diagnostic> {
     let mut warnings = Vec::new();
-    for part in Part::ALL {
+    for part in TemplateKind::ALL {
         let blocks = dialect.templates(part).into_iter().flat_map(|templates| &templates.blocks);
         for (block, template) in blocks {
             let names = |some: &[&str]| template.names().any(|name| some.contains(&name));

@@ -6,14 +6,14 @@
 
 /// One of the two templates of a dialect.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Part {
+pub enum TemplateKind {
     /// Holes made by strokes of the spindle.
     Drill,
     /// Toolpaths milled with the tip in the board.
     Engrave,
 }
 
-impl Part {
+impl TemplateKind {
     /// Both.
     pub const ALL: [Self; 2] = [Self::Drill, Self::Engrave];
 
@@ -146,44 +146,44 @@ impl Block {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BlockRow {
     /// The template.
-    pub part: Part,
+    pub part: TemplateKind,
     /// The block.
     pub block: Block,
     /// Whether a dialect must have it.
     pub required: bool,
 }
 
-const fn block(part: Part, block: Block, required: bool) -> BlockRow {
+const fn block(part: TemplateKind, block: Block, required: bool) -> BlockRow {
     BlockRow { part, block, required }
 }
 
 /// Every block of both templates, in the order of the output.
 pub const BLOCKS: &[BlockRow] = &[
-    block(Part::Drill, Block::Start, true),
-    block(Part::Drill, Block::Change, true),
-    block(Part::Drill, Block::Load, false),
-    block(Part::Drill, Block::Spindle, false),
-    block(Part::Drill, Block::Hole, true),
-    block(Part::Drill, Block::Peck, false),
-    block(Part::Drill, Block::End, true),
-    block(Part::Engrave, Block::Start, true),
-    block(Part::Engrave, Block::Change, false),
-    block(Part::Engrave, Block::Load, false),
-    block(Part::Engrave, Block::Spindle, false),
-    block(Part::Engrave, Block::Approach, true),
-    block(Part::Engrave, Block::Line, true),
-    block(Part::Engrave, Block::ArcCw, false),
-    block(Part::Engrave, Block::ArcCcw, false),
-    block(Part::Engrave, Block::HelixCw, false),
-    block(Part::Engrave, Block::HelixCcw, false),
-    block(Part::Engrave, Block::Wait, false),
-    block(Part::Engrave, Block::Leave, true),
-    block(Part::Engrave, Block::End, true),
+    block(TemplateKind::Drill, Block::Start, true),
+    block(TemplateKind::Drill, Block::Change, true),
+    block(TemplateKind::Drill, Block::Load, false),
+    block(TemplateKind::Drill, Block::Spindle, false),
+    block(TemplateKind::Drill, Block::Hole, true),
+    block(TemplateKind::Drill, Block::Peck, false),
+    block(TemplateKind::Drill, Block::End, true),
+    block(TemplateKind::Engrave, Block::Start, true),
+    block(TemplateKind::Engrave, Block::Change, false),
+    block(TemplateKind::Engrave, Block::Load, false),
+    block(TemplateKind::Engrave, Block::Spindle, false),
+    block(TemplateKind::Engrave, Block::Approach, true),
+    block(TemplateKind::Engrave, Block::Line, true),
+    block(TemplateKind::Engrave, Block::ArcCw, false),
+    block(TemplateKind::Engrave, Block::ArcCcw, false),
+    block(TemplateKind::Engrave, Block::HelixCw, false),
+    block(TemplateKind::Engrave, Block::HelixCcw, false),
+    block(TemplateKind::Engrave, Block::Wait, false),
+    block(TemplateKind::Engrave, Block::Leave, true),
+    block(TemplateKind::Engrave, Block::End, true),
 ];
 
 /// One parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Parameter {
+pub struct TemplateParameter {
     /// What stands between the `@`.
     pub name: &'static str,
     /// Unit of the number, empty for counts and words.
@@ -198,8 +198,8 @@ pub struct Parameter {
     pub blocks: &'static [Block],
 }
 
-const fn length(name: &'static str, example: &'static str, blocks: &'static [Block]) -> Parameter {
-    Parameter { name, unit: "mm", example, decimals: None, word: false, blocks }
+const fn length(name: &'static str, example: &'static str, blocks: &'static [Block]) -> TemplateParameter {
+    TemplateParameter { name, unit: "mm", example, decimals: None, word: false, blocks }
 }
 
 const fn number(
@@ -208,19 +208,19 @@ const fn number(
     example: &'static str,
     decimals: u32,
     blocks: &'static [Block],
-) -> Parameter {
-    Parameter { name, unit, example, decimals: Some(decimals), word: false, blocks }
+) -> TemplateParameter {
+    TemplateParameter { name, unit, example, decimals: Some(decimals), word: false, blocks }
 }
 
-const fn word(name: &'static str, example: &'static str) -> Parameter {
-    Parameter { name, unit: "", example, decimals: None, word: true, blocks: EVERY }
+const fn word(name: &'static str, example: &'static str) -> TemplateParameter {
+    TemplateParameter { name, unit: "", example, decimals: None, word: true, blocks: EVERY }
 }
 
 /// The parameter whose line is written once for every sentence of the head.
 pub(super) const HEAD: &str = "HEAD";
 
 /// Every parameter.
-pub const PARAMETERS: &[Parameter] = &[
+pub const PARAMETERS: &[TemplateParameter] = &[
     length("X", "12.700", PLACES),
     length("Y", "8.890", PLACES),
     length("Z", "-0.100", HEIGHTS),
@@ -261,7 +261,7 @@ pub const PARAMETERS: &[Parameter] = &[
 ];
 
 /// The parameter called `name`.
-pub(super) fn parameter(name: &str) -> Option<&'static Parameter> {
+pub(super) fn parameter(name: &str) -> Option<&'static TemplateParameter> {
     PARAMETERS.iter().find(|row| row.name == name)
 }
 

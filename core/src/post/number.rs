@@ -4,7 +4,7 @@
 
 /// How the digits at the end of a number are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Zeros {
+pub enum TrailingZeros {
     /// `2.500`: as many as there are decimals.
     All,
     /// `2.5` and `2.0`: one stays.
@@ -21,7 +21,7 @@ pub struct Format {
     /// Digits after the point, at most 6.
     pub decimals: u32,
     /// What becomes of zeros at the end.
-    pub trailing: Zeros,
+    pub trailing: TrailingZeros,
     /// Digits before the point at least: 0 writes `.5`, 3 writes `000.5`.
     pub leading: u32,
     /// Whether there is a point. Without it the number counts units of its last digit.
@@ -65,11 +65,11 @@ impl Format {
         }
         let short = part.trim_end_matches('0');
         let text = match self.trailing {
-            Zeros::All => format!("{whole}.{part}"),
-            Zeros::One => format!("{whole}.{}", if short.is_empty() { "0" } else { short }),
-            Zeros::Point => format!("{whole}.{short}"),
-            Zeros::None if short.is_empty() => whole,
-            Zeros::None => format!("{whole}.{short}"),
+            TrailingZeros::All => format!("{whole}.{part}"),
+            TrailingZeros::One => format!("{whole}.{}", if short.is_empty() { "0" } else { short }),
+            TrailingZeros::Point => format!("{whole}.{short}"),
+            TrailingZeros::None if short.is_empty() => whole,
+            TrailingZeros::None => format!("{whole}.{short}"),
         };
         // A number has a digit, whatever was asked for.
         let text = if text.chars().any(|c| c.is_ascii_digit()) { text } else { format!("0{text}") };
@@ -83,22 +83,23 @@ mod tests {
 
     #[test]
     fn numbers_are_written_as_told() {
-        let plain = Format { decimals: 3, trailing: Zeros::All, leading: 1, point: true, plus: false };
+        let plain =
+            Format { decimals: 3, trailing: TrailingZeros::All, leading: 1, point: true, plus: false };
         let rows = [
             (1_500_000, plain, "1.500"),
-            (1_500_000, Format { trailing: Zeros::None, ..plain }, "1.5"),
-            (2_000_000, Format { trailing: Zeros::One, ..plain }, "2.0"),
-            (2_000_000, Format { trailing: Zeros::Point, ..plain }, "2."),
-            (2_000_000, Format { trailing: Zeros::None, ..plain }, "2"),
+            (1_500_000, Format { trailing: TrailingZeros::None, ..plain }, "1.5"),
+            (2_000_000, Format { trailing: TrailingZeros::One, ..plain }, "2.0"),
+            (2_000_000, Format { trailing: TrailingZeros::Point, ..plain }, "2."),
+            (2_000_000, Format { trailing: TrailingZeros::None, ..plain }, "2"),
             (2_000_000, Format { decimals: 0, ..plain }, "2"),
             (-400, plain, "0.000"),
             (-500, plain, "-0.001"),
             (499, plain, "0.000"),
             (500_000, Format { leading: 0, ..plain }, ".500"),
-            (0, Format { leading: 0, trailing: Zeros::None, ..plain }, "0"),
-            (0, Format { leading: 0, trailing: Zeros::Point, ..plain }, "0."),
+            (0, Format { leading: 0, trailing: TrailingZeros::None, ..plain }, "0"),
+            (0, Format { leading: 0, trailing: TrailingZeros::Point, ..plain }, "0."),
             (-500_000, Format { leading: 3, plus: true, ..plain }, "-000.500"),
-            (0, Format { plus: true, trailing: Zeros::None, ..plain }, "+0"),
+            (0, Format { plus: true, trailing: TrailingZeros::None, ..plain }, "+0"),
             (12_700_000, Format { point: false, leading: 3, ..plain }, "012700"),
             (-1_234_567, Format { decimals: 6, ..plain }, "-1.234567"),
             (-1_234_567, Format { decimals: 9, ..plain }, "-1.234567"),

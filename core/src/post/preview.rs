@@ -2,8 +2,8 @@
 //!
 //! Comes in: a dialect. Goes out: for every elementary action of a sample its block and its lines. Does not know the page.
 
-use super::dialect::{Dialect, Files};
-use super::names::{Block, Part};
+use super::dialect::{Dialect, FileSplit};
+use super::names::{Block, TemplateKind};
 use super::writer::write_traced;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
@@ -14,7 +14,7 @@ use crate::units::Length;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sample {
     /// The template.
-    pub part: Part,
+    pub part: TemplateKind,
     /// The block that made it.
     pub block: Block,
     /// Its lines.
@@ -24,7 +24,7 @@ pub struct Sample {
 /// Every elementary action of a small program in the words of `dialect`: two holes, one of them in two strokes, and a way of
 /// lines, arcs and a helix. Parts that the dialect has no template for are left out.
 pub fn preview(dialect: &Dialect) -> Result<Vec<Sample>, Diagnostic> {
-    let dialect = Dialect { files: Files::Job, ..dialect.clone() };
+    let dialect = Dialect { files: FileSplit::Job, ..dialect.clone() };
     let mut legs = vec![Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 0 }] }];
     if dialect.drill.is_some() {
         legs.extend(drilling(

@@ -4,10 +4,10 @@
 //! meant. Does not know programs.
 
 use super::dialect::{
-    Arcs, Comments, Dialect, Files, Helix, LineStyle, Modal, NameStyle, Numbers, Rapids, Templates,
+    Arcs, Comments, Dialect, FileSplit, Helix, LineStyle, Modal, NameStyle, NumberStyle, Rapids, Templates,
 };
-use super::names::{BLOCKS, Block, CURVES, PARAMETERS, Part};
-use super::number::{Format, Zeros};
+use super::names::{BLOCKS, Block, CURVES, PARAMETERS, TemplateKind};
+use super::number::{Format, TrailingZeros};
 use super::template::{Fault, Known, Template};
 use super::words::{Table, Words};
 use crate::diagnostic::{Diagnostic, nearest};
@@ -20,7 +20,7 @@ const LARGEST: usize = 1 << 20;
 /// Parameters whose words may be left out where they say again what they said last.
 const MODAL: &[&str] = &["X", "Y", "Z", "F", "V", "S", "T"];
 /// Largest shift either way, in mm.
-const LARGEST_SHIFT: f64 = 1e4;
+const LARGEST_SHIFT_MM: f64 = 1e4;
 
 const TOP: &[&str] = &[
     "schema",
@@ -72,7 +72,7 @@ fn read(file: &str, text: &str) -> (Dialect, Vec<Diagnostic>) {
     let mut dialect = blank();
     dialect.name = words.short(&mut top, "name", 100, |c| !c.is_control()).unwrap_or_default();
     let top_rows = shared(&mut words, &mut top);
-    let choices = [("job", Files::Job), ("operation", Files::Operation), ("bit", Files::Bit)];
+    let choices = [("job", FileSplit::Job), ("operation", FileSplit::Operation), ("bit", FileSplit::Bit)];
     dialect.files = words.choice(&mut top, "files", &choices).unwrap_or_default();
     if let Some(table) = words.table(&mut top, "program_name") {
         dialect.program_name = Some(program_name(&mut words, table));
@@ -92,12 +92,12 @@ fn read(file: &str, text: &str) -> (Dialect, Vec<Diagnostic>) {
     if let Some(table) = words.table(&mut top, "arcs") {
         dialect.arcs = arcs(&mut words, table);
     }
-    for part in Part::ALL {
+    for part in TemplateKind::ALL {
         let Some(table) = words.table(&mut top, part.key()) else { continue };
         let read = templates(&mut words, table, part, &top_rows, dialect.drill.as_ref(), dialect.arcs);
         match part {
-            Part::Drill => dialect.drill = Some(read),
-            Part::Engrave => dialect.engrave = Some(read),
+            TemplateKind::Drill => dialect.drill = Some(read),
+            TemplateKind::Engrave => dialect.engrave = Some(read),
         }
     }
     if dialect.drill.is_none() && dialect.engrave.is_none() && words.faults.is_empty() {
@@ -112,10 +112,10 @@ fn read(file: &str, text: &str) -> (Dialect, Vec<Diagnostic>) {
 fn blank() -> Dialect {
     Dialect {
         name: String::new(),
-        files: Files::Job,
+        files: FileSplit::Job,
         program_name: None,
-        numbers: Numbers {
-            base: Format { decimals: 3, trailing: Zeros::All, leading: 1, point: true, plus: false },
+        numbers: NumberStyle {
+            base: Format { decimals: 3, trailing: TrailingZeros::All, leading: 1, point: true, plus: false },
             own: BTreeMap::new(),
         },
         lines: LineStyle {
@@ -150,7 +150,7 @@ struct Shared {
 fn shared<'a>(words: &mut Words<'a>, table: &mut Table<'a>) -> Shared {
     let plain = |c: char| c.is_ascii_alphanumeric() || c == '_';
     let extension = words.short(table, "extension", 16, plain).filter(|text| !text.is_empty());
-    let shift = words.pair(table, "shift_mm", -LARGEST_SHIFT..LARGEST_SHIFT);
+    let shift = words.pair(table, "shift_mm", -LARGEST_SHIFT_MM..LARGEST_SHIFT_MM);
     let radius = words.number(table, "tool_radius_mm", 0.0..100.0);
     Shared {
         extension,
@@ -168,7 +168,12 @@ fn program_name<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> NameStyle {
 
 /// A number format: what `table` says over `base`. What is left in the table is not of a format.
 fn format<'a>(words: &mut Words<'a>, table: &mut Table<'a>, base: Format) -> Format {
-    let choices = [("all", Zeros::All), ("one", Zeros::One), ("point", Zeros::Point), ("none", Zeros::None)];
+    let choices = [
+        ("all", TrailingZeros::All),
+        ("one", TrailingZeros::One),
+        ("point", TrailingZeros::Point),
+        ("none", TrailingZeros::None),
+    ];
     Format {
         decimals: words.count(table, "decimals", 0..6).unwrap_or(base.decimals),
         trailing: words.choice(table, "trailing_zeros", &choices).unwrap_or(base.trailing),
@@ -178,9 +183,9 @@ fn format<'a>(words: &mut Words<'a>, table: &mut Table<'a>, base: Format) -> For
     }
 }
 
-fn numbers<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> Numbers {
+fn numbers<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> NumberStyle {
     let base = format(words, &mut table, blank().numbers.base);
-    let mut numbers = Numbers { base, own: BTreeMap::new() };
+    let mut numbers = NumberStyle { base, own: BTreeMap::new() };
     for row in PARAMETERS.iter().filter(|row| !row.word) {
         if let Some(mut own) = words.table(&mut table, row.name) {
             let format = format(words, &mut own, numbers.of(row.name));
@@ -216,7 +221,7 @@ fn lines<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> LineStyle {
     style
 }
 
-fn block_named(words: &mut Words<'_>, name: &Spanned<String>) -> Option<(Part, Block)> {
+fn block_named(words: &mut Words<'_>, name: &Spanned<String>) -> Option<(TemplateKind, Block)> {
     let full = |row: &super::names::BlockRow| format!("{}.{}", row.part.key(), row.block.key());
     let names: Vec<String> = BLOCKS.iter().map(full).collect();
     let found = BLOCKS.iter().zip(&names).find(|(_, known)| *known == name.get_ref());
@@ -286,7 +291,7 @@ fn arcs<'a>(words: &mut Words<'a>, mut table: Table<'a>) -> Arcs {
 fn templates<'a>(
     words: &mut Words<'a>,
     mut table: Table<'a>,
-    part: Part,
+    part: TemplateKind,
     top: &Shared,
     drill: Option<&Templates>,
     arcs: Arcs,
@@ -320,7 +325,7 @@ fn templates<'a>(
     Templates {
         extension: own.extension.or_else(|| top.extension.clone()).unwrap_or_default(),
         shift: own.shift.or(top.shift).unwrap_or_default(),
-        tool_radius: own.tool_radius.or(top.tool_radius).filter(|_| part == Part::Engrave),
+        tool_radius: own.tool_radius.or(top.tool_radius).filter(|_| part == TemplateKind::Engrave),
         blocks,
     }
 }
@@ -334,7 +339,7 @@ fn needed(block: Block, required: bool, arcs: Arcs) -> bool {
     }
 }
 
-fn template(words: &mut Words<'_>, part: Part, block: Block, text: &Spanned<String>) -> Template {
+fn template(words: &mut Words<'_>, part: TemplateKind, block: Block, text: &Spanned<String>) -> Template {
     let known = |name: &str| match PARAMETERS.iter().find(|row| row.name == name) {
         Some(row) if !row.blocks.contains(&block) => Known::No,
         Some(row) if row.word => Known::Word,
@@ -352,7 +357,7 @@ fn template(words: &mut Words<'_>, part: Part, block: Block, text: &Spanned<Stri
 /// The diagnostic for a fault at byte `at` of a template, and its byte in the file.
 fn explain(
     words: &Words<'_>,
-    part: Part,
+    part: TemplateKind,
     block: Block,
     value: &Spanned<String>,
     fault: &Fault,

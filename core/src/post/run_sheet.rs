@@ -11,7 +11,7 @@
 use super::OutputFile;
 use super::dialect::Changes;
 use super::head::{tenths, time_text};
-use crate::job::{Briefing, Pins, SideBriefing, ToolBriefing};
+use crate::job::{AlignmentPins, Briefing, SideBriefing, ToolBriefing};
 use crate::locale;
 use serde::{Deserialize, Serialize};
 use std::fmt::Write;
@@ -196,7 +196,7 @@ fn blank(words: &Words<'_>, side: &SideBriefing, same: bool) -> Option<String> {
     Some(words.say(if same { "blank_is" } else { "blank_of" }, &args))
 }
 
-fn pins(words: &Words<'_>, pins: &Pins) -> String {
+fn pins(words: &Words<'_>, pins: &AlignmentPins) -> String {
     let places = pins.at.iter().map(|at| format!("X {:.2} Y {:.2}", at.x.mm(), at.y.mm()));
     let args = [
         ("count", pins.at.len().to_string()),

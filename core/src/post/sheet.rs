@@ -8,7 +8,7 @@
 //! Comes in: templates and the values of their parameters. Goes out: text. Does not know programs.
 
 use super::dialect::Dialect;
-use super::names::{Block, CURVES, HEAD, Part};
+use super::names::{Block, CURVES, HEAD, TemplateKind};
 use super::template::{Goes, Line, Piece, Template};
 use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
@@ -33,7 +33,7 @@ pub(super) enum Value {
 #[derive(Debug)]
 pub(super) struct Sheet<'a> {
     dialect: &'a Dialect,
-    part: Part,
+    part: TemplateKind,
     out: String,
     end: String,
     /// Where the end part goes.
@@ -53,7 +53,7 @@ struct Filled<'t> {
 }
 
 impl<'a> Sheet<'a> {
-    pub(super) fn new(dialect: &'a Dialect, part: Part) -> Self {
+    pub(super) fn new(dialect: &'a Dialect, part: TemplateKind) -> Self {
         Self {
             dialect,
             part,
@@ -68,7 +68,7 @@ impl<'a> Sheet<'a> {
     }
 
     /// The part whose blocks are written from here on.
-    pub(super) fn turn_to(&mut self, part: Part) {
+    pub(super) fn turn_to(&mut self, part: TemplateKind) {
         self.part = part;
     }
 

@@ -10,7 +10,7 @@
 //! Comes in: a program, an action. Goes out: numbers in millionths and words. Does not know templates.
 
 use super::arcs::{Curve, Tip};
-use super::dialect::{Numbers, Rapids};
+use super::dialect::{NumberStyle, Rapids};
 use super::names::HEAD;
 use super::sheet::Value;
 use crate::geometry::Point;
@@ -44,7 +44,7 @@ pub(super) struct Frame<'a> {
     pub(super) program: &'a Program,
     /// What the program in the file is called.
     pub(super) name: &'a str,
-    pub(super) numbers: &'a Numbers,
+    pub(super) numbers: &'a NumberStyle,
     pub(super) shift: [Length; 2],
     /// How near to the board the bit falls fast; none where it goes down at feed all the way.
     pub(super) fall_to: Option<Length>,

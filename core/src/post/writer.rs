@@ -15,9 +15,9 @@
 //! dialects there are.
 
 use super::arcs::{Curve, Piece, Tip};
-use super::dialect::{Changes, Dialect, Files, NameStyle, Templates};
+use super::dialect::{Changes, Dialect, FileSplit, NameStyle, Templates};
 use super::head::{self, FileOf};
-use super::names::{Block, Part};
+use super::names::{Block, TemplateKind};
 use super::preview::Sample;
 use super::sheet::Sheet;
 use super::values::{Action, Frame, number_of};
@@ -69,7 +69,7 @@ pub fn write_side(
     for (leg, &part) in program.legs.iter().zip(&parts) {
         writer.leg(leg, part)?;
     }
-    writer.finish(parts.last().copied().unwrap_or(Part::Drill))
+    writer.finish(parts.last().copied().unwrap_or(TemplateKind::Drill))
 }
 
 /// The program block by block: what `preview` shows.
@@ -96,15 +96,15 @@ fn mills(leg: &Leg) -> bool {
 }
 
 /// The template for each leg: that of the work it does or leads to.
-pub(super) fn parts(program: &Program, dialect: &Dialect) -> Vec<Part> {
+pub(super) fn parts(program: &Program, dialect: &Dialect) -> Vec<TemplateKind> {
     let own = |leg: &Leg| match leg.mark {
-        _ if mills(leg) => Some(Part::Engrave),
-        Mark::Hole(_) => Some(Part::Drill),
+        _ if mills(leg) => Some(TemplateKind::Engrave),
+        Mark::Hole(_) => Some(TemplateKind::Drill),
         _ => None,
     };
-    let only = if dialect.drill.is_some() { Part::Drill } else { Part::Engrave };
+    let only = if dialect.drill.is_some() { TemplateKind::Drill } else { TemplateKind::Engrave };
     let mut next = program.legs.iter().rev().find_map(own).unwrap_or(only);
-    let mut parts: Vec<Part> = program
+    let mut parts: Vec<TemplateKind> = program
         .legs
         .iter()
         .rev()
@@ -121,8 +121,8 @@ struct Writer<'a> {
     dialect: &'a Dialect,
     program: &'a Program,
     sheet: Option<Sheet<'a>>,
-    part: Part,
-    done: Vec<(Part, String)>,
+    part: TemplateKind,
+    done: Vec<(TemplateKind, String)>,
     /// How many files there will be is not known when a name is needed: they are counted first.
     files: Vec<FileOf>,
     /// The numbers of the program's bits.
@@ -145,7 +145,7 @@ impl<'a> Writer<'a> {
             dialect,
             program,
             sheet: None,
-            part: Part::Drill,
+            part: TemplateKind::Drill,
             done: Vec::new(),
             files: head::files(dialect, program, briefing, side),
             tools: briefing.numbers(side),
@@ -157,24 +157,24 @@ impl<'a> Writer<'a> {
         }
     }
 
-    fn templates(&self, part: Part) -> Result<&'a Templates, Diagnostic> {
+    fn templates(&self, part: TemplateKind) -> Result<&'a Templates, Diagnostic> {
         let code = match part {
-            Part::Drill => "post.no_drill_template",
-            Part::Engrave => "post.milling",
+            TemplateKind::Drill => "post.no_drill_template",
+            TemplateKind::Engrave => "post.milling",
         };
         self.dialect
             .templates(part)
             .ok_or_else(|| Diagnostic::error(code).with("dialect", &self.dialect.name))
     }
 
-    fn leg(&mut self, leg: &Leg, part: Part) -> Result<(), Diagnostic> {
+    fn leg(&mut self, leg: &Leg, part: TemplateKind) -> Result<(), Diagnostic> {
         match leg.mark {
             Mark::Prepare | Mark::Finish => {
                 self.settings(leg);
                 Ok(())
             }
             Mark::ChangeBit(bit) => {
-                let apart = self.dialect.files == Files::Bit;
+                let apart = self.dialect.files == FileSplit::Bit;
                 if apart {
                     self.close()?;
                 }
@@ -211,11 +211,11 @@ impl<'a> Writer<'a> {
     }
 
     /// A file for `part` is open afterwards; with `loaded`, a new one begins with the bit that is in.
-    fn open(&mut self, part: Part, loaded: bool) -> Result<(), Diagnostic> {
+    fn open(&mut self, part: TemplateKind, loaded: bool) -> Result<(), Diagnostic> {
         let templates = self.templates(part)?;
         let other = part != self.part;
         let ending = self.templates(self.part).map(|before| &before.extension);
-        let apart = self.dialect.files == Files::Operation || ending != Ok(&templates.extension);
+        let apart = self.dialect.files == FileSplit::Operation || ending != Ok(&templates.extension);
         if other && apart {
             self.close()?;
         }
@@ -249,7 +249,7 @@ impl<'a> Writer<'a> {
         Ok(())
     }
 
-    fn finish(mut self, part: Part) -> Result<Vec<OutputFile>, Diagnostic> {
+    fn finish(mut self, part: TemplateKind) -> Result<Vec<OutputFile>, Diagnostic> {
         if self.sheet.is_none() && self.done.is_empty() {
             self.open(part, false)?;
         }

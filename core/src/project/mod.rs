@@ -17,12 +17,12 @@ pub mod text;
 
 use crate::board::Face;
 use crate::cam::parameters::{self, Parameter};
-use crate::cam::work::{Action, Cure, Operation, Remedy, Work};
+use crate::cam::work::{LocalIsolation, Operation, OperationKind, Remedy, Work};
 use crate::diagnostic::{Diagnostic, nearest};
 use crate::geometry::Point;
 use crate::job::{Bit, Cutter};
 use crate::locale;
-use crate::machine::{Kind, Machine, Value};
+use crate::machine::{Machine, Value, ValueKind};
 use crate::units::Length;
 use std::fmt::Write as _;
 use toml::Spanned;
@@ -188,13 +188,18 @@ impl Reader<'_> {
         };
         let Some(mut operation) = Operation::usual(word, Face::Top, self.machine) else {
             let why = Diagnostic::error("project.unknown_kind");
-            return Err(self.place(why.with("found", word).with("known", Action::WORDS.join(", ")), word_at));
+            return Err(
+                self.place(why.with("found", word).with("known", OperationKind::WORDS.join(", ")), word_at)
+            );
         };
-        let others =
-            if matches!(operation.action, Action::Isolate(_)) { &["kind", "cure"][..] } else { &["kind"] };
+        let others = if matches!(operation.action, OperationKind::Isolate(_)) {
+            &["kind", "cure"][..]
+        } else {
+            &["kind"]
+        };
         self.rows(rows, parameters::OPERATION, others, &mut operation)?;
         let cures = rows.iter().find(|(name, _)| name.get_ref() == "cure");
-        if let (Action::Isolate(isolate), Some((name, value))) = (&mut operation.action, cures) {
+        if let (OperationKind::Isolate(isolate), Some((name, value))) = (&mut operation.action, cures) {
             let DeValue::Array(tables) = value.get_ref() else {
                 return self.unknown("cure", &["[[operation.cure]]"], name.span().start);
             };
@@ -203,7 +208,7 @@ impl Reader<'_> {
         Ok(operation)
     }
 
-    fn cure(&self, rows: &Table<'_>, at: usize) -> Result<Cure, Diagnostic> {
+    fn cure(&self, rows: &Table<'_>, at: usize) -> Result<LocalIsolation, Diagnostic> {
         let (mut from, mut to, mut bit, mut depth, mut with) = (None, None, None, None, None);
         for (name, found) in rows {
             let value = text::value(found.get_ref());
@@ -225,7 +230,7 @@ impl Reader<'_> {
             _ => None,
         };
         match (from, to, with) {
-            (Some(from), Some(to), Some(with)) => Ok(Cure { from, to, with }),
+            (Some(from), Some(to), Some(with)) => Ok(LocalIsolation { from, to, with }),
             _ => self.refuse("project.bad_cure", "cure", at),
         }
     }
@@ -277,7 +282,7 @@ pub fn write(work: &Work) -> String {
         let _ = write!(out, "\n[[operation]]\nkind = {}\n", text::literal(&Value::Text(word.to_owned())));
         write_rows(&mut out, parameters::OPERATION, operation, !described.contains(&word));
         described.push(word);
-        if let Action::Isolate(isolate) = &operation.action {
+        if let OperationKind::Isolate(isolate) = &operation.action {
             isolate.cures.iter().for_each(|cure| write_cure(&mut out, cure));
         }
     }
@@ -298,18 +303,18 @@ fn explain<T>(row: &Parameter<T>) -> String {
     let sentence = locale::text("en", &row.sentence_key(), &[]);
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
     match row.kind {
-        Kind::Text(_) => sentence,
-        Kind::Number(low, high)
-        | Kind::Whole(low, high)
-        | Kind::Numbers(low, high)
-        | Kind::Wholes(low, high) => {
+        ValueKind::Text(_) => sentence,
+        ValueKind::Number(low, high)
+        | ValueKind::Whole(low, high)
+        | ValueKind::Numbers(low, high)
+        | ValueKind::Wholes(low, high) => {
             format!("{sentence} {low} … {high}{unit}.")
         }
-        Kind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
+        ValueKind::Choice(words) => format!("{sentence} One of: {}.", words.join(", ")),
     }
 }
 
-fn write_cure(out: &mut String, cure: &Cure) {
+fn write_cure(out: &mut String, cure: &LocalIsolation) {
     let (x0, y0, x1, y1) = (cure.from.x.mm(), cure.from.y.mm(), cure.to.x.mm(), cure.to.y.mm());
     let _ = write!(out, "\n[[operation.cure]]\nfrom = [{x0}, {y0}]\nto = [{x1}, {y1}]\n");
     let _ = match &cure.with {

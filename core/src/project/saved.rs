@@ -1,7 +1,7 @@
 //! The saved project: a zip with the files of a board as they were given, what a person said of them, and the job.
 //!
 //! ```text
-//!  board.annulus ─┬─ annulus.json     the version, and what was said of the files ([`Said`])
+//!  board.annulus ─┬─ annulus.json     the version, and what was said of the files ([`SaidOfFiles`])
 //!                 ├─ job.toml         the job file, if there is a job
 //!                 └─ files/…          the files, whole
 //! ```
@@ -28,7 +28,7 @@ pub struct Project {
     /// Names and bytes as they were given, in order.
     pub files: Vec<(String, Vec<u8>)>,
     /// What a person said of them.
-    pub said: Said,
+    pub said: SaidOfFiles,
     /// The text of the job file, if there is a job.
     pub job: Option<String>,
 }
@@ -37,11 +37,11 @@ pub struct Project {
 /// `board.zip!/drill.drl`.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Said {
+pub struct SaidOfFiles {
     /// Of several boards, the one that is meant, by its name.
     pub board: Option<String>,
     /// How numbers of drill files are written.
-    pub numbers: Numbers,
+    pub numbers: NumberReading,
     /// The files whose holes make the board; none leaves it to the reader.
     pub used: Option<Vec<String>>,
     /// What layers are: name, role, side.
@@ -53,7 +53,7 @@ pub struct Said {
 /// How the numbers of drill files are to be read, where a person knows better.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
-pub struct Numbers {
+pub struct NumberReading {
     /// `mm` or `inch`.
     pub units: Option<String>,
     /// Digits before and behind the point.
@@ -67,10 +67,10 @@ pub struct Numbers {
 #[serde(deny_unknown_fields)]
 struct Head {
     annulus_project: u32,
-    said: Said,
+    said: SaidOfFiles,
 }
 
-impl Numbers {
+impl NumberReading {
     /// What `told` says.
     pub fn of(told: &Overrides) -> Self {
         Self {
@@ -90,7 +90,7 @@ impl Numbers {
     }
 }
 
-impl Said {
+impl SaidOfFiles {
     /// Leaves out what is of other boards than the one that is meant, where one is and it is there.
     pub fn choose_board(&self, artwork: &mut Artwork) {
         let Some(board) = &self.board else { return };
@@ -182,9 +182,9 @@ mod tests {
     const COPPER: &[u8] = b"%FSLAX33Y33*%%MOMM*%%ADD10C,1*%D10*X1000Y1000D03*M02*";
 
     fn project() -> Project {
-        let said = Said {
+        let said = SaidOfFiles {
             board: Some("a".into()),
-            numbers: Numbers { units: Some("inch".into()), digits: Some((2, 4)), zeros: None },
+            numbers: NumberReading { units: Some("inch".into()), digits: Some((2, 4)), zeros: None },
             used: Some(vec!["b/a.drl".into()]),
             roles: vec![("b/a.gbr".into(), "copper".into(), Some("bottom".into()))],
             aligned: true,
@@ -210,12 +210,12 @@ mod tests {
         let project = project();
         let told = project.said.numbers.overrides();
         assert_eq!(told.units, Some(Units::Inch));
-        assert_eq!(Numbers::of(&told), project.said.numbers);
+        assert_eq!(NumberReading::of(&told), project.said.numbers);
         let mut artwork = artwork::read_set(&project.files, &Overrides::default());
         project.said.say_roles(&mut artwork);
         assert_eq!((artwork.files[1].role, artwork.files[1].side), (Role::Copper, Some(Side::Bottom)));
         assert_eq!(project.said.used_of(&artwork), Some(vec![0]));
-        assert_eq!(Said::default().used_of(&artwork), None);
+        assert_eq!(SaidOfFiles::default().used_of(&artwork), None);
     }
 
     #[test]

@@ -14,24 +14,27 @@ fn base() -> Work {
 fn every_kind() -> Work {
     let machine = virtual_drill();
     let mut work = base();
-    work.operations =
-        Action::WORDS.iter().filter_map(|word| Operation::usual(word, Face::Bottom, &machine)).collect();
+    work.operations = OperationKind::WORDS
+        .iter()
+        .filter_map(|word| Operation::usual(word, Face::Bottom, &machine))
+        .collect();
     work.setup.flip = Flip::TopBottom;
     work.setup.exclusions =
         vec![Bounds { min: Point::from_mm(-1.0, 2.5), max: Point::from_mm(3.0, 4.000001) }];
     let at = |x, y| Point::from_mm(x, y);
-    if let Some(Operation { action: Action::Isolate(isolate), name, .. }) = work.operations.first_mut() {
+    if let Some(Operation { action: OperationKind::Isolate(isolate), name, .. }) = work.operations.first_mut()
+    {
         "Oś \"górna\"\\".clone_into(name);
         let remedies =
             [Remedy::Bit(work.bits[0].name.clone()), Remedy::Depth(Length::from_um(45)), Remedy::Centred];
-        let cure = |with| Cure { from: at(1.5, -2.0), to: at(1.6, -2.0), with };
+        let cure = |with| LocalIsolation { from: at(1.5, -2.0), to: at(1.6, -2.0), with };
         *isolate = Isolate {
             cures: remedies.map(cure).to_vec(),
             further: vec![work.bits[0].name.clone()],
             ..isolate.clone()
         };
     }
-    if let Some(Operation { action: Action::CutOut(cut), .. }) = work.operations.last_mut() {
+    if let Some(Operation { action: OperationKind::CutOut(cut), .. }) = work.operations.last_mut() {
         cut.tab_at = vec![at(0.0, 1.0), at(10.0, 1.0)];
     }
     work

@@ -8,7 +8,7 @@
 //! Comes in: the scene. Goes out: findings. Does not know which cut did it.
 
 use super::edges::{Edge, Edges, Spot};
-use super::finding::{Finding, Kind};
+use super::finding::{Finding, FindingKind};
 use super::scene::{Kept, Scene, inner_spot};
 use crate::units::Length;
 use std::cell::OnceCell;
@@ -35,7 +35,7 @@ pub(super) fn breaks(scene: &Scene<'_>) -> Vec<Finding> {
                 // An island that is itself that small and still there is not gone.
                 let there = scene.kept.iter().flatten().any(|kept| kept.island == island);
                 if let Some(spot) = inner_spot(shape).filter(|_| !there) {
-                    findings.push(finding(scene, Kind::Gone, island, spot, 0.0));
+                    findings.push(finding(scene, FindingKind::Gone, island, spot, 0.0));
                 }
             }
             Some(pieces) => findings.extend(broken(scene, island, pieces, &edges)),
@@ -44,7 +44,7 @@ pub(super) fn breaks(scene: &Scene<'_>) -> Vec<Finding> {
     findings
 }
 
-fn finding(scene: &Scene<'_>, kind: Kind, island: u32, spot: Spot, width: f64) -> Finding {
+fn finding(scene: &Scene<'_>, kind: FindingKind, island: u32, spot: Spot, width: f64) -> Finding {
     let mut finding =
         Finding::new(kind, spot.point(), Length::from_mm(width), vec![scene.label(scene.net(island))]);
     finding.tool = scene.narrowest();
@@ -67,7 +67,7 @@ fn broken(scene: &Scene<'_>, island: u32, pieces: &[(u32, Kept)], edges: &OnceCe
         let theirs = &all - &ours;
         let edges = edges.get_or_init(|| Edges::of(&scene.kept_region));
         let (width, spot) = narrowest(scene, edges, (&ours, &theirs))?;
-        Some(finding(scene, Kind::Break, island, spot, width))
+        Some(finding(scene, FindingKind::Break, island, spot, width))
     };
     apart.filter_map(place).collect()
 }

@@ -11,7 +11,7 @@
 //! tabs are looked at in `held`.
 
 use super::deep::{Deep, Swept};
-use super::drilled::{Drilled, Layer};
+use super::drilled::{DrillingProof, Layer};
 use super::edges::{Edge, Edges, Spot, spots};
 use crate::board::Board;
 use crate::geometry::Point;
@@ -27,12 +27,12 @@ const MEANT_MM: f64 = 1.0;
 /// A way on the line keeps to it within this, in mm.
 const ON_LINE_MM: f64 = 0.03;
 /// So much of what is asked for of a contour must be cut: bits do not come into every corner.
-const MOST: f64 = 0.7;
+const MOST_SHARE: f64 = 0.7;
 /// So much of a contour where nobody says how it is held.
-const HALF: f64 = 0.4;
+const HALF_SHARE: f64 = 0.4;
 
 /// Tells the contours that are not cut, and the toolpaths that bite into the board.
-pub(super) fn cut_out(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) {
+pub(super) fn cut_out(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) {
     let edges = layers.iter().map(|layer| {
         let mills = layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill);
         edges(layer.board, &Swept::of(mills), asked)
@@ -63,8 +63,8 @@ fn edges(board: &Board, swept: &Swept, asked: &Asked) -> (Vec<Point>, u32) {
         let all = places.len() as f64;
         let least = match asked.cut_out {
             Some(edge) if edge.zones => 1.0,
-            Some(edge) => ((all - edge.spared.mm() / STEP_MM) * MOST).max(1.0),
-            None if count(MEANT_MM, Length::ZERO) >= all / 2.0 => all * HALF,
+            Some(edge) => ((all - edge.spared.mm() / STEP_MM) * MOST_SHARE).max(1.0),
+            None if count(MEANT_MM, Length::ZERO) >= all / 2.0 => all * HALF_SHARE,
             None => continue,
         };
         if count(SLACK_MM, asked.cut_out.map_or(asked.thickness, |edge| edge.depth)) < least {

@@ -28,7 +28,7 @@ const BESIDE_MM: f64 = 0.6;
 const EQUAL_MM: f64 = 0.01;
 
 /// A side of a board as it lies, and what is run on it.
-pub struct Side<'a> {
+pub struct SideRun<'a> {
     /// The board.
     pub board: &'a Board,
     /// Its programs, one after the other.
@@ -39,7 +39,7 @@ pub struct Side<'a> {
 
 /// What became of the holes of a board, its slots and its edge.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Drilled {
+pub struct DrillingProof {
     /// Holes that nothing makes; none where they are not asked for.
     pub missing: Vec<Point>,
     /// Holes that are made more than once with one tool.
@@ -102,10 +102,10 @@ fn tool(bit: &Bit) -> Tool {
 }
 
 /// Compares holes, slots and the edge of boards with what their programs do.
-pub fn drilled(sides: &[Side<'_>], asked: &Asked) -> Drilled {
+pub fn drilled(sides: &[SideRun<'_>], asked: &Asked) -> DrillingProof {
     let layers: Vec<Layer<'_>> = sides.iter().map(|side| Layer::of(side, asked)).collect();
     let repeated = sides.iter().map(|side| repeated::repeated(side.programs)).sum();
-    let mut out = Drilled { repeated, ..Drilled::default() };
+    let mut out = DrillingProof { repeated, ..DrillingProof::default() };
     let any = holes(&layers, asked, &mut out);
     slots::slots(&layers, (asked, any), &mut out);
     cut_out::cut_out(&layers, asked, &mut out);
@@ -123,7 +123,7 @@ pub(super) struct Layer<'a> {
 }
 
 impl<'a> Layer<'a> {
-    fn of(side: &'a Side<'a>, asked: &Asked) -> Self {
+    fn of(side: &'a SideRun<'a>, asked: &Asked) -> Self {
         let legs = legs(side.programs, asked.thickness);
         let rounds = Places::of(legs.iter().map(|leg| leg.round.map(|round| round.at)));
         Self { board: side.board, pins: &side.pins, body: Body::of(side.board), legs, rounds }
@@ -131,7 +131,7 @@ impl<'a> Layer<'a> {
 }
 
 /// Compares the holes. Whether any is made.
-fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) -> bool {
+fn holes(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) -> bool {
     let Some(first) = layers.first() else { return false };
     let drills = |leg: &Deep<'_>| leg.bit.cutter == Cutter::Drill && leg.round.is_some();
     let mut any = layers.iter().flat_map(|layer| &layer.legs).any(drills);
@@ -199,7 +199,7 @@ impl Done {
     }
 
     /// Says of a hole at `at` what was done to it. Whether anything was.
-    fn judge(&self, at: Point, asked: &Asked, out: &mut Drilled) -> bool {
+    fn judge(&self, at: Point, asked: &Asked, out: &mut DrillingProof) -> bool {
         if self.wider || (self.fits.is_empty() && self.narrower) {
             out.wrong_size.push(at);
             return true;

@@ -303,8 +303,8 @@ impl Edges {
         }
     }
 
-    /// Whether the straight way between two places crosses an edge farther than `margin` mm from both.
-    pub(super) fn cross(&self, from: Spot, to: Spot, margin: f64) -> bool {
+    /// Whether the straight way between two places crosses an edge farther than `margin_mm` mm from both.
+    pub(super) fn cross(&self, from: Spot, to: Spot, margin_mm: f64) -> bool {
         let way = Edge { from, to, island: 0, ring: 0, along_mm: 0.0 };
         let mut met = false;
         self.cells_of(&way, &mut |cell| {
@@ -312,7 +312,7 @@ impl Edges {
             met = met
                 || items.any(|edge| {
                     let at = crossing(&way, edge);
-                    at.is_some_and(|at| at.distance(from) > margin && at.distance(to) > margin)
+                    at.is_some_and(|at| at.distance(from) > margin_mm && at.distance(to) > margin_mm)
                 });
         });
         met
@@ -323,14 +323,14 @@ impl Edges {
         self.cell
     }
 
-    /// The nearest edge for which `wanted` holds, at most `reach` mm away: its distance and the place on it.
+    /// The nearest edge for which `wanted` holds, at most `reach_mm` mm away: its distance and the place on it.
     pub(super) fn nearest(
         &self,
         spot: Spot,
-        reach: f64,
+        reach_mm: f64,
         wanted: &impl Fn(&Edge) -> bool,
     ) -> Option<(f64, Spot, Edge)> {
-        let mut radius = self.cell.min(reach);
+        let mut radius = self.cell.min(reach_mm);
         loop {
             let mut best: Option<(f64, Spot, Edge)> = None;
             let (low, high) = around(spot, spot, radius);
@@ -342,10 +342,10 @@ impl Edges {
                     best = Some((distance, near, *edge));
                 }
             });
-            if best.is_some() || radius >= reach {
+            if best.is_some() || radius >= reach_mm {
                 return best;
             }
-            radius = (radius * 2.0).min(reach);
+            radius = (radius * 2.0).min(reach_mm);
         }
     }
 }
@@ -355,11 +355,11 @@ fn cross(a: Spot, b: Spot) -> f64 {
     a.x * b.y - b.x * a.y
 }
 
-/// The box around two places, grown by `margin`.
-pub(super) fn around(a: Spot, b: Spot, margin: f64) -> (Spot, Spot) {
+/// The box around two places, grown by `margin_mm`.
+pub(super) fn around(a: Spot, b: Spot, margin_mm: f64) -> (Spot, Spot) {
     (
-        Spot { x: a.x.min(b.x) - margin, y: a.y.min(b.y) - margin },
-        Spot { x: a.x.max(b.x) + margin, y: a.y.max(b.y) + margin },
+        Spot { x: a.x.min(b.x) - margin_mm, y: a.y.min(b.y) - margin_mm },
+        Spot { x: a.x.max(b.x) + margin_mm, y: a.y.max(b.y) + margin_mm },
     )
 }
 
@@ -399,7 +399,7 @@ fn crossing(one: &Edge, other: &Edge) -> Option<Spot> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Island, Segment};
+    use crate::geometry::{Island, PathSegment};
 
     fn ring(corners: &[(f64, f64)]) -> Path {
         let points: Vec<Point> =
@@ -412,7 +412,7 @@ mod tests {
         let outer = ring(&[(0.0, 0.0), (10.0, 0.0), (10.0, 10.0), (0.0, 10.0)]);
         let hole = ring(&[(2.0, 2.0), (2.0, 8.0), (8.0, 8.0), (8.0, 2.0)]);
         let start = Point::from_mm(6.0, 5.0);
-        let round = Segment::Arc { to: start, centre: Point::from_mm(5.0, 5.0), clockwise: false };
+        let round = PathSegment::Arc { to: start, centre: Point::from_mm(5.0, 5.0), clockwise: false };
         let inner = Path { start, segments: vec![round] };
         Region {
             islands: vec![Island { outer, holes: vec![hole] }, Island { outer: inner, holes: Vec::new() }],

@@ -19,7 +19,7 @@ const SAME_PLACE_MM: f64 = 0.5;
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Kind {
+pub enum FindingKind {
     /// Two nets in one piece, though a bit of the program would fit between them.
     Short,
     /// Two nets in one piece: the gap between them is narrower than every bit of the program.
@@ -50,7 +50,7 @@ pub enum Kind {
     Fragment,
 }
 
-impl Kind {
+impl FindingKind {
     /// All kinds.
     pub const ALL: [Self; 14] = [
         Self::Short,
@@ -112,7 +112,7 @@ pub struct Finding {
     /// A name that stays the same as long as kind, nets and place do, whatever else is found.
     pub id: String,
     /// What is wrong.
-    pub kind: Kind,
+    pub kind: FindingKind,
     /// Where, in the board's coordinates.
     pub at: Point,
     /// Of the gap, of what was cut off, of what is left: as the kind says. Negative where a hole breaks out of its pad.
@@ -147,7 +147,7 @@ pub struct Finding {
 
 impl Finding {
     /// A finding without tool, leg and cures.
-    pub fn new(kind: Kind, at: Point, width: Length, mut nets: Vec<String>) -> Self {
+    pub fn new(kind: FindingKind, at: Point, width: Length, mut nets: Vec<String>) -> Self {
         nets.sort();
         nets.dedup();
         Self {
@@ -208,20 +208,20 @@ impl Finding {
 }
 
 /// Eight hexadecimal digits of kind, nets and place; the place to a tenth of a millimetre.
-fn name(kind: Kind, at: Point, nets: &[String]) -> String {
+fn name(kind: FindingKind, at: Point, nets: &[String]) -> String {
     let tenth = |length: Length| libm::round(length.mm() * 10.0) as i64;
     let text = format!("{}|{}|{}|{}", kind.code(), nets.join("|"), tenth(at.x), tenth(at.y));
     Sha256::digest(text.as_bytes()).iter().take(4).map(|byte| format!("{byte:02x}")).collect()
 }
 
 /// What findings that may be one share: kind, whether it must be read, nets, column and row.
-type Cell = (Kind, bool, Vec<String>, i64, i64);
+type Cell = (FindingKind, bool, Vec<String>, i64, i64);
 
 /// Findings about the same at the same place made one, the worst first. What the kind measures decides which place stays:
 /// the narrowest; of lost copper the widest.
 pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
     let rank = |finding: &Finding| {
-        if finding.kind == Kind::Lost { -finding.width } else { finding.width }
+        if finding.kind == FindingKind::Lost { -finding.width } else { finding.width }
     };
     findings.sort_by(|a, b| {
         let key = |f: &Finding| (f.kind, rank(f), f.at);

@@ -9,7 +9,7 @@
 //! Comes in: findings in their order. Goes out: [`Group`]s in that order, pairs of nets by their narrowest place. Does not know how
 //! anything was found.
 
-use super::finding::{Finding, Kind};
+use super::finding::{Finding, FindingKind};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
@@ -22,7 +22,7 @@ const NO_WIDTH: Length = Length::from_nm(500);
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Group {
     /// What is wrong.
-    pub kind: Kind,
+    pub kind: FindingKind,
     /// Whether each must be read by a person.
     pub must_be_read: bool,
     /// Width of the tool, where it is the cause.
@@ -50,17 +50,17 @@ pub struct Pair {
 
 impl Finding {
     /// What findings of one group share.
-    pub fn cause(&self) -> (Kind, bool, Option<Length>) {
-        let by_tool = matches!(self.kind, Kind::Short | Kind::Gap);
+    pub fn cause(&self) -> (FindingKind, bool, Option<Length>) {
+        let by_tool = matches!(self.kind, FindingKind::Short | FindingKind::Gap);
         (self.kind, self.must_be_read(), self.tool.filter(|_| by_tool))
     }
 }
 
 /// What the findings of a group have in common: kind, whether it must be read, width.
-type Cause = (Kind, bool, Option<Length>);
+type Cause = (FindingKind, bool, Option<Length>);
 
 /// Kind and name of every finding that a person must have read, of those too that are not listed.
-pub fn to_be_read(groups: &[Group]) -> impl Iterator<Item = (Kind, &str)> {
+pub fn to_be_read(groups: &[Group]) -> impl Iterator<Item = (FindingKind, &str)> {
     let grave = groups.iter().filter(|group| group.must_be_read);
     grave.flat_map(|group| group.ids().map(|id| (group.kind, id)))
 }
@@ -89,7 +89,7 @@ pub(super) fn groups(findings: &[Finding]) -> Vec<Group> {
     causes.into_iter().map(|(cause, members)| group(cause, &members)).collect()
 }
 
-fn group((kind, must_be_read, tool): (Kind, bool, Option<Length>), members: &[&Finding]) -> Group {
+fn group((kind, must_be_read, tool): (FindingKind, bool, Option<Length>), members: &[&Finding]) -> Group {
     let mut by_nets: BTreeMap<&[String], Pair> = BTreeMap::new();
     for finding in members {
         let pair = by_nets.entry(&finding.nets).or_insert_with(|| Pair {
@@ -124,7 +124,7 @@ impl Group {
     pub fn diagnostic(&self) -> Diagnostic {
         let mm = |length: Length| format!("{:.3}", length.mm());
         let name = match self.kind {
-            Kind::Gap if self.least < NO_WIDTH => "gap_of_none",
+            FindingKind::Gap if self.least < NO_WIDTH => "gap_of_none",
             kind => kind.code().rsplit('.').next().unwrap_or_default(),
         };
         Diagnostic::new(self.kind.severity(), &format!("proof.group.{name}"))

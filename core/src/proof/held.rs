@@ -11,7 +11,7 @@
 
 use super::cut_out::along;
 use super::deep::{Deep, Swept};
-use super::drilled::{Drilled, Layer};
+use super::drilled::{DrillingProof, Layer};
 use super::edges::{Spot, spots};
 use crate::board::Board;
 use crate::geometry::{Path, Region, grow};
@@ -23,16 +23,16 @@ const STEP_MM: f64 = 0.1;
 /// What digits of files and chords of arcs may leave, in mm.
 const SLACK_MM: f64 = 0.03;
 /// So much of what the bit comes to of a contour within must be cut.
-const REACHED: f64 = 0.95;
+const REACHED_SHARE: f64 = 0.95;
 /// So much of a contour within that the bit does not come into: another tool makes it.
-const OTHERWISE: f64 = 0.3;
+const OTHERWISE_SHARE: f64 = 0.3;
 /// A contour is meant to be cut out where so much of it is.
-const MEANT: f64 = 0.5;
+const MEANT_SHARE: f64 = 0.5;
 /// A tab may be narrower by this share, and by this many mm: chords and steps.
 const NARROWER: (f64, f64) = (0.1, 0.15);
 
 /// Tells contours within the boards that are not cut, and those around them that too little holds.
-pub(super) fn held(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) {
+pub(super) fn held(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) {
     let nobody_says = asked.holes.is_none();
     if asked.cut_out.is_some() || nobody_says && out.edges_cut > 0 {
         inner(layers, asked, out);
@@ -59,7 +59,7 @@ fn bit(layer: &Layer<'_>, asked: &Asked) -> Length {
     asked.cut_out.map(|edge| edge.bit).filter(|bit| *bit > Length::ZERO).or_else(widest).unwrap_or_default()
 }
 
-fn inner(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) {
+fn inner(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) {
     let contours = |layer: &Layer<'_>| -> Vec<Path> {
         layer.board.outline.islands.iter().flat_map(|island| island.holes.iter().cloned()).collect()
     };
@@ -88,8 +88,8 @@ fn inner(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) {
             let all: Vec<&Spot> = places.iter().collect();
             let (asked_for, least) = match (zones, within.is_empty()) {
                 (true, _) => (&all, 0.0),
-                (false, true) => (&all, OTHERWISE),
-                (false, false) => (&within, REACHED),
+                (false, true) => (&all, OTHERWISE_SHARE),
+                (false, false) => (&within, REACHED_SHARE),
             };
             let done = asked_for.iter().filter(cut).count() as f64;
             *is_cut |= done > 0.0 && done >= least * asked_for.len() as f64;
@@ -100,7 +100,7 @@ fn inner(layers: &[Layer<'_>], asked: &Asked, out: &mut Drilled) {
 }
 
 /// What is left uncut along the outer contours of a side that cuts them.
-fn tabs(layer: &Layer<'_>, asked: &Asked, out: &mut Drilled) {
+fn tabs(layer: &Layer<'_>, asked: &Asked, out: &mut DrillingProof) {
     let mills = layer.legs.iter().filter(|leg| leg.bit.cutter == Cutter::Mill);
     let swept = Swept::of(mills);
     let (mut together, mut first) = (0, None);
@@ -109,7 +109,8 @@ fn tabs(layer: &Layer<'_>, asked: &Asked, out: &mut Drilled) {
         let left: Vec<bool> =
             places.iter().map(|spot| !swept.cover(*spot, SLACK_MM, asked.thickness)).collect();
         let cut = left.iter().filter(|left| !**left).count() as f64;
-        let Some(place) = places.first().filter(|_| cut > 0.0 && cut >= MEANT * left.len() as f64) else {
+        let Some(place) = places.first().filter(|_| cut > 0.0 && cut >= MEANT_SHARE * left.len() as f64)
+        else {
             continue;
         };
         let runs = runs(&left);

@@ -11,7 +11,7 @@
 //! any isolates; else a way milled within the box of the copper is taken for one that does.
 
 use super::edges::{Spot, spots};
-use super::finding::{Finding, Kind};
+use super::finding::{Finding, FindingKind};
 use super::scene::Scene;
 use crate::geometry::Bounds;
 use crate::job::Mark;
@@ -28,7 +28,7 @@ pub(super) fn not_isolated(scene: &Scene<'_>) -> Option<Finding> {
     }
     let joined: usize = scene.nets_in.iter().map(BTreeSet::len).filter(|count| *count > 1).sum();
     let place = scene.copper.bounds()?.min;
-    let mut finding = Finding::new(Kind::NotIsolated, place, Length::ZERO, Vec::new());
+    let mut finding = Finding::new(FindingKind::NotIsolated, place, Length::ZERO, Vec::new());
     finding.count = joined as u32;
     (joined > 0).then_some(finding)
 }

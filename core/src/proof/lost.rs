@@ -11,10 +11,10 @@
 
 use super::cures;
 use super::edges::{Edge, Edges, Spot, around, between, spots};
-use super::finding::{Finding, Kind};
-use super::replay::Cut;
+use super::finding::{Finding, FindingKind};
+use super::replay::PathCut;
 use super::scene::Scene;
-use crate::geometry::{Path, Rule, area_mm2, circle, combine, stroke, union};
+use crate::geometry::{CombineRule, Path, area_mm2, circle, combine, stroke, union};
 use crate::job::Mark;
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
@@ -43,9 +43,9 @@ pub(super) fn lost(scene: &Scene<'_>) -> Vec<Finding> {
     // Pieces of a ramp follow each other: bites go on over cuts of one leg.
     let mut open: BTreeMap<u32, Bite> = BTreeMap::new();
     let (mut leg, mut along) = ((u32::MAX, u32::MAX), 0.0);
-    let mut previous: Option<&Cut> = None;
+    let mut previous: Option<&PathCut> = None;
     let mut clear = Clear::default();
-    let meant = |cut: &&Cut| cut.through.is_some() && !matches!(cut.mark, Mark::Hole(_));
+    let meant = |cut: &&PathCut| cut.through.is_some() && !matches!(cut.mark, Mark::Hole(_));
     for cut in scene.cuts.iter().filter(meant) {
         if leg != (cut.program, cut.leg) {
             close(scene, previous, &mut open, &mut findings);
@@ -111,7 +111,7 @@ fn agree(scene: &Scene<'_>, findings: &mut [Finding]) {
 /// Adds a bite at `stretch` of the way to those under way.
 fn feel(
     scene: &Scene<'_>,
-    cut: &Cut,
+    cut: &PathCut,
     (island, depth, spot): (u32, f64, Spot),
     stretch: (f64, f64),
     open: &mut BTreeMap<u32, Bite>,
@@ -133,15 +133,21 @@ fn feel(
     }
 }
 
-fn close(scene: &Scene<'_>, cut: Option<&Cut>, open: &mut BTreeMap<u32, Bite>, findings: &mut Vec<Finding>) {
+fn close(
+    scene: &Scene<'_>,
+    cut: Option<&PathCut>,
+    open: &mut BTreeMap<u32, Bite>,
+    findings: &mut Vec<Finding>,
+) {
     let old = std::mem::take(open);
     let Some(cut) = cut else { return };
     findings.extend(old.iter().map(|(&island, bite)| bitten(scene, cut, island, bite)));
 }
 
-fn bitten(scene: &Scene<'_>, cut: &Cut, island: u32, bite: &Bite) -> Finding {
+fn bitten(scene: &Scene<'_>, cut: &PathCut, island: u32, bite: &Bite) -> Finding {
     let net = scene.label(scene.net(island));
-    let mut finding = Finding::new(Kind::Lost, bite.spot.point(), Length::from_mm(bite.depth), vec![net]);
+    let mut finding =
+        Finding::new(FindingKind::Lost, bite.spot.point(), Length::from_mm(bite.depth), vec![net]);
     finding.tool = Some(cut.surface);
     finding.leg = Some((cut.program, cut.leg));
     finding
@@ -215,7 +221,7 @@ fn meant_to_go(scene: &Scene<'_>, spot: Spot) -> bool {
 
 /// How much copper of the nets is gone, in mm²; what lies in a hole or slot of the board is meant to go.
 pub(super) fn lost_mm2(scene: &Scene<'_>) -> f64 {
-    let gone = combine(&scene.copper, &scene.left, Rule::Difference);
+    let gone = combine(&scene.copper, &scene.left, CombineRule::Difference);
     let margin = Length::from_mm(2.0 * OPENING_MM);
     let sized = scene.board.holes.iter().filter_map(|hole| Some((hole.at, hole.diameter?)));
     let mut openings: Vec<Path> = sized.map(|(at, diameter)| circle(at, diameter + margin)).collect();
@@ -224,13 +230,13 @@ pub(super) fn lost_mm2(scene: &Scene<'_>) -> f64 {
         openings
             .extend(path.zip(slot.width).into_iter().flat_map(|(path, width)| stroke(&path, width + margin)));
     }
-    area_mm2(&combine(&gone, &union(&openings), Rule::Difference))
+    area_mm2(&combine(&gone, &union(&openings), CombineRule::Difference))
 }
 
 /// Legs with a way that is under the surface and not through the copper, where no other cut goes through either.
 pub(super) fn shallow(scene: &Scene<'_>) -> Vec<Finding> {
     /// What is uncut of a leg: how much, the least depth, a place, the cut.
-    type Uncut<'c> = (f64, Length, Spot, &'c Cut);
+    type Uncut<'c> = (f64, Length, Spot, &'c PathCut);
     let mut legs: BTreeMap<(u32, u32), Uncut<'_>> = BTreeMap::new();
     for cut in scene.cuts.iter().filter(|cut| cut.through.is_none()) {
         let spots = spots(&cut.path);
@@ -251,7 +257,7 @@ pub(super) fn shallow(scene: &Scene<'_>) -> Vec<Finding> {
     told.map(|(leg, (_, depth, spot, cut))| {
         let near = scene.design.nearest(spot, cut.surface.mm(), &|_| true);
         let net = near.map(|(_, _, edge)| scene.label(scene.net(edge.island)));
-        let mut finding = Finding::new(Kind::Shallow, spot.point(), depth, net.into_iter().collect());
+        let mut finding = Finding::new(FindingKind::Shallow, spot.point(), depth, net.into_iter().collect());
         finding.tool = Some(cut.surface);
         finding.leg = Some(leg);
         finding.cures = scene.bit(cut).map(|bit| cures::for_shallow(scene, bit)).into_iter().collect();

@@ -35,10 +35,10 @@ mod whole;
 mod written;
 
 pub use cures::Cure;
-pub use drilled::{Drilled, Side, drilled};
-pub use finding::{Finding, Kind};
+pub use drilled::{DrillingProof, SideRun, drilled};
+pub use finding::{Finding, FindingKind};
 pub use groups::{Group, Pair, to_be_read};
-pub use replay::{Cut, Replay, Still, replay};
+pub use replay::{PathCut, ReplayedCuts, Still, replay};
 pub use whole::{Shallower, Whole};
 pub use written::differences;
 
@@ -50,7 +50,7 @@ use scene::Scene;
 
 /// What a proof is measured against.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Options {
+pub struct ProofOptions {
     /// The side whose copper is looked at.
     pub face: Face,
     /// How thick the copper is: a cut that is less deep isolates nothing.
@@ -82,7 +82,7 @@ pub struct Options {
     pub most: usize,
 }
 
-impl Default for Options {
+impl Default for ProofOptions {
     fn default() -> Self {
         Self {
             face: Face::Top,
@@ -103,7 +103,7 @@ impl Default for Options {
     }
 }
 
-impl Options {
+impl ProofOptions {
     /// What the programs of `face` are measured against that a job `promised`.
     pub fn of(face: Face, promised: Promised) -> Self {
         let Promised { owned, agreed, cleared, isolates } = promised;
@@ -133,7 +133,7 @@ pub struct Verdict {
 }
 
 /// Proves `programs`, run one after the other on `board`.
-pub fn prove(board: &Board, programs: &[Program], options: &Options) -> Verdict {
+pub fn prove(board: &Board, programs: &[Program], options: &ProofOptions) -> Verdict {
     let Some(scene) = Scene::new(board, programs, options) else { return Verdict::default() };
     let mut findings = scene.without_bit();
     findings.extend(scene.still());

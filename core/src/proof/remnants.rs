@@ -12,10 +12,10 @@
 //! Comes in: the scene, with a clearance asked for or a job that clears. Goes out: findings. Does not know passes.
 
 use super::edges::Spot;
-use super::finding::{Finding, Kind};
+use super::finding::{Finding, FindingKind};
 use super::scene::{Scene, inner_spot};
 use crate::board::Copper;
-use crate::geometry::{Region, Rule, combine, grow, island_area_mm2, rectangle, union};
+use crate::geometry::{CombineRule, Region, combine, grow, island_area_mm2, rectangle, union};
 use crate::job::Cleared;
 use crate::units::Length;
 
@@ -28,7 +28,11 @@ pub(super) fn remnants(scene: &Scene<'_>) -> Vec<Finding> {
         // The outermost groove of a V-bit is narrower at the underside.
         let narrower = Length::from_nm((surface - through).nm() / 2);
         let within = grow(&scene.copper, (clearance - narrower - scene.options.tolerance).max(Length::ZERO));
-        findings.extend(pieces(scene, &combine(&within, &left(scene, &cut), Rule::Intersection), surface));
+        findings.extend(pieces(
+            scene,
+            &combine(&within, &left(scene, &cut), CombineRule::Intersection),
+            surface,
+        ));
     }
     for cleared in &scene.options.cleared {
         findings.extend(pieces(scene, &left(scene, cleared), cleared.surface));
@@ -53,10 +57,10 @@ fn left(scene: &Scene<'_>, cut: &Cleared) -> Region {
     let kept = grow(&scene.copper, cut.margin + half(cut.surface) + slack);
     // What is closed to its middle, shrunk again.
     let frame = field.bounds().map(|bounds| union(&[rectangle(bounds.grown(cut.surface + cut.surface))]));
-    let beyond = combine(&frame.unwrap_or_default(), &field, Rule::Difference);
-    let unreached = grow(&combine(&kept, &beyond, Rule::Union), -reach);
-    let reached = combine(&scene.left, &unreached, Rule::Difference);
-    let wanted = if outlined { reached } else { combine(&reached, &field, Rule::Intersection) };
+    let beyond = combine(&frame.unwrap_or_default(), &field, CombineRule::Difference);
+    let unreached = grow(&combine(&kept, &beyond, CombineRule::Union), -reach);
+    let reached = combine(&scene.left, &unreached, CombineRule::Difference);
+    let wanted = if outlined { reached } else { combine(&reached, &field, CombineRule::Intersection) };
     // Hairs between neighbouring toolpaths are what rounding leaves.
     grow(&grow(&wanted, -slack), slack)
 }
@@ -78,8 +82,12 @@ fn pieces(scene: &Scene<'_>, region: &Region, tool: Length) -> Vec<Finding> {
             continue;
         }
         if let Some((distance, net)) = nearest_net(scene, spot) {
-            let mut finding =
-                Finding::new(Kind::Remnant, spot.point(), Length::from_mm(distance), vec![scene.label(net)]);
+            let mut finding = Finding::new(
+                FindingKind::Remnant,
+                spot.point(),
+                Length::from_mm(distance),
+                vec![scene.label(net)],
+            );
             finding.tool = Some(tool);
             findings.push(finding);
         }

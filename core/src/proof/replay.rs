@@ -9,10 +9,10 @@
 //!                                                  width changes by 2 µm
 //! ```
 //!
-//! Comes in: a [`Program`] and how thick the copper is. Goes out: [`Cut`]s in the files' coordinates, each with the width
+//! Comes in: a [`Program`] and how thick the copper is. Goes out: [`PathCut`]s in the files' coordinates, each with the width
 //! that goes through the copper and the width at the surface. Does not know the board, nor why anything is cut.
 
-use crate::geometry::{Path, Point, Segment, chords};
+use crate::geometry::{Path, PathSegment, Point, chords};
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use crate::units::Length;
 
@@ -25,7 +25,7 @@ const MANY_CUTS: usize = 200_000;
 
 /// What a bit takes away along one path at one depth.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Cut {
+pub struct PathCut {
     /// The way of the bit's middle, in the files' coordinates; without segments a plunge.
     pub path: Path,
     /// The bit: index into the program's bits.
@@ -46,9 +46,9 @@ pub struct Cut {
 
 /// What a program cuts, and whether it cuts without saying with which bit.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Replay {
+pub struct ReplayedCuts {
     /// In order of the program.
-    pub cuts: Vec<Cut>,
+    pub cuts: Vec<PathCut>,
     /// The first place where something is cut with no bit in.
     pub without_bit: Option<Point>,
     /// Where something is cut while the spindle stands, the first place of every time that it stands.
@@ -81,11 +81,11 @@ struct Tip<'a> {
     turns: bool,
     /// That it cuts while the spindle stands was told since it stopped.
     told: bool,
-    out: Replay,
+    out: ReplayedCuts,
 }
 
 /// Plays `program`, the one with this `index`, over copper of this thickness.
-pub fn replay(program: &Program, index: u32, copper: Length) -> Replay {
+pub fn replay(program: &Program, index: u32, copper: Length) -> ReplayedCuts {
     let mut tip = Tip {
         program,
         index,
@@ -97,7 +97,7 @@ pub fn replay(program: &Program, index: u32, copper: Length) -> Replay {
         mark: Mark::Prepare,
         turns: false,
         told: false,
-        out: Replay::default(),
+        out: ReplayedCuts::default(),
     };
     for (number, leg) in (0..).zip(&program.legs) {
         tip.leg = number;
@@ -114,14 +114,14 @@ impl Tip<'_> {
         }
         for command in &leg.commands {
             match *command {
-                Command::Rapid { to } => self.segment(Segment::Line { to: self.placed(to) }, self.height),
+                Command::Rapid { to } => self.segment(PathSegment::Line { to: self.placed(to) }, self.height),
                 Command::Plunge { to, .. } => self.plunge(to),
                 Command::Mill { to, height, .. } => {
-                    self.segment(Segment::Line { to: self.placed(to) }, height);
+                    self.segment(PathSegment::Line { to: self.placed(to) }, height);
                 }
                 Command::MillArc { to, height, center, ccw, .. } => {
                     let (to, centre) = (self.placed(to), self.placed(center));
-                    self.segment(Segment::Arc { to, centre, clockwise: !ccw }, height);
+                    self.segment(PathSegment::Arc { to, centre, clockwise: !ccw }, height);
                 }
                 Command::Retract { to } => self.height = to,
                 Command::AwaitBit { bit } => self.bit = Some(bit),
@@ -148,7 +148,7 @@ impl Tip<'_> {
     }
 
     /// Along `segment` to `height`, in pieces where it is below the surface.
-    fn segment(&mut self, segment: Segment, height: Length) {
+    fn segment(&mut self, segment: PathSegment, height: Length) {
         let (from, first, last) = (self.at, -self.height, -height);
         self.at = segment.to();
         self.height = height;
@@ -197,7 +197,7 @@ impl Tip<'_> {
         self.program.bits.get(self.bit.unwrap_or(0) as usize)
     }
 
-    fn push(&mut self, from: Point, segment: Option<Segment>, one: Length, other: Length) {
+    fn push(&mut self, from: Point, segment: Option<PathSegment>, one: Length, other: Length) {
         let (least, most) = (one.min(other).max(Length::ZERO), one.max(other));
         if !self.turns && !self.told {
             self.told = true;
@@ -213,7 +213,7 @@ impl Tip<'_> {
         let (surface, below) = (bit.width_at(most), bit.width_at(least - self.copper));
         // Where a stretch is cut at the underside, rounding may leave a nanometre.
         let through = (least + Length::from_nm(1) >= self.copper && below > Length::ZERO).then_some(below);
-        let cut = Cut {
+        let cut = PathCut {
             path: Path { start: from, segments: segment.into_iter().collect() },
             bit: self.bit.unwrap_or(0),
             program: self.index,
@@ -231,7 +231,7 @@ impl Tip<'_> {
 }
 
 /// Whether `next` goes on where `last` ends, with the same bit at the same depth.
-fn continues(last: &Cut, next: &Cut) -> bool {
+fn continues(last: &PathCut, next: &PathCut) -> bool {
     last.leg == next.leg
         && last.bit == next.bit
         && last.depth == next.depth
@@ -241,16 +241,16 @@ fn continues(last: &Cut, next: &Cut) -> bool {
 }
 
 /// The part of `segment` that ends at `share` of its length, wherever it starts.
-fn part(from: Point, segment: Segment, share: f64) -> Segment {
+fn part(from: Point, segment: PathSegment, share: f64) -> PathSegment {
     if share >= 1.0 {
         return segment;
     }
     match segment {
-        Segment::Line { to } => {
+        PathSegment::Line { to } => {
             let between = |a: Length, b: Length| Length::from_mm(a.mm() + (b.mm() - a.mm()) * share);
-            Segment::Line { to: Point::new(between(from.x, to.x), between(from.y, to.y)) }
+            PathSegment::Line { to: Point::new(between(from.x, to.x), between(from.y, to.y)) }
         }
-        Segment::Arc { to, centre, clockwise } => {
+        PathSegment::Arc { to, centre, clockwise } => {
             let turn = chords::turn(from, to, centre, clockwise) * share;
             let turn = if clockwise { -turn } else { turn };
             let (dx, dy) = ((from.x - centre.x).mm(), (from.y - centre.y).mm());
@@ -259,12 +259,12 @@ fn part(from: Point, segment: Segment, share: f64) -> Segment {
                 centre.x.mm() + dx * cosine - dy * sine,
                 centre.y.mm() + dx * sine + dy * cosine,
             );
-            Segment::Arc { to, centre, clockwise }
+            PathSegment::Arc { to, centre, clockwise }
         }
     }
 }
 
-impl Cut {
+impl PathCut {
     /// Whether its bit is one that only goes straight down.
     pub(super) fn is_drilled(&self, programs: &[Program]) -> bool {
         let bit = programs.get(self.program as usize).and_then(|program| program.bits.get(self.bit as usize));
@@ -334,7 +334,7 @@ mod tests {
             0,
             COPPER,
         );
-        let through: Vec<&Cut> = replay.cuts.iter().filter(|cut| cut.through.is_some()).collect();
+        let through: Vec<&PathCut> = replay.cuts.iter().filter(|cut| cut.through.is_some()).collect();
         // The copper is through from 35 / 200 of the way on.
         assert!((through[0].path.start.x.mm() - 11.75).abs() < 1e-6);
         assert_eq!(replay.cuts.last().unwrap().path.end(), Point::from_mm(20.0, 0.0));

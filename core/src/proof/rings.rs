@@ -9,8 +9,8 @@
 //! Comes in: the scene. Goes out: findings. Copper that already has a clear hole around the drill is not touched by it.
 
 use super::edges::{Spot, spots};
-use super::finding::{Finding, Kind};
-use super::replay::Cut;
+use super::finding::{Finding, FindingKind};
+use super::replay::PathCut;
 use super::scene::Scene;
 use crate::geometry::Bounds;
 use crate::job::Mark;
@@ -31,7 +31,7 @@ pub(super) fn rings(scene: &Scene<'_>) -> Vec<Finding> {
 
 /// Plunges of drills, and legs that make a hole by milling a circle.
 fn holes(scene: &Scene<'_>) -> Vec<Hole> {
-    let mut milled: BTreeMap<(u32, u32), Vec<&Cut>> = BTreeMap::new();
+    let mut milled: BTreeMap<(u32, u32), Vec<&PathCut>> = BTreeMap::new();
     let mut holes = Vec::new();
     for cut in scene.cuts.iter().filter(|cut| cut.through.is_some()) {
         let leg = (cut.program, cut.leg);
@@ -89,12 +89,12 @@ fn around(scene: &Scene<'_>, hole: &Hole) -> Vec<Finding> {
         let net = scene.label(scene.net(island));
         let told = if own == Some(island) {
             let ring = distance - hole.radius;
-            (ring < scene.options.ring.mm() - 1e-6).then(|| (Kind::Ring, ring, vec![net]))
+            (ring < scene.options.ring.mm() - 1e-6).then(|| (FindingKind::Ring, ring, vec![net]))
         } else {
             let bite = hole.radius - distance;
             let nets = own.map(|own| scene.label(scene.net(own))).into_iter().chain([net]).collect();
             let same = own.is_some_and(|own| scene.net(own) == scene.net(island));
-            (bite > tolerance && !same).then_some((Kind::Hit, bite, nets))
+            (bite > tolerance && !same).then_some((FindingKind::Hit, bite, nets))
         };
         if let Some((kind, width, nets)) = told {
             let mut finding = Finding::new(kind, at.point(), Length::from_mm(width), nets);

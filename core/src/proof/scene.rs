@@ -7,14 +7,14 @@
 //!
 //! Comes in: board, programs, options. Goes out: a [`Scene`]. Does not know what is wrong.
 
-use super::Options;
+use super::ProofOptions;
 use super::edges::{self, Edge, Edges, Spot, spots};
-use super::finding::{Finding, Kind};
-use super::replay::{Cut, Still, replay};
+use super::finding::{Finding, FindingKind};
+use super::replay::{PathCut, Still, replay};
 use super::strokes::outlines;
 use crate::board::{Board, Copper};
 use crate::geometry::{
-    Bounds, Exposure, Island, Path, Point, Region, Rule, combine, island_area_mm2, paint, path_bounds,
+    Bounds, CombineRule, Exposure, Island, Path, Point, Region, combine, island_area_mm2, paint, path_bounds,
     rectangle,
 };
 use crate::job::{Bit, Program};
@@ -45,14 +45,14 @@ pub(super) struct Kept {
 pub(super) struct Scene<'a> {
     pub(super) board: &'a Board,
     pub(super) programs: &'a [Program],
-    pub(super) options: &'a Options,
+    pub(super) options: &'a ProofOptions,
     /// The islands that shall stay, as far as they are on the blank.
     pub(super) copper: Region,
     pub(super) design: Edges,
     /// The net of every island: index into `labels`.
     pub(super) net_of: Vec<u32>,
     pub(super) labels: Vec<String>,
-    pub(super) cuts: Vec<Cut>,
+    pub(super) cuts: Vec<PathCut>,
     without_bit: Option<Point>,
     /// With the index of the program.
     still: Vec<(u32, Still)>,
@@ -68,7 +68,7 @@ pub(super) struct Scene<'a> {
 
 impl<'a> Scene<'a> {
     /// None where that side has no copper.
-    pub(super) fn new(board: &'a Board, programs: &'a [Program], options: &'a Options) -> Option<Self> {
+    pub(super) fn new(board: &'a Board, programs: &'a [Program], options: &'a ProofOptions) -> Option<Self> {
         let copper = board.copper.iter().find(|copper| copper.face == options.face)?;
         let mut cuts = Vec::new();
         let (mut without_bit, mut still) = (None, Vec::new());
@@ -132,7 +132,7 @@ impl<'a> Scene<'a> {
     }
 
     /// The bit of a cut.
-    pub(super) fn bit(&self, cut: &Cut) -> Option<&'a Bit> {
+    pub(super) fn bit(&self, cut: &PathCut) -> Option<&'a Bit> {
         self.programs.get(cut.program as usize)?.bits.get(cut.bit as usize)
     }
 
@@ -156,7 +156,7 @@ impl<'a> Scene<'a> {
 
     /// A cut was made with no bit in.
     pub(super) fn without_bit(&self) -> Vec<Finding> {
-        let finding = |at| Finding::new(Kind::NoBit, at, Length::ZERO, Vec::new());
+        let finding = |at| Finding::new(FindingKind::NoBit, at, Length::ZERO, Vec::new());
         self.without_bit.map(finding).into_iter().collect()
     }
 
@@ -165,20 +165,20 @@ impl<'a> Scene<'a> {
         let finding = |&(program, still): &(u32, Still)| Finding {
             leg: Some((program, still.leg)),
             mark: Some(still.mark),
-            ..Finding::new(Kind::Still, still.at, still.depth, Vec::new())
+            ..Finding::new(FindingKind::Still, still.at, still.depth, Vec::new())
         };
         self.still.iter().map(finding).collect()
     }
 }
 
 /// What is cut through, as outlines of the toolpaths of round tools.
-fn strokes(cuts: &[Cut]) -> Vec<Path> {
+fn strokes(cuts: &[PathCut]) -> Vec<Path> {
     let through = cuts.iter().filter_map(|cut| Some((cut, cut.through?)));
     through.flat_map(|(cut, width)| outlines(&cut.path, width)).collect()
 }
 
 /// A blank that goes a little beyond copper and cuts.
-fn around(copper: &Copper, cuts: &[Cut]) -> Region {
+fn around(copper: &Copper, cuts: &[PathCut]) -> Region {
     let widest = cuts.iter().map(|cut| cut.surface).max().unwrap_or_default();
     let toolpaths = Bounds::around(cuts.iter().flat_map(|cut| cut.path.flattened(0.01)));
     let toolpaths = toolpaths.map(|bounds| bounds.grown(widest));
@@ -194,7 +194,9 @@ fn around(copper: &Copper, cuts: &[Cut]) -> Region {
 fn islands(copper: &Copper, outline: Option<&Region>) -> (Region, Edges, Vec<u32>, Vec<String>) {
     let whole = Edges::of(&copper.region);
     let region = match outline {
-        Some(outline) if !within(&whole, outline) => combine(&copper.region, outline, Rule::Intersection),
+        Some(outline) if !within(&whole, outline) => {
+            combine(&copper.region, outline, CombineRule::Intersection)
+        }
         _ => copper.region.clone(),
     };
     let same = region == copper.region;
@@ -257,7 +259,7 @@ fn kept_region((copper, design): (&Region, &Edges), (left, left_edges): (&Region
     }
     if !cut.is_empty() {
         let cut = Region { islands: cut };
-        whole.extend(combine(&cut, &about(left, &cut), Rule::Intersection).islands);
+        whole.extend(combine(&cut, &about(left, &cut), CombineRule::Intersection).islands);
         whole.sort();
     }
     Region { islands: whole }

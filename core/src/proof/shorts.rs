@@ -10,9 +10,9 @@
 
 use super::cures;
 use super::edges::{Edge, Edges, Spot, around, between, spots};
-use super::finding::{Finding, Kind};
+use super::finding::{Finding, FindingKind};
 use super::scene::Scene;
-use crate::geometry::{Island, Region, Rule, combine, island_area_mm2};
+use crate::geometry::{CombineRule, Island, Region, combine, island_area_mm2};
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -76,7 +76,7 @@ pub(super) fn shorts(scene: &Scene<'_>) -> Vec<Finding> {
     if bad.is_empty() {
         return Vec::new();
     }
-    let between_nets = combine(&bad, &scene.copper, Rule::Difference);
+    let between_nets = combine(&bad, &scene.copper, CombineRule::Difference);
     let all = Edges::of(&between_nets);
     let mut findings = Vec::new();
     let mut told: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
@@ -94,7 +94,7 @@ pub(super) fn shorts(scene: &Scene<'_>) -> Vec<Finding> {
             let Some(&gap) = equal.get(equal.len() / 2) else { continue };
             let finding = finding(&bridge, one, other, gap);
             // Nets that narrow gaps join are not told again where they are far apart.
-            if finding.kind == Kind::Gap || joined.get(&one) != joined.get(&other) {
+            if finding.kind == FindingKind::Gap || joined.get(&one) != joined.get(&other) {
                 findings.push(finding);
             }
         }
@@ -311,8 +311,8 @@ fn finding(bridge: &Bridge<'_>, one: u32, other: u32, gap: Gap) -> Finding {
     let middle = gap.from.towards(gap.to, 0.5).point();
     let tool = scene.narrowest();
     let fits = |width: Length| tool.is_none_or(|tool| width >= tool);
-    let kind = if fits(Length::from_mm(bridge.width(gap))) { Kind::Short } else { Kind::Gap };
-    let width = Length::from_mm(if kind == Kind::Gap { bridge.width(gap) } else { gap.width });
+    let kind = if fits(Length::from_mm(bridge.width(gap))) { FindingKind::Short } else { FindingKind::Gap };
+    let width = Length::from_mm(if kind == FindingKind::Gap { bridge.width(gap) } else { gap.width });
     let mut finding = Finding::new(kind, middle, width, vec![scene.label(one), scene.label(other)]);
     finding.tool = tool;
     finding.ends = Some((gap.from.point(), gap.to.point()));
@@ -340,7 +340,7 @@ fn untold(scene: &Scene<'_>, told: &BTreeMap<u32, BTreeSet<u32>>) -> Vec<Finding
             .copied()
             .unwrap_or(net);
         let names = vec![scene.label(net), scene.label(partner)];
-        let mut finding = Finding::new(Kind::Short, kept.spot.point(), Length::ZERO, names);
+        let mut finding = Finding::new(FindingKind::Short, kept.spot.point(), Length::ZERO, names);
         finding.tool = scene.narrowest();
         findings.push(finding);
     }

@@ -10,18 +10,18 @@
 //! Comes in: the scene. Goes out: findings. Does not know which cut left it.
 
 use super::edges::{Edge, Edges, Spot, around, between};
-use super::finding::{Finding, Kind};
+use super::finding::{Finding, FindingKind};
 use super::scene::{Scene, inner_spot};
 use crate::geometry::island_area_mm2;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
 /// Edges that run against each other within 60° face each other: the cosine.
-const FACING: f64 = -0.5;
+const FACING_COSINE: f64 = -0.5;
 /// What is nearer than this, in mm, is what rounding leaves.
 const HAIR_MM: f64 = 0.001;
 /// Two edges nearer than so many times the limit along their ring are one corner.
-const CORNER: f64 = 6.0;
+const CORNER_FACTOR: f64 = 6.0;
 /// Places nearer than this, in mm, are one sliver.
 const JOINED_MM: f64 = 0.3;
 
@@ -78,7 +78,7 @@ fn facing(
         return Vec::new();
     }
     let lengths = u.length() * v.length();
-    if lengths <= 0.0 || along > FACING * lengths {
+    if lengths <= 0.0 || along > FACING_COSINE * lengths {
         return Vec::new();
     }
     let (width, from, to) = between(one, other);
@@ -95,7 +95,7 @@ fn facing(
         let ring = edges.rings.get(one.ring as usize).copied().unwrap_or_default();
         let place = |edge: &Edge, spot: Spot| edge.along_mm + edge.from.distance(spot);
         let apart = libm::fabs(place(one, from) - place(other, to));
-        if apart.min(ring.length_mm - apart) < CORNER * limit {
+        if apart.min(ring.length_mm - apart) < CORNER_FACTOR * limit {
             return Vec::new();
         }
         // Cut across from a ring to itself, a piece falls apart: of an outer edge in two, off the edge of a hole a pocket.
@@ -154,7 +154,7 @@ fn sliver(scene: &Scene<'_>, thin: Thin) -> Finding {
     let nets = scene.nets_in(thin.piece).into_iter().flatten();
     // A piece that holds many nets is told as shorts; its slivers need no list of them.
     let nets = nets.take(2).map(|&net| scene.label(net)).collect();
-    let mut finding = Finding::new(Kind::Sliver, thin.spot.point(), Length::from_mm(thin.width), nets);
+    let mut finding = Finding::new(FindingKind::Sliver, thin.spot.point(), Length::from_mm(thin.width), nets);
     finding.tool = scene.narrowest();
     finding.slight = !thin.neck;
     finding
@@ -177,7 +177,7 @@ pub(super) fn fragments(scene: &Scene<'_>) -> Vec<Finding> {
         let small = area < scene.options.smallest_mm2 && area > dust_mm2(scene);
         if let Some(spot) = inner_spot(island).filter(|_| small) {
             let width = Length::from_mm(libm::sqrt(area));
-            findings.push(Finding::new(Kind::Fragment, spot.point(), width, Vec::new()));
+            findings.push(Finding::new(FindingKind::Fragment, spot.point(), width, Vec::new()));
         }
     }
     findings

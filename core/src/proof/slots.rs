@@ -10,7 +10,7 @@
 //! look at copper.
 
 use super::deep::Swept;
-use super::drilled::{Drilled, Layer};
+use super::drilled::{DrillingProof, Layer};
 use super::edges::Spot;
 use crate::board::Slot;
 use crate::job::Asked;
@@ -22,7 +22,7 @@ const STEP_MM: f64 = 0.25;
 const SLACK_MM: f64 = 0.03;
 
 /// Tells the slots that nothing clears, and those that are not deep enough. `any`: holes are made.
-pub(super) fn slots(layers: &[Layer<'_>], (asked, any): (&Asked, bool), out: &mut Drilled) {
+pub(super) fn slots(layers: &[Layer<'_>], (asked, any): (&Asked, bool), out: &mut DrillingProof) {
     let Some(first) = layers.first().filter(|first| !first.board.slots.is_empty()) else { return };
     let swept: Vec<Swept> = layers.iter().map(|layer| Swept::of(layer.legs.iter())).collect();
     let cleared = |number: usize, depth: Length| {

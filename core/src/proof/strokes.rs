@@ -9,30 +9,30 @@
 //! Comes in: a way and a width. Goes out: closed outlines whose union is the area. Does not know what is cut.
 
 use super::edges::Spot;
-use crate::geometry::{Path, Point, Segment, chords, stroke};
+use crate::geometry::{Path, PathSegment, Point, chords, stroke};
 use crate::units::Length;
 
 /// Pieces whose directions differ by less than this, in radians, go on.
-const SMOOTH: f64 = 1e-3;
+const SMOOTH_RAD: f64 = 1e-3;
 /// An outline goes round by at most this, in radians: beyond that the next one begins, so that none lies over itself.
-const ROUND: f64 = 4.5;
+const ROUND_RAD: f64 = 4.5;
 /// Arcs tighter than so many half widths are swept by themselves.
-const TIGHT: f64 = 1.05;
+const TIGHT_FACTOR: f64 = 1.05;
 
 /// The outlines of what a round tool of this width sweeps along `path`.
 pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
     let half = width.mm() / 2.0;
     let mut outlines = Vec::new();
-    let (mut chain, mut round): (Vec<(Point, Segment)>, f64) = (Vec::new(), 0.0);
+    let (mut chain, mut round): (Vec<(Point, PathSegment)>, f64) = (Vec::new(), 0.0);
     for (from, segment) in path.pieces().filter(|piece| is_long(*piece)) {
         let alone = is_tight(from, segment, half);
         let smooth = chain.last().is_none_or(|&last| {
             let (before, after) = (directions(last).1, directions((from, segment)).0);
             let turn = before.x * after.y - before.y * after.x;
-            before.dot(after) > 0.0 && libm::fabs(turn) < SMOOTH
+            before.dot(after) > 0.0 && libm::fabs(turn) < SMOOTH_RAD
         });
         round += turn(from, segment);
-        if alone || !smooth || libm::fabs(round) > ROUND {
+        if alone || !smooth || libm::fabs(round) > ROUND_RAD {
             outlines.extend(about(&chain, half));
             chain.clear();
             round = turn(from, segment);
@@ -48,43 +48,43 @@ pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
 }
 
 /// By how much a piece goes round, to the left above zero, in radians.
-fn turn(from: Point, segment: Segment) -> f64 {
+fn turn(from: Point, segment: PathSegment) -> f64 {
     match segment {
-        Segment::Line { .. } => 0.0,
-        Segment::Arc { to, centre, clockwise } => {
+        PathSegment::Line { .. } => 0.0,
+        PathSegment::Arc { to, centre, clockwise } => {
             chords::turn(from, to, centre, clockwise) * if clockwise { -1.0 } else { 1.0 }
         }
     }
 }
 
-fn is_long((from, segment): (Point, Segment)) -> bool {
+fn is_long((from, segment): (Point, PathSegment)) -> bool {
     match segment {
-        Segment::Line { to } => to != from,
-        Segment::Arc { centre, .. } => centre != from,
+        PathSegment::Line { to } => to != from,
+        PathSegment::Arc { centre, .. } => centre != from,
     }
 }
 
-fn is_tight(from: Point, segment: Segment, half: f64) -> bool {
+fn is_tight(from: Point, segment: PathSegment, half: f64) -> bool {
     match segment {
-        Segment::Line { .. } => false,
-        Segment::Arc { to, centre, .. } => {
-            from.distance_mm(centre).min(to.distance_mm(centre)) <= half * TIGHT
+        PathSegment::Line { .. } => false,
+        PathSegment::Arc { to, centre, .. } => {
+            from.distance_mm(centre).min(to.distance_mm(centre)) <= half * TIGHT_FACTOR
         }
     }
 }
 
 /// Where a piece heads at its start and at its end, one long.
-fn directions((from, segment): (Point, Segment)) -> (Spot, Spot) {
+fn directions((from, segment): (Point, PathSegment)) -> (Spot, Spot) {
     let unit = |way: Spot| {
         let length = way.length().max(1e-12);
         Spot { x: way.x / length, y: way.y / length }
     };
     match segment {
-        Segment::Line { to } => {
+        PathSegment::Line { to } => {
             let way = unit(Spot::of(to).minus(Spot::of(from)));
             (way, way)
         }
-        Segment::Arc { to, centre, clockwise } => {
+        PathSegment::Arc { to, centre, clockwise } => {
             let sign = if clockwise { -1.0 } else { 1.0 };
             let heading = |at: Point| {
                 let arm = unit(Spot::of(at).minus(Spot::of(centre)));
@@ -101,7 +101,7 @@ fn beside(at: Point, heading: Spot, by: f64) -> Point {
 }
 
 /// The one outline about pieces that follow each other smoothly.
-fn about(chain: &[(Point, Segment)], half: f64) -> Option<Path> {
+fn about(chain: &[(Point, PathSegment)], half: f64) -> Option<Path> {
     let (first, last) = (*chain.first()?, *chain.last()?);
     let start = beside(first.0, directions(first).0, half);
     let mut outline = Path { start, segments: Vec::new() };
@@ -109,13 +109,13 @@ fn about(chain: &[(Point, Segment)], half: f64) -> Option<Path> {
         side(&mut outline, piece, half);
     }
     let end = last.1.to();
-    let cap = |to: Point, centre: Point| Segment::Arc { to, centre, clockwise: false };
+    let cap = |to: Point, centre: Point| PathSegment::Arc { to, centre, clockwise: false };
     outline.segments.push(cap(beside(end, directions(last).1, -half), end));
     for &(from, segment) in chain.iter().rev() {
         let back = match segment {
-            Segment::Line { .. } => Segment::Line { to: from },
-            Segment::Arc { centre, clockwise, .. } => {
-                Segment::Arc { to: from, centre, clockwise: !clockwise }
+            PathSegment::Line { .. } => PathSegment::Line { to: from },
+            PathSegment::Arc { centre, clockwise, .. } => {
+                PathSegment::Arc { to: from, centre, clockwise: !clockwise }
             }
         };
         side(&mut outline, (segment.to(), back), half);
@@ -125,29 +125,30 @@ fn about(chain: &[(Point, Segment)], half: f64) -> Option<Path> {
 }
 
 /// Goes on along the right side of a piece.
-fn side(outline: &mut Path, piece: (Point, Segment), half: f64) {
+fn side(outline: &mut Path, piece: (Point, PathSegment), half: f64) {
     let (from, segment) = piece;
     let (first, last) = directions(piece);
     let (begin, to) = (beside(from, first, half), beside(segment.to(), last, half));
     if outline.end() != begin {
-        outline.segments.push(Segment::Line { to: begin });
+        outline.segments.push(PathSegment::Line { to: begin });
     }
     outline.segments.push(match segment {
-        Segment::Line { .. } => Segment::Line { to },
-        Segment::Arc { centre, clockwise, .. } => Segment::Arc { to, centre, clockwise },
+        PathSegment::Line { .. } => PathSegment::Line { to },
+        PathSegment::Arc { centre, clockwise, .. } => PathSegment::Arc { to, centre, clockwise },
     });
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Exposure, Rule, area_mm2, combine, paint};
+    use crate::geometry::{CombineRule, Exposure, area_mm2, combine, paint};
 
     /// Lines, arcs either way, a corner, a tight arc, a loop over itself.
     fn toolpaths() -> Vec<Path> {
         let at = |x: f64, y: f64| Point::from_mm(x, y);
-        let line = |x: f64, y: f64| Segment::Line { to: at(x, y) };
-        let arc = |x: f64, y: f64, centre: Point, clockwise| Segment::Arc { to: at(x, y), centre, clockwise };
+        let line = |x: f64, y: f64| PathSegment::Line { to: at(x, y) };
+        let arc =
+            |x: f64, y: f64, centre: Point, clockwise| PathSegment::Arc { to: at(x, y), centre, clockwise };
         let bent = vec![line(2.0, 0.0), arc(3.0, 1.0, at(2.0, 1.0), false), line(3.0, 3.0), line(1.0, 3.0)];
         let back = vec![line(2.0, 0.0), arc(2.2, 0.0, at(2.1, 0.0), true), arc(4.2, 0.0, at(3.2, 0.0), true)];
         let round = vec![arc(1.0, 0.0, at(0.0, 0.0), false)];
@@ -158,7 +159,7 @@ mod tests {
             arc(0.9704, 0.0, Point::new(Length::from_nm(-200), Length::from_nm(0)), true),
             arc(0.8445, -0.4782, Point::new(Length::from_nm(40), Length::from_nm(25)), true),
         ];
-        let start = |segments: Vec<Segment>, x: f64| Path { start: at(x, 0.0), segments };
+        let start = |segments: Vec<PathSegment>, x: f64| Path { start: at(x, 0.0), segments };
         vec![
             start(bent, 0.0),
             start(back, 0.0),
@@ -176,7 +177,7 @@ mod tests {
             for width in [0.2, 0.5] {
                 let width = Length::from_mm(width);
                 let (fewer, single) = (painted(outlines(&path, width)), painted(stroke(&path, width)));
-                let off = area_mm2(&combine(&fewer, &single, Rule::Xor));
+                let off = area_mm2(&combine(&fewer, &single, CombineRule::Xor));
                 assert!(off < 1e-3, "{off} mm² for {path:?}");
                 assert!(area_mm2(&fewer) > 0.03);
             }

@@ -99,17 +99,17 @@ fn mill(diameter: f64) -> Bit {
 }
 
 fn found(board: &Board, programs: &[Program]) -> Vec<Finding> {
-    prove(board, programs, &Options::default()).findings
+    prove(board, programs, &ProofOptions::default()).findings
 }
 
-fn kinds(findings: &[Finding]) -> Vec<Kind> {
-    let mut kinds: Vec<Kind> = findings.iter().map(|finding| finding.kind).collect();
+fn kinds(findings: &[Finding]) -> Vec<FindingKind> {
+    let mut kinds: Vec<FindingKind> = findings.iter().map(|finding| finding.kind).collect();
     kinds.dedup();
     kinds
 }
 
 #[track_caller]
-fn only(findings: &[Finding], kind: Kind) -> &Finding {
+fn only(findings: &[Finding], kind: FindingKind) -> &Finding {
     let of_kind: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == kind).collect();
     assert_eq!(of_kind.len(), 1, "{kind:?} in {findings:#?}");
     of_kind[0]
@@ -144,7 +144,7 @@ fn a_good_program_has_no_findings() {
 #[test]
 fn nothing_cut_is_all_shorts() {
     let findings = found(&three(), &[program(mill(0.2), &[])]);
-    assert_eq!(kinds(&findings), [Kind::Short]);
+    assert_eq!(kinds(&findings), [FindingKind::Short]);
     let nets: Vec<String> = findings.iter().map(|finding| finding.nets.concat()).collect();
     assert_eq!(nets.len(), 3, "{nets:?}");
     for finding in &findings {
@@ -168,16 +168,16 @@ fn a_way_left_out_and_a_way_too_shallow_are_found() {
     let toolpaths = [good()[0].clone(), good()[2].clone()];
     assert_eq!(found(&three(), &[program(mill(0.2), &toolpaths)]), []);
     let findings = found(&three(), &[program(mill(0.2), &toolpaths[1..])]);
-    assert_eq!(kinds(&findings), [Kind::Short]);
-    let short = only(&findings, Kind::Short);
+    assert_eq!(kinds(&findings), [FindingKind::Short]);
+    let short = only(&findings, FindingKind::Short);
     near(short, Some(4.25), None);
     wide(short, 0.5);
     assert_eq!(short.nets, ["A", "B"]);
     assert_eq!(short.tool, Some(Length::from_mm(0.2)));
     let shallow = [contour(A, 0.1, 0.03), toolpaths[1].clone()];
     let findings = found(&three(), &[program(mill(0.2), &shallow)]);
-    assert_eq!(kinds(&findings), [Kind::Short, Kind::Shallow]);
-    let shallow = only(&findings, Kind::Shallow);
+    assert_eq!(kinds(&findings), [FindingKind::Short, FindingKind::Shallow]);
+    let shallow = only(&findings, FindingKind::Shallow);
     wide(shallow, 0.03);
     assert_eq!(shallow.leg, Some((0, 1)));
     assert!(matches!(&shallow.cures[..], [Cure::Deeper { depth, .. }] if *depth == Length::from_um(50)));
@@ -188,12 +188,12 @@ fn a_way_beside_its_place_and_a_bit_wider_than_said_take_copper() {
     let mut toolpaths = good();
     toolpaths[0].points.iter_mut().for_each(|(x, _)| *x += 0.2);
     let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
-    let lost = only(&findings, Kind::Lost);
+    let lost = only(&findings, FindingKind::Lost);
     near(lost, Some(0.1), None);
     wide(lost, 0.2);
     assert_eq!((lost.nets.concat(), lost.leg), ("A".to_owned(), Some((0, 1))));
     let findings = found(&three(), &[program(mill(0.3), &good())]);
-    let lost: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == Kind::Lost).collect();
+    let lost: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == FindingKind::Lost).collect();
     assert!(lost.len() >= 3, "{findings:#?}");
     assert!(lost.iter().all(|finding| (finding.width.mm() - 0.05).abs() < 2e-3), "{lost:#?}");
     // 4 µm is within the tolerance.
@@ -205,12 +205,12 @@ fn a_cut_through_a_net_is_a_break() {
     let mut toolpaths = good();
     toolpaths.push(way(&[(2.0, -0.5), (2.0, 2.1)], 0.1));
     let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
-    let broken = only(&findings, Kind::Break);
+    let broken = only(&findings, FindingKind::Break);
     near(broken, Some(2.0), Some(1.0));
     wide(broken, 0.2);
     assert_eq!(broken.nets, ["A"]);
-    assert_eq!(kinds(&findings), [Kind::Break, Kind::Lost]);
-    wide(only(&findings, Kind::Lost), 0.2);
+    assert_eq!(kinds(&findings), [FindingKind::Break, FindingKind::Lost]);
+    wide(only(&findings, FindingKind::Lost), 0.2);
 }
 
 #[test]
@@ -218,7 +218,7 @@ fn an_island_that_is_milled_away_is_gone() {
     let board = board(&[(A, Some("A")), ((4.4, 0.9, 4.6, 1.1), Some("dot"))]);
     let toolpaths = [contour(A, 0.1, 0.1), way(&[(4.5, 0.0), (4.5, 2.0)], 0.1)];
     let findings = found(&board, &[program(mill(0.4), &toolpaths)]);
-    near(only(&findings, Kind::Gone), Some(4.5), Some(1.0));
+    near(only(&findings, FindingKind::Gone), Some(4.5), Some(1.0));
 }
 
 /// Two pads with this gap from x = 1 on.
@@ -236,9 +236,9 @@ fn around_tight() -> Vec<Toolpath> {
 #[test]
 fn a_gap_narrower_than_the_bit_has_cures() {
     let owned = vec![mill(0.1), mill(0.12), mill(0.3), bit(0.1, Cutter::Drill)];
-    let options = Options { owned, ..Options::default() };
+    let options = ProofOptions { owned, ..ProofOptions::default() };
     let findings = prove(&tight(0.15), &[program(mill(0.2), &around_tight())], &options).findings;
-    let gap = only(&findings, Kind::Gap);
+    let gap = only(&findings, FindingKind::Gap);
     near(gap, Some(1.075), Some(0.5));
     wide(gap, 0.15);
     assert_eq!(gap.nets, ["@1.15,0.20", "P"]);
@@ -250,10 +250,10 @@ fn a_gap_narrower_than_the_bit_has_cures() {
     let mut cured = around_tight();
     cured.push(way(&[(1.075, 0.0), (1.075, 1.0)], 0.1));
     let findings = prove(&tight(0.15), &[program(mill(0.2), &cured)], &options).findings;
-    let lost: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == Kind::Lost).collect();
+    let lost: Vec<&Finding> = findings.iter().filter(|finding| finding.kind == FindingKind::Lost).collect();
     assert_eq!(lost.len(), 2, "{findings:#?}");
     lost.iter().for_each(|finding| wide(finding, 0.025));
-    assert!(findings.iter().all(|finding| finding.kind != Kind::Gap));
+    assert!(findings.iter().all(|finding| finding.kind != FindingKind::Gap));
 }
 
 #[test]
@@ -263,10 +263,10 @@ fn a_neck_across_a_narrow_gap_is_no_short_through_the_pad_behind_it() {
     let mut toolpaths = around_tight();
     toolpaths.extend([0.2, 0.35, 0.5, 0.705, 0.8].map(|y| way(&[(1.065, y)], 0.1)));
     let findings = found(&board, &[program(mill(0.2), &toolpaths)]);
-    let gap = only(&findings, Kind::Gap);
+    let gap = only(&findings, FindingKind::Gap);
     near(gap, Some(1.065), Some(0.6025));
     wide(gap, 0.13);
-    assert!(findings.iter().all(|finding| finding.kind != Kind::Short), "{findings:#?}");
+    assert!(findings.iter().all(|finding| finding.kind != FindingKind::Short), "{findings:#?}");
 }
 
 #[test]
@@ -274,7 +274,7 @@ fn a_deep_vee_is_cured_by_less_depth() {
     let depth = vee().depth_for(Length::from_mm(0.2)).unwrap().mm();
     let toolpaths: Vec<Toolpath> = around_tight().into_iter().map(|way| Toolpath { depth, ..way }).collect();
     let findings = found(&tight(0.17), &[program(vee(), &toolpaths)]);
-    let gap = only(&findings, Kind::Gap);
+    let gap = only(&findings, FindingKind::Gap);
     let [Cure::Shallower { depth, width, .. }] = &gap.cures[..] else { panic!("{gap:?}") };
     assert!((width.mm() - 0.17).abs() < 1e-5, "{gap:?}");
     assert!(*depth > Length::from_um(60) && *depth < Length::from_um(61), "{gap:?}");
@@ -287,16 +287,16 @@ fn thin_and_tiny_pieces_are_found() {
     toolpaths.push(way(&[(0.0, 6.0), (3.0, 6.0)], 0.1));
     toolpaths.push(way(&[(0.0, 6.23), (3.0, 6.23)], 0.1));
     let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
-    assert_eq!(kinds(&findings), [Kind::Sliver]);
-    let sliver = only(&findings, Kind::Sliver);
+    assert_eq!(kinds(&findings), [FindingKind::Sliver]);
+    let sliver = only(&findings, FindingKind::Sliver);
     near(sliver, None, Some(6.115));
     wide(sliver, 0.03);
     // A square of 80 µm all by itself.
     let mut toolpaths = good();
     toolpaths.push(contour((6.0, 6.0, 6.08, 6.08), 0.1, 0.1));
     let findings = found(&three(), &[program(mill(0.2), &toolpaths)]);
-    assert_eq!(kinds(&findings), [Kind::Fragment]);
-    near(only(&findings, Kind::Fragment), Some(6.04), Some(6.04));
+    assert_eq!(kinds(&findings), [FindingKind::Fragment]);
+    near(only(&findings, FindingKind::Fragment), Some(6.04), Some(6.04));
     assert!(!findings[0].must_be_read());
 }
 
@@ -321,9 +321,9 @@ fn holes_are_looked_at_with_the_copper_around_them() {
     // In the middle of A, 1 mm to its edges; 30 µm to its edge; out of it by 100 µm; in the gap, over A.
     let rows = [
         (2.0, 1.0, None, 0.0),
-        (2.0, 0.63, Some(Kind::Ring), 0.03),
-        (2.0, 0.5, Some(Kind::Ring), -0.1),
-        (4.25, 1.0, Some(Kind::Hit), 0.35),
+        (2.0, 0.63, Some(FindingKind::Ring), 0.03),
+        (2.0, 0.5, Some(FindingKind::Ring), -0.1),
+        (4.25, 1.0, Some(FindingKind::Hit), 0.35),
     ];
     for (x, y, kind, width) in rows {
         let mut board = three();
@@ -331,8 +331,8 @@ fn holes_are_looked_at_with_the_copper_around_them() {
         let findings = found(&board, &[isolate.clone(), drill]);
         match kind {
             None => assert_eq!(findings, []),
-            Some(Kind::Ring) => {
-                let ring = only(&findings, Kind::Ring);
+            Some(FindingKind::Ring) => {
+                let ring = only(&findings, FindingKind::Ring);
                 near(ring, Some(2.0), Some(0.0));
                 wide(ring, width);
             }
@@ -358,7 +358,7 @@ fn a_cut_without_a_bit_is_told() {
     let mut program = program(mill(0.2), &good());
     program.legs[0] = Leg { mark: Mark::Prepare, commands: vec![ON] };
     let findings = found(&three(), &[program]);
-    assert_eq!(kinds(&findings), [Kind::NoBit]);
+    assert_eq!(kinds(&findings), [FindingKind::NoBit]);
 }
 
 #[test]
@@ -369,8 +369,8 @@ fn a_cut_while_the_spindle_stands_is_told_once_for_every_time() {
     program.legs[0].commands.pop();
     program.legs[3].commands.insert(0, ON);
     let findings = found(&three(), &[program.clone()]);
-    assert_eq!(kinds(&findings), [Kind::Still]);
-    let still = only(&findings, Kind::Still);
+    assert_eq!(kinds(&findings), [FindingKind::Still]);
+    let still = only(&findings, FindingKind::Still);
     near(still, Some(-0.1), Some(-0.1));
     wide(still, 0.1);
     assert_eq!((still.leg, still.mark, still.must_be_read()), (Some((0, 1)), Some(Mark::Toolpath(0)), true));
@@ -388,14 +388,14 @@ fn a_cut_while_the_spindle_stands_is_told_once_for_every_time() {
 
 #[test]
 fn copper_nearer_than_asked_is_a_remnant() {
-    let options = Options { clearance: Some(Length::from_mm(0.36)), ..Options::default() };
+    let options = ProofOptions { clearance: Some(Length::from_mm(0.36)), ..ProofOptions::default() };
     let inner = contour(A, 0.1, 0.1);
     let outer = contour(A, 0.26, 0.1);
     let alone = board(&[(A, Some("A"))]);
     let both = program(mill(0.2), &[inner.clone(), outer]);
     assert_eq!(prove(&alone, &[both], &options).findings, []);
     let findings = prove(&alone, &[program(mill(0.2), &[inner])], &options).findings;
-    assert_eq!(kinds(&findings), [Kind::Remnant]);
+    assert_eq!(kinds(&findings), [FindingKind::Remnant]);
 }
 
 #[test]
@@ -407,17 +407,18 @@ fn a_strip_smaller_than_the_bit_is_a_remnant_where_it_was_to_go() {
         margin: Length::ZERO,
         beyond: Length::from_mm(1.0),
     };
-    let clearance = Options { clearance: Some(Length::from_mm(1.4)), ..Options::default() };
-    let clearing = Options { cleared: vec![cleared], ..Options::default() };
-    for (outer, remnants) in [(1.0, &[][..]), (1.22, &[Kind::Remnant][..])] {
+    let clearance = ProofOptions { clearance: Some(Length::from_mm(1.4)), ..ProofOptions::default() };
+    let clearing = ProofOptions { cleared: vec![cleared], ..ProofOptions::default() };
+    for (outer, remnants) in [(1.0, &[][..]), (1.22, &[FindingKind::Remnant][..])] {
         // What stays between the two toolpaths is 0.02 mm wide, 0.3 mm² or so.
         let toolpaths = program(mill(0.8), &[contour(A, 0.4, 0.1), contour(A, outer, 0.1)]);
         for options in [&clearance, &clearing] {
             let findings = prove(&alone, std::slice::from_ref(&toolpaths), options).findings;
-            let told: Vec<Kind> = kinds(&findings).into_iter().filter(|kind| *kind != Kind::Sliver).collect();
+            let told: Vec<FindingKind> =
+                kinds(&findings).into_iter().filter(|kind| *kind != FindingKind::Sliver).collect();
             assert_eq!(told, remnants, "{outer} {options:?}");
         }
-        assert!(!kinds(&found(&alone, &[toolpaths])).contains(&Kind::Remnant));
+        assert!(!kinds(&found(&alone, &[toolpaths])).contains(&FindingKind::Remnant));
     }
 }
 
@@ -444,7 +445,7 @@ fn names_do_not_depend_on_order_and_every_kind_has_words() {
     let there = names(&[(A, Some("A")), (B, None), (C, Some("C"))]);
     assert_eq!(there, names(&[(C, Some("C")), (A, Some("A")), (B, None)]));
     assert_eq!(there.len(), 3);
-    for kind in Kind::ALL {
+    for kind in FindingKind::ALL {
         for part in ["message", "advice"] {
             let key = format!("{}.{part}", kind.code());
             assert!(locale::lookup("en", &key).is_some(), "no sentence {key}");
@@ -456,7 +457,8 @@ fn names_do_not_depend_on_order_and_every_kind_has_words() {
             assert!(!said.ends_with(' ') && !said.contains(". @"), "{said:?}");
         }
     }
-    let verdict = prove(&three(), &[program(mill(0.2), &[])], &Options { most: 1, ..Options::default() });
+    let verdict =
+        prove(&three(), &[program(mill(0.2), &[])], &ProofOptions { most: 1, ..ProofOptions::default() });
     assert_eq!((verdict.findings.len(), verdict.more, verdict.islands, verdict.nets), (1, 2, 3, 3));
     assert_eq!(to_be_read(&verdict.groups).count(), 3, "what is not listed must be read all the same");
 }

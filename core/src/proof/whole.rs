@@ -8,7 +8,7 @@
 //!
 //! Comes in: the scene, and the gaps that were found. Goes out: [`Whole`]. Does not change the job.
 
-use super::finding::{Finding, Kind};
+use super::finding::{Finding, FindingKind};
 use super::scene::Scene;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
@@ -52,7 +52,8 @@ pub struct Shallower {
 
 /// What opens the gaps among `findings`; none where there are none, or where no V-bit isolates.
 pub(super) fn whole(scene: &Scene<'_>, findings: &[Finding]) -> Option<Whole> {
-    let joined = findings.iter().filter(|finding| matches!(finding.kind, Kind::Short | Kind::Gap));
+    let joined =
+        findings.iter().filter(|finding| matches!(finding.kind, FindingKind::Short | FindingKind::Gap));
     let mut gaps: Vec<Length> = joined.filter(|gap| gap.ends.is_some()).map(|gap| gap.width).collect();
     gaps.sort_unstable();
     let least = scene.options.copper_thickness + scene.options.depth_margin;

@@ -27,11 +27,11 @@ const CHORD_ERROR_MM: f64 = 0.000_5;
 /// Stretches are looked at in pieces of this length, in mm.
 const PIECE_MM: f64 = 2.0;
 /// What is left over between two covered parts is a gap when it is longer than so many tolerances.
-const GAP: f64 = 4.0;
+const GAP_TOLERANCES: f64 = 4.0;
 /// What is less deep than this, in mm, is not looked for: it goes through no copper.
 const SKIN_MM: f64 = 0.005;
 /// A zero that is said to be elsewhere is there within so many tolerances.
-const SHIFT: f64 = 2.0;
+const SHIFT_TOLERANCES: f64 = 2.0;
 
 /// How near places and depths must be, in mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -131,7 +131,7 @@ fn shift((meant, made): (&Cuts, &Cuts), tolerance: Tolerance) -> Option<Spot> {
 
 fn is_shifted((meant, made): (&Cuts, &Cuts), by: Spot, tolerance: Tolerance) -> bool {
     let moved = meant.moved(by);
-    let tolerance = Tolerance { place_mm: SHIFT * tolerance.place_mm, ..tolerance };
+    let tolerance = Tolerance { place_mm: SHIFT_TOLERANCES * tolerance.place_mm, ..tolerance };
     !moved.beyond(made, tolerance).is_any() && !made.beyond(&moved, tolerance).is_any()
 }
 
@@ -177,7 +177,8 @@ impl Cuts {
                 parts.extend(part);
             });
             let length = own.from.distance(own.to);
-            match uncovered(&mut parts, GAP * tolerance.place_mm / length.max(tolerance.place_mm)) {
+            match uncovered(&mut parts, GAP_TOLERANCES * tolerance.place_mm / length.max(tolerance.place_mm))
+            {
                 None => {}
                 Some((share, _)) if length == 0.0 => {
                     out.plunges += 1;

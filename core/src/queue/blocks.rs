@@ -9,17 +9,17 @@
 //! ```
 //!
 //! Comes in: rows. Goes out: a [`Queue`] whose blocks are closed and whose calls never come back to themselves, and a
-//! [`Cursor`] that walks it. Does not know what the rows mean.
+//! [`QueueCursor`] that walks it. Does not know what the rows mean.
 
-use super::text::{Row, refuse};
-use super::words::Command;
+use super::text::{QueueRow, refuse};
+use super::words::WorkCommand;
 use super::{DEEPEST, MOST_STEPS};
 use crate::diagnostic::Diagnostic;
 
 /// Rows whose blocks fit together.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Queue {
-    pub(super) rows: Vec<Row>,
+    pub(super) rows: Vec<QueueRow>,
     pub(super) links: Vec<Link>,
 }
 
@@ -40,15 +40,15 @@ pub(super) enum Link {
 
 impl Queue {
     /// All rows, one a line of the text.
-    pub fn rows(&self) -> &[Row] {
+    pub fn rows(&self) -> &[QueueRow] {
         &self.rows
     }
 
     /// How deep row after row stands inside blocks, from 0; a block's own rows `REPEAT`, `SUB` and `END` stand outside it.
     pub fn depths(&self) -> Vec<usize> {
         let mut depth = 0_usize;
-        let of = |row: &Row| {
-            depth -= usize::from(row.command == Some(Command::End)).min(depth);
+        let of = |row: &QueueRow| {
+            depth -= usize::from(row.command == Some(WorkCommand::End)).min(depth);
             let here = depth;
             depth += usize::from(opens(row).is_some());
             here
@@ -57,21 +57,21 @@ impl Queue {
     }
 }
 
-fn opens(row: &Row) -> Option<&'static str> {
+fn opens(row: &QueueRow) -> Option<&'static str> {
     match row.command {
-        Some(Command::Repeat { .. }) => Some("REPEAT"),
-        Some(Command::Sub { .. }) => Some("SUB"),
+        Some(WorkCommand::Repeat { .. }) => Some("REPEAT"),
+        Some(WorkCommand::Sub { .. }) => Some("SUB"),
         _ => None,
     }
 }
 
 /// Where every row leads, or the first row that does not fit and why.
-pub(super) fn link(rows: &[Row]) -> Result<Vec<Link>, (usize, Diagnostic)> {
+pub(super) fn link(rows: &[QueueRow]) -> Result<Vec<Link>, (usize, Diagnostic)> {
     let mut links = vec![Link::None; rows.len()];
     let mut open: Vec<usize> = Vec::new();
     for (at, row) in rows.iter().enumerate() {
         match &row.command {
-            Some(Command::Sub { name }) => {
+            Some(WorkCommand::Sub { name }) => {
                 if !open.is_empty() {
                     return Err((at, refuse("queue.sub_inside").with("name", name)));
                 }
@@ -80,18 +80,18 @@ pub(super) fn link(rows: &[Row]) -> Result<Vec<Link>, (usize, Diagnostic)> {
                 }
                 open.push(at);
             }
-            Some(Command::Repeat { .. }) => {
+            Some(WorkCommand::Repeat { .. }) => {
                 if open.len() >= DEEPEST {
                     return Err((at, refuse("queue.too_deep").with("most", DEEPEST)));
                 }
                 open.push(at);
             }
-            Some(Command::End) => {
+            Some(WorkCommand::End) => {
                 let begin = open.pop().ok_or_else(|| (at, refuse("queue.end_alone")))?;
                 links[begin] = Link::ToEnd(at);
                 links[at] = if opens(&rows[begin]) == Some("SUB") { Link::Back } else { Link::Again(begin) };
             }
-            Some(Command::Call { name }) => {
+            Some(WorkCommand::Call { name }) => {
                 links[at] = Link::Into(find_sub(rows, name).ok_or_else(|| (at, no_such_sub(rows, name)))?);
             }
             _ => {}
@@ -104,13 +104,14 @@ pub(super) fn link(rows: &[Row]) -> Result<Vec<Link>, (usize, Diagnostic)> {
     Ok(links)
 }
 
-fn find_sub(rows: &[Row], name: &str) -> Option<usize> {
-    rows.iter().position(|row| matches!(&row.command, Some(Command::Sub { name: found }) if found == name))
+fn find_sub(rows: &[QueueRow], name: &str) -> Option<usize> {
+    rows.iter()
+        .position(|row| matches!(&row.command, Some(WorkCommand::Sub { name: found }) if found == name))
 }
 
-fn no_such_sub(rows: &[Row], name: &str) -> Diagnostic {
+fn no_such_sub(rows: &[QueueRow], name: &str) -> Diagnostic {
     let names = rows.iter().filter_map(|row| match &row.command {
-        Some(Command::Sub { name }) => Some(name.as_str()),
+        Some(WorkCommand::Sub { name }) => Some(name.as_str()),
         _ => None,
     });
     let known: Vec<_> = names.collect();
@@ -119,7 +120,7 @@ fn no_such_sub(rows: &[Row], name: &str) -> Diagnostic {
 }
 
 /// No part may come back to itself through calls: each is taken away once all parts it calls are gone.
-fn without_recursion(rows: &[Row], links: &[Link]) -> Result<(), (usize, Diagnostic)> {
+fn without_recursion(rows: &[QueueRow], links: &[Link]) -> Result<(), (usize, Diagnostic)> {
     let calls_of = |sub: usize| {
         let end = if let Link::ToEnd(end) = links[sub] { end } else { sub };
         (sub..end).filter_map(|at| if let Link::Into(other) = links[at] { Some((at, other)) } else { None })
@@ -138,7 +139,8 @@ fn without_recursion(rows: &[Row], links: &[Link]) -> Result<(), (usize, Diagnos
     match found {
         None => Ok(()),
         Some((at, _)) => {
-            let name = if let Some(Command::Call { name }) = &rows[at].command { name.as_str() } else { "" };
+            let name =
+                if let Some(WorkCommand::Call { name }) = &rows[at].command { name.as_str() } else { "" };
             Err((at, refuse("queue.recursion").with("field", "name").with("name", name)))
         }
     }
@@ -146,7 +148,7 @@ fn without_recursion(rows: &[Row], links: &[Link]) -> Result<(), (usize, Diagnos
 
 /// A place in a queue, and how it came there.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Cursor {
+pub struct QueueCursor {
     at: usize,
     frames: Vec<Frame>,
     passed: u32,
@@ -160,7 +162,7 @@ enum Frame {
     Call(usize),
 }
 
-impl Cursor {
+impl QueueCursor {
     /// Before the first row of `queue` that does anything.
     pub fn new(queue: &Queue) -> Self {
         let mut cursor = Self::default();
@@ -190,7 +192,7 @@ impl Cursor {
                 self.frames.push(Frame::Call(self.at));
                 self.at = sub + 1;
             }
-            (Link::ToEnd(_), Some(Command::Repeat { times })) => {
+            (Link::ToEnd(_), Some(WorkCommand::Repeat { times })) => {
                 self.frames.push(Frame::Repeat(times.saturating_sub(1)));
                 self.at += 1;
             }
@@ -218,7 +220,7 @@ impl Cursor {
     fn settle(&mut self, queue: &Queue) {
         while let Some(row) = queue.rows.get(self.at) {
             match (&row.command, queue.links[self.at]) {
-                (Some(Command::Sub { .. }), Link::ToEnd(end)) => self.at = end + 1,
+                (Some(WorkCommand::Sub { .. }), Link::ToEnd(end)) => self.at = end + 1,
                 (None, _) => self.at += 1,
                 _ => return,
             }

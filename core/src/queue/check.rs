@@ -4,16 +4,16 @@
 //! Comes in: a queue, a machine, how the drill stands. Goes out: what the queue will do, or the refusal with its row and
 //! field. Does not know how anything moves.
 
-use super::blocks::{Cursor, Queue};
+use super::blocks::{Queue, QueueCursor};
 use super::rules::{Standing, after};
 use super::text::refuse;
-use super::words::Command;
+use super::words::WorkCommand;
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 
 /// What a queue that passed will do.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Checked {
+pub struct CheckedQueue {
     /// Rows done, each as often as it comes.
     pub rows: u32,
     /// Strokes down.
@@ -32,9 +32,9 @@ pub fn check(
     machine: &Machine,
     outputs: &[String],
     standing: &Standing,
-) -> Result<Checked, Diagnostic> {
-    let mut cursor = Cursor::new(queue);
-    let mut done = Checked { rows: 0, strokes: 0, lowest: None, highest: None, end: standing.clone() };
+) -> Result<CheckedQueue, Diagnostic> {
+    let mut cursor = QueueCursor::new(queue);
+    let mut done = CheckedQueue { rows: 0, strokes: 0, lowest: None, highest: None, end: standing.clone() };
     if cursor.row(queue).is_none() {
         return Err(refuse("queue.empty"));
     }
@@ -47,14 +47,14 @@ pub fn check(
         if let Some(command) = &queue.rows()[row].command {
             done.end = after(command, machine, outputs, &done.end).map_err(placed)?;
             match command {
-                Command::MoveBy { .. } | Command::MoveTo { .. } | Command::Home { .. } => {
+                WorkCommand::MoveBy { .. } | WorkCommand::MoveTo { .. } | WorkCommand::Home { .. } => {
                     let at = [done.end.position[0], done.end.position[1]];
                     let low = done.lowest.unwrap_or(at);
                     let high = done.highest.unwrap_or(at);
                     done.lowest = Some([low[0].min(at[0]), low[1].min(at[1])]);
                     done.highest = Some([high[0].max(at[0]), high[1].max(at[1])]);
                 }
-                Command::DrillDown => done.strokes += 1,
+                WorkCommand::DrillDown => done.strokes += 1,
                 _ => {}
             }
         }

@@ -8,7 +8,7 @@
 //! homed, nor who plays.
 
 use super::rules::home_place;
-use super::run::{Harm, Report, late};
+use super::run::{Harm, QueueReport, late};
 use super::text::refuse;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Mark, Stage};
@@ -37,7 +37,7 @@ pub struct Homing {
 }
 
 /// What follows from a report.
-pub enum Next {
+pub enum HomingNext {
     /// Play this; the count of the axis is to be corrected by so much before.
     Play(Segment, i64),
     /// All axes are homed.
@@ -57,19 +57,19 @@ impl Homing {
     }
 
     /// The first segment of the next axis. Refused where the machine cannot be planned with.
-    pub fn begin(&mut self, machine: &Machine) -> Result<Next, Diagnostic> {
-        let Some(axis) = self.axes.pop_front() else { return Ok(Next::Homed) };
+    pub fn begin(&mut self, machine: &Machine) -> Result<HomingNext, Diagnostic> {
+        let Some(axis) = self.axes.pop_front() else { return Ok(HomingNext::Homed) };
         self.axis = axis;
         let timeline = cycles::home_axis(machine, axis)?;
         let stages = timeline.moves.iter().filter(|planned| planned.stage != Stage::Offset);
         self.later = stages.map(|planned| steps::segment(planned, machine)).collect();
-        Ok(self.stage(0).unwrap_or(Next::Homed))
+        Ok(self.stage(0).unwrap_or(HomingNext::Homed))
     }
 
-    fn stage(&mut self, correction: i64) -> Option<Next> {
+    fn stage(&mut self, correction: i64) -> Option<HomingNext> {
         let segment = self.later.pop_front()?;
         self.stage = segment.stage;
-        Some(Next::Play(segment, correction))
+        Some(HomingNext::Play(segment, correction))
     }
 
     /// What follows. `position` is where the axes were counted to be; it is set right here. An error ends it: with
@@ -77,9 +77,9 @@ impl Homing {
     pub fn reported(
         &mut self,
         machine: &Machine,
-        report: &Report,
+        report: &QueueReport,
         position: &mut Steps,
-    ) -> Result<Next, (Diagnostic, Harm)> {
+    ) -> Result<HomingNext, (Diagnostic, Harm)> {
         let input = machine.home_input(self.axis);
         let lost = |code: &str| {
             let why = refuse(code).with("axis", axis_name(self.axis)).with("sensor", format!("{input:?}"));
@@ -91,7 +91,7 @@ impl Homing {
                 let why = refuse("control.end_sensor").with("sensor", format!("{hit:?}"));
                 return Err((why, Harm::Lost));
             }
-            (_, Outcome::Late(ticks)) => return Err((late(ticks), Harm::Lost)),
+            (_, Outcome::Late { ticks }) => return Err((late(ticks), Harm::Lost)),
             (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
             (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
                 return Err(lost("control.sensor_stuck"));
@@ -117,7 +117,7 @@ impl Homing {
             return self.begin(machine).map_err(|why| (why, Harm::Lost));
         }
         match self.off {
-            None => Ok(Next::Homed),
+            None => Ok(HomingNext::Homed),
             Some((axis, steps)) => {
                 let why = refuse("control.lost_count").with("axis", axis_name(axis)).with("steps", steps);
                 Err((why, Harm::None))

@@ -24,14 +24,14 @@ mod text;
 mod words;
 mod work;
 
-pub use blocks::{Cursor, Queue};
-pub use check::{Checked, check};
-pub use homing::{Homing, Next};
+pub use blocks::{Queue, QueueCursor};
+pub use check::{CheckedQueue, check};
+pub use homing::{Homing, HomingNext};
 pub use rehearse::{Rehearsal, Rig};
 pub use rules::{Standing, after};
-pub use run::{Action, Harm, Mode, Report, Rest, RowResult, RowState, Run, late};
-pub use text::{Row, print, read, read_row};
-pub use words::{Argument, Axes, Command, Kind, Value, WORDS, Word};
+pub use run::{Harm, Mode, QueueAction, QueueReport, QueueRun, Rest, RowResult, RowState, late};
+pub use text::{QueueRow, print, read, read_row};
+pub use words::{Argument, ArgumentKind, ArgumentValue, Axes, WORDS, Word, WorkCommand};
 
 /// The longest text of a queue, in bytes: one frame of the wire has room for it.
 pub const LONGEST_TEXT: usize = 24_000;

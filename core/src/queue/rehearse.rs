@@ -6,23 +6,23 @@
 //!  └──── report ◀─────┘
 //! ```
 //!
-//! Comes in: a [`Run`], pins. Goes out: results a row, and the places the drill went through. Does not know what the pins
+//! Comes in: a [`QueueRun`], pins. Goes out: results a row, and the places the drill went through. Does not know what the pins
 //! are.
 
 use super::rules::Standing;
-use super::run::{Action, Mode, Report, Rest, Run};
+use super::run::{Mode, QueueAction, QueueReport, QueueRun, Rest};
 use super::text::read;
 use crate::diagnostic::Diagnostic;
 use crate::machine::{Machine, Steps};
 use crate::motion::cycles;
-use crate::pins::{Clock, Line, Motors, Operator, Order, Outcome, Pins, play};
+use crate::pins::{Clock, Motors, Operator, Order, Outcome, Pins, Playhead, play};
 use crate::steps::Segment;
 
 /// Where a drill on a bench stands between two queues.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rig {
     /// What its executor remembers.
-    pub line: Line,
+    pub line: Playhead,
     /// What is known of it.
     pub standing: Standing,
 }
@@ -47,8 +47,8 @@ impl Rig {
 /// A queue being tried on pins.
 #[derive(Clone, Debug)]
 pub struct Rehearsal {
-    run: Run,
-    line: Line,
+    run: QueueRun,
+    line: Playhead,
     /// What is to be played next, while it is interrupted for the page to breathe.
     next: Option<Vec<Segment>>,
     trail: Vec<(usize, Steps)>,
@@ -57,12 +57,12 @@ pub struct Rehearsal {
 impl Rehearsal {
     /// `queue` before its first row, on a drill that stands as `bench` says.
     pub fn new(queue: super::Queue, outputs: Vec<String>, bench: Rig) -> Self {
-        let run = Run::new(queue, outputs, bench.standing);
+        let run = QueueRun::new(queue, outputs, bench.standing);
         Self { run, line: bench.line, next: None, trail: Vec::new() }
     }
 
     /// Results, cursor and standing.
-    pub fn run(&self) -> &Run {
+    pub fn run(&self) -> &QueueRun {
         &self.run
     }
 
@@ -80,7 +80,7 @@ impl Rehearsal {
     /// again.
     pub fn go(&mut self, machine: &Machine, mode: Mode, pins: &mut dyn Pins, pieces: usize) -> Option<Rest> {
         let mut actions = match self.next.take() {
-            Some(segments) => vec![Action::Play(segments)],
+            Some(segments) => vec![QueueAction::Play(segments)],
             None => self.run.go(machine, mode),
         };
         let mut left = pieces;
@@ -88,14 +88,14 @@ impl Rehearsal {
             let mut segments = None;
             for action in actions {
                 match action {
-                    Action::Output(place, on) => pins.output(self.line.tick, place, on),
-                    Action::Correct { axis, steps } => {
+                    QueueAction::Output { place, on } => pins.output(self.line.tick, place, on),
+                    QueueAction::Correct { axis, steps } => {
                         for axis in cycles::together(machine, axis) {
                             self.line.position[axis] += steps;
                         }
                     }
-                    Action::Play(wanted) => segments = Some(wanted),
-                    Action::Rest(rest) => return Some(rest),
+                    QueueAction::Play(wanted) => segments = Some(wanted),
+                    QueueAction::Rest(rest) => return Some(rest),
                 }
             }
             let segments = segments?;
@@ -114,7 +114,7 @@ impl Rehearsal {
         }
     }
 
-    fn play(&mut self, machine: &Machine, segments: &[Segment], pins: &mut dyn Pins) -> Report {
+    fn play(&mut self, machine: &Machine, segments: &[Segment], pins: &mut dyn Pins) -> QueueReport {
         let motors = Motors::of(machine);
         let start = self.line.tick;
         let mut outcome = Outcome::Completed;
@@ -125,7 +125,7 @@ impl Rehearsal {
             }
         }
         let inputs = pins.inputs(self.line.tick);
-        Report { outcome, position: self.line.position, inputs, ticks: self.line.tick - start }
+        QueueReport { outcome, position: self.line.position, inputs, ticks: self.line.tick - start }
     }
 }
 

@@ -10,7 +10,7 @@
 //! Used for the dry check of a whole queue and once more before every row. Moves nothing.
 
 use super::text::refuse;
-use super::words::{Axes, Command};
+use super::words::{Axes, WorkCommand};
 use crate::diagnostic::Diagnostic;
 use crate::machine::{HomeEnd, Machine, Steps, axis_name};
 use crate::motion::cycles;
@@ -64,25 +64,25 @@ pub(super) fn home_edge(machine: &Machine, axis: usize) -> (i64, i64) {
 
 /// How the drill stands after `command`, or why it must not be begun. `outputs` are the names that may be switched.
 pub fn after(
-    command: &Command,
+    command: &WorkCommand,
     machine: &Machine,
     outputs: &[String],
     standing: &Standing,
 ) -> Result<Standing, Diagnostic> {
     let mut next = standing.clone();
     match command {
-        Command::MoveBy { dx, dy } => {
+        WorkCommand::MoveBy { dx, dy } => {
             may_travel(machine, standing)?;
             let to = [standing.position[0].saturating_add(*dx), standing.position[1].saturating_add(*dy)];
             travel(machine, &mut next, to, ["dX", "dY"])?;
         }
-        Command::MoveTo { x, y } => {
+        WorkCommand::MoveTo { x, y } => {
             may_travel(machine, standing)?;
             let zero = standing.zero.ok_or_else(|| refuse("queue.no_zero"))?;
             let to = [zero[0] + machine.x.scale.steps(*x), zero[1] + machine.y.scale.steps(*y)];
             travel(machine, &mut next, to, ["X", "Y"])?;
         }
-        Command::DrillDown => {
+        WorkCommand::DrillDown => {
             homed(standing, &[2])?;
             if standing.rpm == 0 {
                 return Err(refuse("queue.spindle_off"));
@@ -91,32 +91,32 @@ pub fn after(
             inside(machine, 2, bottom, "")?;
             next.position[2] = standing.position[2].min(bottom);
         }
-        Command::DrillUp => {
+        WorkCommand::DrillUp => {
             homed(standing, &[2])?;
             let safe = z_steps(machine, machine.process.safe_height);
             inside(machine, 2, safe, "")?;
             next.position[2] = standing.position[2].max(safe);
         }
-        Command::Home { axes } => home(machine, &mut next, *axes)?,
-        Command::Output { name, .. } => {
+        WorkCommand::Home { axes } => home(machine, &mut next, *axes)?,
+        WorkCommand::Output { name, .. } => {
             if !outputs.contains(name) {
                 let known = if outputs.is_empty() { "–".to_owned() } else { outputs.join(", ") };
                 let why = refuse("queue.no_such_output").with("field", "name").with("name", name);
                 return Err(why.with("known", known));
             }
         }
-        Command::Spindle { rpm } => {
+        WorkCommand::Spindle { rpm } => {
             if *rpm == 0 && tip_in_board(machine, standing) {
                 return Err(refuse("queue.spindle_off_in_board").with("field", "rpm"));
             }
             next.rpm = *rpm;
         }
-        Command::Wait { .. }
-        | Command::WaitInput { .. }
-        | Command::Repeat { .. }
-        | Command::Sub { .. }
-        | Command::Call { .. }
-        | Command::End => {}
+        WorkCommand::Wait { .. }
+        | WorkCommand::WaitInput { .. }
+        | WorkCommand::Repeat { .. }
+        | WorkCommand::Sub { .. }
+        | WorkCommand::Call { .. }
+        | WorkCommand::End => {}
     }
     Ok(next)
 }

@@ -6,14 +6,14 @@
 //!                                └─ stopped, sensor, time over ─▶ Rest              done · stopped here · failed
 //! ```
 //!
-//! Comes in: orders and reports. Goes out: [`Action`]s, at most one of them a [`Action::Play`] or [`Action::Rest`], always
+//! Comes in: orders and reports. Goes out: [`QueueAction`]s, at most one of them a [`QueueAction::Play`] or [`QueueAction::Rest`], always
 //! the last. Every row begins and ends at rest. Does not know who plays the segments.
 
-use super::blocks::{Cursor, Queue};
-use super::homing::{Homing, Next};
+use super::blocks::{Queue, QueueCursor};
+use super::homing::{Homing, HomingNext};
 use super::rules::{Standing, after};
 use super::text::refuse;
-use super::words::{Command, INPUTS, STATES};
+use super::words::{INPUTS, STATES, WorkCommand};
 use super::work;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Input, Otherwise};
@@ -70,9 +70,9 @@ pub struct RowResult {
     pub why: Option<Diagnostic>,
 }
 
-/// What the player says after a [`Action::Play`], at rest.
+/// What the player says after a [`QueueAction::Play`], at rest.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Report {
+pub struct QueueReport {
     /// How the last segment played ended.
     pub outcome: Outcome,
     /// Steps counted.
@@ -85,9 +85,14 @@ pub struct Report {
 
 /// What to do.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Action {
+pub enum QueueAction {
     /// Switch this output: its place among the machine's outputs.
-    Output(u8, bool),
+    Output {
+        /// Its place among the machine's outputs.
+        place: u8,
+        /// On, else off.
+        on: bool,
+    },
     /// The count of an axis, and of all that move together with it, is off.
     Correct {
         /// Which axis.
@@ -140,11 +145,11 @@ enum Doing {
 
 /// A queue in work.
 #[derive(Clone, Debug)]
-pub struct Run {
+pub struct QueueRun {
     queue: Queue,
     outputs: Vec<String>,
     standing: Standing,
-    cursor: Cursor,
+    cursor: QueueCursor,
     mode: Mode,
     doing: Doing,
     results: Vec<RowResult>,
@@ -154,10 +159,10 @@ pub struct Run {
     on: u32,
 }
 
-impl Run {
+impl QueueRun {
     /// `queue` before its first row. `outputs` are the names that may be switched, in the order of their places.
     pub fn new(queue: Queue, outputs: Vec<String>, standing: Standing) -> Self {
-        let cursor = Cursor::new(&queue);
+        let cursor = QueueCursor::new(&queue);
         let results = vec![RowResult::default(); queue.rows().len()];
         let (mode, doing) = (Mode::Step, Doing::Nothing);
         Self { queue, outputs, standing, cursor, mode, doing, results, held: false, ended: false, on: 0 }
@@ -198,7 +203,7 @@ impl Run {
         matches!(self.doing, Doing::Homing(_))
     }
 
-    /// Goes on after [`Run::hold`] that has not held yet, as far as `mode` says.
+    /// Goes on after [`QueueRun::hold`] that has not held yet, as far as `mode` says.
     pub fn proceed(&mut self, mode: Mode) {
         self.mode = mode;
     }
@@ -209,7 +214,7 @@ impl Run {
     }
 
     /// Goes on, or begins.
-    pub fn go(&mut self, machine: &Machine, mode: Mode) -> Vec<Action> {
+    pub fn go(&mut self, machine: &Machine, mode: Mode) -> Vec<QueueAction> {
         if self.doing != Doing::Nothing || self.ended {
             return Vec::new();
         }
@@ -221,7 +226,7 @@ impl Run {
 
     /// Rows one after the other, until something is to be played or it rests. The first is done even if a breakpoint
     /// stands before it, where `at_once`.
-    fn rows(&mut self, machine: &Machine, mut at_once: bool) -> Vec<Action> {
+    fn rows(&mut self, machine: &Machine, mut at_once: bool) -> Vec<QueueAction> {
         let mut actions = Vec::new();
         while let Some(row) = self.row() {
             let stops = match self.mode {
@@ -231,7 +236,7 @@ impl Run {
             };
             if stops && !at_once {
                 self.held = true;
-                actions.push(Action::Rest(Rest::Held));
+                actions.push(QueueAction::Rest(Rest::Held));
                 return actions;
             }
             at_once = false;
@@ -254,38 +259,48 @@ impl Run {
     }
 
     /// The end, good or bad: outputs that the queue turned on are turned off.
-    fn end(&mut self, rest: Rest) -> Vec<Action> {
+    fn end(&mut self, rest: Rest) -> Vec<QueueAction> {
         (self.doing, self.ended) = (Doing::Nothing, true);
         let on = std::mem::take(&mut self.on);
-        let off = (0..32).filter(|bit| on >> bit & 1 == 1).map(|bit| Action::Output(bit, false));
-        off.chain([Action::Rest(rest)]).collect()
+        let off =
+            (0..32).filter(|bit| on >> bit & 1 == 1).map(|bit| QueueAction::Output { place: bit, on: false });
+        off.chain([QueueAction::Rest(rest)]).collect()
     }
 
     /// Begins a row. Where there is something to play, it is the last action.
-    fn begin(&mut self, machine: &Machine, row: usize, actions: &mut Vec<Action>) -> Result<(), Diagnostic> {
+    fn begin(
+        &mut self,
+        machine: &Machine,
+        row: usize,
+        actions: &mut Vec<QueueAction>,
+    ) -> Result<(), Diagnostic> {
         let Some(command) = self.queue.rows()[row].command.clone() else { return Ok(()) };
         let next = after(&command, machine, &self.outputs, &self.standing)?;
         let from = self.standing.position;
         let segments = match &command {
-            Command::MoveBy { .. } | Command::MoveTo { .. } => work::travel(machine, from, next.position)?,
-            Command::DrillDown => work::down(machine, from)?,
-            Command::DrillUp => work::up(machine, from, next.position[2])?,
-            Command::Spindle { rpm } if next.rpm != self.standing.rpm => work::spindle(machine, from, *rpm),
-            Command::Wait { ms } => work::wait(from, u64::from(*ms) * TICKS_OF_MS),
-            Command::WaitInput { input, on, timeout_ms } => {
+            WorkCommand::MoveBy { .. } | WorkCommand::MoveTo { .. } => {
+                work::travel(machine, from, next.position)?
+            }
+            WorkCommand::DrillDown => work::down(machine, from)?,
+            WorkCommand::DrillUp => work::up(machine, from, next.position[2])?,
+            WorkCommand::Spindle { rpm } if next.rpm != self.standing.rpm => {
+                work::spindle(machine, from, *rpm)
+            }
+            WorkCommand::Wait { ms } => work::wait(from, u64::from(*ms) * TICKS_OF_MS),
+            WorkCommand::WaitInput { input, on, timeout_ms } => {
                 self.doing = Doing::Look(*input, *on, *timeout_ms);
-                actions.push(Action::Play(work::wait(from, 1)));
+                actions.push(QueueAction::Play(work::wait(from, 1)));
                 return Ok(());
             }
-            Command::Output { name, on, pulse_ms } => {
+            WorkCommand::Output { name, on, pulse_ms } => {
                 let bit = self.outputs.iter().position(|output| output == name).unwrap_or(0) as u8;
                 actions.push(self.switch(bit, *on));
                 let Some(ms) = pulse_ms else { return Ok(()) };
                 self.doing = Doing::Pulse(bit, !on);
-                actions.push(Action::Play(work::wait(from, u64::from(*ms) * TICKS_OF_MS)));
+                actions.push(QueueAction::Play(work::wait(from, u64::from(*ms) * TICKS_OF_MS)));
                 return Ok(());
             }
-            Command::Home { axes } => {
+            WorkCommand::Home { axes } => {
                 let mut homing = Homing::new(axes.in_order(), self.standing.homed);
                 let first = homing.begin(machine)?;
                 actions.extend(self.homing_goes_on(homing, first));
@@ -297,21 +312,21 @@ impl Run {
             self.standing = next;
         } else {
             self.doing = Doing::Moves(next);
-            actions.push(Action::Play(segments));
+            actions.push(QueueAction::Play(segments));
         }
         Ok(())
     }
 
-    fn switch(&mut self, bit: u8, on: bool) -> Action {
+    fn switch(&mut self, bit: u8, on: bool) -> QueueAction {
         let mask = 1_u32.checked_shl(u32::from(bit)).unwrap_or(0);
         self.on = if on { self.on | mask } else { self.on & !mask };
-        Action::Output(bit, on)
+        QueueAction::Output { place: bit, on }
     }
 
-    fn homing_goes_on(&mut self, homing: Homing, next: Next) -> Vec<Action> {
+    fn homing_goes_on(&mut self, homing: Homing, next: HomingNext) -> Vec<QueueAction> {
         match next {
-            Next::Homed => Vec::new(),
-            Next::Play(segment, correction) => {
+            HomingNext::Homed => Vec::new(),
+            HomingNext::Play(segment, correction) => {
                 let axis = homing.axis();
                 if let Some(homed) = self.standing.homed.get_mut(axis) {
                     *homed = false;
@@ -319,16 +334,16 @@ impl Run {
                 self.doing = Doing::Homing(homing);
                 let mut actions = Vec::new();
                 if correction != 0 {
-                    actions.push(Action::Correct { axis, steps: correction });
+                    actions.push(QueueAction::Correct { axis, steps: correction });
                 }
-                actions.push(Action::Play(vec![segment]));
+                actions.push(QueueAction::Play(vec![segment]));
                 actions
             }
         }
     }
 
     /// What follows from a report.
-    pub fn reported(&mut self, machine: &Machine, report: &Report) -> Vec<Action> {
+    pub fn reported(&mut self, machine: &Machine, report: &QueueReport) -> Vec<QueueAction> {
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         self.standing.position = report.position;
         if let Some(result) = self.row().and_then(|row| self.results.get_mut(row)) {
@@ -380,25 +395,26 @@ impl Run {
     }
 
     /// `axis` was being homed; it is homed where another one is begun or all are done.
-    fn homed_so_far(&mut self, axis: usize, homing: Homing, next: Next) -> Vec<Action> {
-        let over = matches!(next, Next::Homed) || homing.axis() != axis;
+    fn homed_so_far(&mut self, axis: usize, homing: Homing, next: HomingNext) -> Vec<QueueAction> {
+        let over = matches!(next, HomingNext::Homed) || homing.axis() != axis;
         if let Some(homed) = self.standing.homed.get_mut(axis).filter(|_| over) {
             *homed = true;
         }
         self.homing_goes_on(homing, next)
     }
 
-    fn look_again(&mut self, input: Input, on: bool, left_ms: u32) -> Vec<Action> {
+    fn look_again(&mut self, input: Input, on: bool, left_ms: u32) -> Vec<QueueAction> {
         if left_ms == 0 {
             let timeout = self.row().and_then(|row| self.queue.rows()[row].command.clone());
-            let ms = if let Some(Command::WaitInput { timeout_ms, .. }) = timeout { timeout_ms } else { 0 };
+            let ms =
+                if let Some(WorkCommand::WaitInput { timeout_ms, .. }) = timeout { timeout_ms } else { 0 };
             let why = refuse("queue.input_timeout").with("input", INPUTS[input as usize]);
             let why = why.with("state", STATES[usize::from(on)]).with("ms", ms);
             return self.fail(why, Harm::None);
         }
         let ms = left_ms.min(LOOK_MS);
         self.doing = Doing::Look(input, on, left_ms - ms);
-        vec![Action::Play(work::wait(self.standing.position, u64::from(ms) * TICKS_OF_MS))]
+        vec![QueueAction::Play(work::wait(self.standing.position, u64::from(ms) * TICKS_OF_MS))]
     }
 
     /// The row is done; on to the next.
@@ -410,14 +426,14 @@ impl Run {
     }
 
     /// Ends the run because of STOP, wherever it is.
-    pub fn stopped(&mut self) -> Vec<Action> {
+    pub fn stopped(&mut self) -> Vec<QueueAction> {
         if let Some(result) = self.row().and_then(|row| self.results.get_mut(row)) {
             result.state = RowState::StoppedHere;
         }
         self.end(Rest::Stopped)
     }
 
-    fn fail(&mut self, why: Diagnostic, harm: Harm) -> Vec<Action> {
+    fn fail(&mut self, why: Diagnostic, harm: Harm) -> Vec<QueueAction> {
         let row = self.row();
         let line = row.map_or(0, |row| u32::try_from(row + 1).unwrap_or(u32::MAX));
         let turn = self.cursor.passed() + 1;
@@ -441,7 +457,7 @@ fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
             let why = refuse("control.end_sensor").with("sensor", format!("{input:?}"));
             Some((why, Harm::Suspect))
         }
-        Outcome::Late(ticks) => Some((late(*ticks), Harm::Suspect)),
+        Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {
             let why = refuse("control.drilling_too_long").with("sensor", format!("{:?}", gate.input));
             Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Harm::None))

@@ -12,7 +12,7 @@
 //! Comes in: text. Goes out: rows, or refusals with line, column and field. Does not know machines.
 
 use super::blocks::{Queue, link};
-use super::words::{Argument, Command, Kind, Value, WORDS, Word};
+use super::words::{Argument, ArgumentKind, ArgumentValue, WORDS, Word, WorkCommand};
 use super::{LONGEST_TEXT, MOST_ROWS};
 use crate::diagnostic::{Diagnostic, letters_apart};
 use crate::units::{Length, NM_PER_MM};
@@ -28,11 +28,11 @@ const DECIMALS: usize = 6;
 
 /// One line of a queue.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Row {
+pub struct QueueRow {
     /// A run to the next breakpoint stops before this row.
     pub breakpoint: bool,
     /// What to do; none on a line that is empty or only a note.
-    pub command: Option<Command>,
+    pub command: Option<WorkCommand>,
     /// What a person wrote behind `;`.
     pub note: Option<String>,
 }
@@ -82,14 +82,14 @@ pub fn read(file: &str, text: &str) -> Result<Queue, Vec<Diagnostic>> {
 }
 
 /// One line.
-pub fn read_row(file: &str, number: u32, line: &str) -> Result<Row, Diagnostic> {
+pub fn read_row(file: &str, number: u32, line: &str) -> Result<QueueRow, Diagnostic> {
     row(line).map_err(|(column, why)| {
         let column = u32::try_from(column).unwrap_or(u32::MAX);
         why.with("row", number).at(file, number, column)
     })
 }
 
-fn row(line: &str) -> Result<Row, Refused> {
+fn row(line: &str) -> Result<QueueRow, Refused> {
     if let Some(at) = line.find(|c: char| c.is_control() && c != '\t') {
         return Err((at + 1, refuse("queue.control_character")));
     }
@@ -106,11 +106,11 @@ fn row(line: &str) -> Result<Row, Refused> {
         if breakpoint {
             return Err((shift, refuse("queue.breakpoint_alone")));
         }
-        return Ok(Row { breakpoint, command: None, note });
+        return Ok(QueueRow { breakpoint, command: None, note });
     };
     let word = Word::find(first.text).ok_or_else(|| (first.column, unknown(first.text)))?;
     let values = arguments(word, rest, code.trim_end().len() + shift + 1)?;
-    Ok(Row { breakpoint, command: Some(word.command(&values)), note })
+    Ok(QueueRow { breakpoint, command: Some(word.command(&values)), note })
 }
 
 fn tokens(code: &str, shift: usize) -> Vec<Token<'_>> {
@@ -118,7 +118,7 @@ fn tokens(code: &str, shift: usize) -> Vec<Token<'_>> {
     code.split_whitespace().map(|text| Token { text, column: begins(text) + shift + 1 }).collect()
 }
 
-fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<Value>, Refused> {
+fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<ArgumentValue>, Refused> {
     let mut values = Vec::with_capacity(word.arguments.len());
     for (index, argument) in word.arguments.iter().enumerate() {
         match tokens.get(index) {
@@ -141,31 +141,35 @@ fn arguments(word: &Word, tokens: &[Token<'_>], end: usize) -> Result<Vec<Value>
     }
 }
 
-fn value(argument: &Argument, text: &str) -> Result<Value, Diagnostic> {
+fn value(argument: &Argument, text: &str) -> Result<ArgumentValue, Diagnostic> {
     let refused = |code: &str| refuse(code).with("field", argument.name).with("found", text);
     let range = |low: i64, high: i64| {
         let why = refused("queue.out_of_range").with("low", low).with("high", high);
         why.with("unit", argument.unit)
     };
     match argument.kind {
-        Kind::Whole(low, high) => {
+        ArgumentKind::Whole(low, high) => {
             let number = whole(text).ok_or_else(|| refused("queue.not_whole"))?;
-            if (low..=high).contains(&number) { Ok(Value::Whole(number)) } else { Err(range(low, high)) }
+            if (low..=high).contains(&number) {
+                Ok(ArgumentValue::Whole(number))
+            } else {
+                Err(range(low, high))
+            }
         }
-        Kind::Mm(low, high) => {
+        ArgumentKind::Mm(low, high) => {
             let length = millimetres(text).map_err(refused)?;
             let inside = (low * NM_PER_MM..=high * NM_PER_MM).contains(&length.nm());
-            if inside { Ok(Value::Mm(length)) } else { Err(range(low, high)) }
+            if inside { Ok(ArgumentValue::Mm(length)) } else { Err(range(low, high)) }
         }
-        Kind::Choice(words) => match words.iter().find(|word| word.eq_ignore_ascii_case(text)) {
-            Some(word) => Ok(Value::Text((*word).to_owned())),
+        ArgumentKind::Choice(words) => match words.iter().find(|word| word.eq_ignore_ascii_case(text)) {
+            Some(word) => Ok(ArgumentValue::Text((*word).to_owned())),
             None => Err(refused("queue.not_a_choice").with("words", words.join(", "))),
         },
-        Kind::Name => {
+        ArgumentKind::Name => {
             let letters = text.chars().all(|c| c.is_ascii_alphanumeric() || c == '_');
             let begins = text.starts_with(|c: char| c.is_ascii_alphabetic());
             if letters && begins && text.len() <= LONGEST_NAME {
-                Ok(Value::Text(text.to_owned()))
+                Ok(ArgumentValue::Text(text.to_owned()))
             } else {
                 Err(refused("queue.bad_name").with("longest", LONGEST_NAME))
             }
@@ -237,20 +241,20 @@ pub fn print(queue: &Queue) -> String {
     let mut out = String::new();
     let mut depth = 0_usize;
     for row in queue.rows() {
-        if row.command == Some(Command::End) {
+        if row.command == Some(WorkCommand::End) {
             depth = depth.saturating_sub(1);
         }
         let line = print_row(row, depth);
         out.push_str(line.trim_end());
         out.push('\n');
-        if matches!(row.command, Some(Command::Repeat { .. } | Command::Sub { .. })) {
+        if matches!(row.command, Some(WorkCommand::Repeat { .. } | WorkCommand::Sub { .. })) {
             depth += 1;
         }
     }
     out
 }
 
-fn print_row(row: &Row, depth: usize) -> String {
+fn print_row(row: &QueueRow, depth: usize) -> String {
     let mut line = if row.breakpoint { "* ".to_owned() } else { "  ".to_owned() };
     line.push_str(&"  ".repeat(depth));
     if let Some(command) = &row.command {
@@ -268,7 +272,7 @@ fn print_row(row: &Row, depth: usize) -> String {
     line
 }
 
-impl std::fmt::Display for Value {
+impl std::fmt::Display for ArgumentValue {
     fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         match self {
             Self::Whole(whole) => write!(out, "{whole}"),

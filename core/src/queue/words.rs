@@ -1,7 +1,7 @@
 //! The work commands as one table: name, the paper's name, arguments with unit and range. Text, page and manual read it.
 //! The meaning of each stands in the locale tables under [`Word::sentence_key`].
 //!
-//! Comes in: values. Goes out: a [`Command`], and back. Does not know rows, lines or machines.
+//! Comes in: values. Goes out: a [`WorkCommand`], and back. Does not know rows, lines or machines.
 
 use crate::job::Input;
 use crate::units::Length;
@@ -38,7 +38,7 @@ impl Axes {
 
 /// One work command.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Command {
+pub enum WorkCommand {
     /// Move by so many motor steps of X and Y.
     MoveBy {
         /// Steps of X, signed.
@@ -111,7 +111,7 @@ pub enum Command {
 
 /// A value of an argument.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Value {
+pub enum ArgumentValue {
     /// A whole number in the argument's unit.
     Whole(i64),
     /// A length.
@@ -122,7 +122,7 @@ pub enum Value {
 
 /// What an argument may be.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Kind {
+pub enum ArgumentKind {
     /// A whole number from … to ….
     Whole(i64, i64),
     /// Millimetres from … to …, at most six decimals.
@@ -141,7 +141,7 @@ pub struct Argument {
     /// Unit of its numbers, empty for words.
     pub unit: &'static str,
     /// What is allowed.
-    pub kind: Kind,
+    pub kind: ArgumentKind,
     /// It may be left out.
     pub optional: bool,
 }
@@ -162,8 +162,8 @@ pub struct Word {
     pub aliases: &'static [&'static str],
     /// What follows it.
     pub arguments: &'static [Argument],
-    make: fn(&[Value]) -> Command,
-    split: fn(&Command) -> Option<Vec<Value>>,
+    make: fn(&[ArgumentValue]) -> WorkCommand,
+    split: fn(&WorkCommand) -> Option<Vec<ArgumentValue>>,
 }
 
 impl Word {
@@ -173,7 +173,7 @@ impl Word {
     }
 
     /// The command with these values; they must be of the arguments' kinds and in their ranges.
-    pub(super) fn command(&self, values: &[Value]) -> Command {
+    pub(super) fn command(&self, values: &[ArgumentValue]) -> WorkCommand {
         (self.make)(values)
     }
 
@@ -188,9 +188,9 @@ impl Word {
     }
 }
 
-impl Command {
+impl WorkCommand {
     /// Its row of the table and its values.
-    pub fn split(&self) -> (&'static Word, Vec<Value>) {
+    pub fn split(&self) -> (&'static Word, Vec<ArgumentValue>) {
         let mut rows = WORDS.iter().filter_map(|word| (word.split)(self).map(|values| (word, values)));
         rows.next().unwrap_or((&WORDS[WORDS.len() - 1], Vec::new()))
     }
@@ -201,38 +201,38 @@ pub(super) const INPUTS: [&str; 7] = ["X_MIN", "X_MAX", "Y_MIN", "Y_MAX", "Z_TOP
 /// States of inputs and outputs.
 pub(super) const STATES: [&str; 2] = ["OFF", "ON"];
 
-fn whole(values: &[Value], at: usize) -> i64 {
-    if let Some(Value::Whole(whole)) = values.get(at) { *whole } else { 0 }
+fn whole(values: &[ArgumentValue], at: usize) -> i64 {
+    if let Some(ArgumentValue::Whole(whole)) = values.get(at) { *whole } else { 0 }
 }
-fn count(values: &[Value], at: usize) -> u32 {
+fn count(values: &[ArgumentValue], at: usize) -> u32 {
     u32::try_from(whole(values, at)).unwrap_or(0)
 }
-fn mm(values: &[Value], at: usize) -> Length {
-    if let Some(Value::Mm(length)) = values.get(at) { *length } else { Length::ZERO }
+fn mm(values: &[ArgumentValue], at: usize) -> Length {
+    if let Some(ArgumentValue::Mm(length)) = values.get(at) { *length } else { Length::ZERO }
 }
-fn text(values: &[Value], at: usize) -> String {
-    if let Some(Value::Text(text)) = values.get(at) { text.clone() } else { String::new() }
+fn text(values: &[ArgumentValue], at: usize) -> String {
+    if let Some(ArgumentValue::Text(text)) = values.get(at) { text.clone() } else { String::new() }
 }
-fn choice(values: &[Value], at: usize, words: &[&str]) -> usize {
+fn choice(values: &[ArgumentValue], at: usize, words: &[&str]) -> usize {
     let text = text(values, at);
     words.iter().position(|word| *word == text).unwrap_or(0)
 }
-fn said(word: &str) -> Value {
-    Value::Text(word.to_owned())
+fn said(word: &str) -> ArgumentValue {
+    ArgumentValue::Text(word.to_owned())
 }
-fn state(on: bool) -> Value {
+fn state(on: bool) -> ArgumentValue {
     said(STATES[usize::from(on)])
 }
 
-const fn argument(name: &'static str, unit: &'static str, kind: Kind) -> Argument {
+const fn argument(name: &'static str, unit: &'static str, kind: ArgumentKind) -> Argument {
     Argument { name, unit, kind, optional: false }
 }
 
-const STEPS: Kind = Kind::Whole(-1_000_000, 1_000_000);
-const PLACE: Kind = Kind::Mm(-2_000, 2_000);
-const TIMES: Kind = Kind::Whole(1, 10_000);
-const ON_OFF: Argument = argument("state", "", Kind::Choice(&STATES));
-const CALLED: Argument = argument("name", "", Kind::Name);
+const STEPS: ArgumentKind = ArgumentKind::Whole(-1_000_000, 1_000_000);
+const PLACE: ArgumentKind = ArgumentKind::Mm(-2_000, 2_000);
+const TIMES: ArgumentKind = ArgumentKind::Whole(1, 10_000);
+const ON_OFF: Argument = argument("state", "", ArgumentKind::Choice(&STATES));
+const CALLED: Argument = argument("name", "", ArgumentKind::Name);
 
 macro_rules! word {
     ($name:literal, $aliases:expr, $arguments:expr, $values:ident => $make:expr, $pattern:pat => $split:expr) => {
@@ -249,52 +249,52 @@ macro_rules! word {
 /// The whole table, in the order of the menu.
 pub const WORDS: &[Word] = &[
     word!("MOVE_BY", ["KMD_GOTOdXdY"], [argument("dX", "steps", STEPS), argument("dY", "steps", STEPS)],
-        v => Command::MoveBy { dx: whole(v, 0), dy: whole(v, 1) },
-        Command::MoveBy { dx, dy } => vec![Value::Whole(*dx), Value::Whole(*dy)]),
+        v => WorkCommand::MoveBy { dx: whole(v, 0), dy: whole(v, 1) },
+        WorkCommand::MoveBy { dx, dy } => vec![ArgumentValue::Whole(*dx), ArgumentValue::Whole(*dy)]),
     word!("MOVE_TO", ["KMD_GOTO_X_Y"], [argument("X", "mm", PLACE), argument("Y", "mm", PLACE)],
-        v => Command::MoveTo { x: mm(v, 0), y: mm(v, 1) },
-        Command::MoveTo { x, y } => vec![Value::Mm(*x), Value::Mm(*y)]),
-    word!("DRILL_DOWN", ["KMD_WIERTLO_DOL"], [], _v => Command::DrillDown, Command::DrillDown => Vec::new()),
-    word!("DRILL_UP", ["KMD_WIERTLO_GORA"], [], _v => Command::DrillUp, Command::DrillUp => Vec::new()),
-    word!("HOME", ["KMD_INICJALIZACJA"], [argument("axes", "", Kind::Choice(&Axes::NAMES))],
-        v => Command::Home { axes: Axes::EVERY[choice(v, 0, &Axes::NAMES)] },
-        Command::Home { axes } => vec![said(Axes::NAMES[*axes as usize])]),
-    word!("WAIT", [], [argument("ms", "ms", Kind::Whole(0, 600_000))],
-        v => Command::Wait { ms: count(v, 0) },
-        Command::Wait { ms } => vec![Value::Whole(i64::from(*ms))]),
+        v => WorkCommand::MoveTo { x: mm(v, 0), y: mm(v, 1) },
+        WorkCommand::MoveTo { x, y } => vec![ArgumentValue::Mm(*x), ArgumentValue::Mm(*y)]),
+    word!("DRILL_DOWN", ["KMD_WIERTLO_DOL"], [], _v => WorkCommand::DrillDown, WorkCommand::DrillDown => Vec::new()),
+    word!("DRILL_UP", ["KMD_WIERTLO_GORA"], [], _v => WorkCommand::DrillUp, WorkCommand::DrillUp => Vec::new()),
+    word!("HOME", ["KMD_INICJALIZACJA"], [argument("axes", "", ArgumentKind::Choice(&Axes::NAMES))],
+        v => WorkCommand::Home { axes: Axes::EVERY[choice(v, 0, &Axes::NAMES)] },
+        WorkCommand::Home { axes } => vec![said(Axes::NAMES[*axes as usize])]),
+    word!("WAIT", [], [argument("ms", "ms", ArgumentKind::Whole(0, 600_000))],
+        v => WorkCommand::Wait { ms: count(v, 0) },
+        WorkCommand::Wait { ms } => vec![ArgumentValue::Whole(i64::from(*ms))]),
     word!("WAIT_INPUT", [],
-    [argument("input", "", Kind::Choice(&INPUTS)), ON_OFF, argument("timeout", "ms", Kind::Whole(1, 600_000))],
-    v => Command::WaitInput {
+    [argument("input", "", ArgumentKind::Choice(&INPUTS)), ON_OFF, argument("timeout", "ms", ArgumentKind::Whole(1, 600_000))],
+    v => WorkCommand::WaitInput {
         input: Input::ALL[choice(v, 0, &INPUTS)],
         on: choice(v, 1, &STATES) == 1,
         timeout_ms: count(v, 2),
     },
-    Command::WaitInput { input, on, timeout_ms } => vec![
-        said(INPUTS[*input as usize]), state(*on), Value::Whole(i64::from(*timeout_ms)),
+    WorkCommand::WaitInput { input, on, timeout_ms } => vec![
+        said(INPUTS[*input as usize]), state(*on), ArgumentValue::Whole(i64::from(*timeout_ms)),
     ]),
     word!("OUTPUT", [],
-    [CALLED, ON_OFF, Argument { name: "pulse", unit: "ms", kind: Kind::Whole(1, 10_000), optional: true }],
-    v => Command::Output {
+    [CALLED, ON_OFF, Argument { name: "pulse", unit: "ms", kind: ArgumentKind::Whole(1, 10_000), optional: true }],
+    v => WorkCommand::Output {
         name: text(v, 0),
         on: choice(v, 1, &STATES) == 1,
         pulse_ms: v.get(2).map(|_| count(v, 2)),
     },
-    Command::Output { name, on, pulse_ms } => {
+    WorkCommand::Output { name, on, pulse_ms } => {
         let mut values = vec![said(name), state(*on)];
-        values.extend(pulse_ms.map(|ms| Value::Whole(i64::from(ms))));
+        values.extend(pulse_ms.map(|ms| ArgumentValue::Whole(i64::from(ms))));
         values
     }),
-    word!("SPINDLE", [], [argument("rpm", "rpm", Kind::Whole(0, 300_000))],
-        v => Command::Spindle { rpm: count(v, 0) },
-        Command::Spindle { rpm } => vec![Value::Whole(i64::from(*rpm))]),
+    word!("SPINDLE", [], [argument("rpm", "rpm", ArgumentKind::Whole(0, 300_000))],
+        v => WorkCommand::Spindle { rpm: count(v, 0) },
+        WorkCommand::Spindle { rpm } => vec![ArgumentValue::Whole(i64::from(*rpm))]),
     word!("REPEAT", [], [argument("times", "", TIMES)],
-        v => Command::Repeat { times: count(v, 0) },
-        Command::Repeat { times } => vec![Value::Whole(i64::from(*times))]),
+        v => WorkCommand::Repeat { times: count(v, 0) },
+        WorkCommand::Repeat { times } => vec![ArgumentValue::Whole(i64::from(*times))]),
     word!("CALL", [], [CALLED],
-        v => Command::Call { name: text(v, 0) }, Command::Call { name } => vec![said(name)]),
+        v => WorkCommand::Call { name: text(v, 0) }, WorkCommand::Call { name } => vec![said(name)]),
     word!("SUB", [], [CALLED],
-        v => Command::Sub { name: text(v, 0) }, Command::Sub { name } => vec![said(name)]),
-    word!("END", [], [], _v => Command::End, Command::End => Vec::new()),
+        v => WorkCommand::Sub { name: text(v, 0) }, WorkCommand::Sub { name } => vec![said(name)]),
+    word!("END", [], [], _v => WorkCommand::End, WorkCommand::End => Vec::new()),
 ];
 
 #[cfg(test)]
@@ -323,20 +323,20 @@ mod tests {
     #[test]
     fn what_is_split_is_made_again() {
         let rows = [
-            Command::MoveBy { dx: -3, dy: 9 },
-            Command::MoveTo { x: Length::from_mm(1.5), y: Length::from_mm(-2.25) },
-            Command::DrillDown,
-            Command::DrillUp,
-            Command::Home { axes: Axes::Y },
-            Command::Wait { ms: 7 },
-            Command::WaitInput { input: Input::ZBottom, on: true, timeout_ms: 900 },
-            Command::Output { name: "lamp".into(), on: true, pulse_ms: Some(40) },
-            Command::Output { name: "lamp".into(), on: false, pulse_ms: None },
-            Command::Spindle { rpm: 20_000 },
-            Command::Repeat { times: 3 },
-            Command::Call { name: "hole".into() },
-            Command::Sub { name: "hole".into() },
-            Command::End,
+            WorkCommand::MoveBy { dx: -3, dy: 9 },
+            WorkCommand::MoveTo { x: Length::from_mm(1.5), y: Length::from_mm(-2.25) },
+            WorkCommand::DrillDown,
+            WorkCommand::DrillUp,
+            WorkCommand::Home { axes: Axes::Y },
+            WorkCommand::Wait { ms: 7 },
+            WorkCommand::WaitInput { input: Input::ZBottom, on: true, timeout_ms: 900 },
+            WorkCommand::Output { name: "lamp".into(), on: true, pulse_ms: Some(40) },
+            WorkCommand::Output { name: "lamp".into(), on: false, pulse_ms: None },
+            WorkCommand::Spindle { rpm: 20_000 },
+            WorkCommand::Repeat { times: 3 },
+            WorkCommand::Call { name: "hole".into() },
+            WorkCommand::Sub { name: "hole".into() },
+            WorkCommand::End,
         ];
         for command in rows {
             let (word, values) = command.split();

@@ -5,7 +5,7 @@
 
 use super::rules::bottom;
 use crate::diagnostic::Diagnostic;
-use crate::job::{Effect, Gate, Input, Mark, Otherwise, Stage};
+use crate::job::{Gate, Input, Mark, Otherwise, Stage, Switching};
 use crate::machine::{Machine, Steps, StrokeEnd};
 use crate::motion::{Timeline, cycles};
 use crate::steps::{self, Segment, TICK_HZ};
@@ -15,7 +15,7 @@ fn segments(timeline: &Timeline, machine: &Machine) -> Vec<Segment> {
 }
 
 /// A time of rest, with something switched at its beginning.
-fn rest(end: Steps, duration_ticks: u64, effect: Effect) -> Segment {
+fn rest(end: Steps, duration_ticks: u64, effect: Switching) -> Segment {
     let (stage, mark) = (Stage::Dwell, Mark::Prepare);
     Segment { leg: 0, mark, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
@@ -49,10 +49,10 @@ pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>,
 /// Another spindle speed, and the time to reach it.
 pub(super) fn spindle(machine: &Machine, at: Steps, rpm: u32) -> Vec<Segment> {
     let spin_up = libm::ceil(machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
-    vec![rest(at, if rpm == 0 { 0 } else { spin_up }, Effect::Spindle(rpm))]
+    vec![rest(at, if rpm == 0 { 0 } else { spin_up }, Switching::Spindle { rpm })]
 }
 
 /// Rest.
 pub(super) fn wait(at: Steps, ticks: u64) -> Vec<Segment> {
-    if ticks == 0 { Vec::new() } else { vec![rest(at, ticks, Effect::None)] }
+    if ticks == 0 { Vec::new() } else { vec![rest(at, ticks, Switching::None)] }
 }

@@ -28,7 +28,7 @@ pub struct Tables {
 
 /// The rule sets that ship.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Rules {
+pub enum FuzzyRules {
     /// Even: R(−e, −ec) = R(e, ec), so both directions of travel behave alike. The one to use.
     #[default]
     Even,
@@ -36,7 +36,7 @@ pub enum Rules {
     Classic,
 }
 
-impl Rules {
+impl FuzzyRules {
     /// Its tables.
     pub const fn tables(self) -> &'static Tables {
         match self {
@@ -145,11 +145,11 @@ mod tests {
     fn the_even_set_is_even_and_the_classic_set_is_not() {
         let even =
             |table: &Table| (0..LEVELS).all(|i| (0..LEVELS).all(|k| table[i][k] == table[6 - i][6 - k]));
-        let tables = Rules::Even.tables();
+        let tables = FuzzyRules::Even.tables();
         assert!(even(&tables.kp) && even(&tables.ki) && even(&tables.kd));
-        assert!(!even(&Rules::Classic.tables().kp));
-        for rules in [Rules::Even, Rules::Classic] {
-            assert_eq!(Rules::named(rules.name()), Some(rules));
+        assert!(!even(&FuzzyRules::Classic.tables().kp));
+        for rules in [FuzzyRules::Even, FuzzyRules::Classic] {
+            assert_eq!(FuzzyRules::named(rules.name()), Some(rules));
             let all = [rules.tables().kp, rules.tables().ki, rules.tables().kd];
             assert!(all.as_flattened().as_flattened().iter().all(|rule| (-3..=3).contains(rule)));
         }
@@ -157,7 +157,7 @@ mod tests {
 
     #[test]
     fn on_a_level_the_rule_itself_and_between_levels_no_jump() {
-        for tables in [Rules::Even.tables(), Rules::Classic.tables()] {
+        for tables in [FuzzyRules::Even.tables(), FuzzyRules::Classic.tables()] {
             for table in [&tables.kp, &tables.ki, &tables.kd] {
                 for i in 0..LEVELS {
                     for k in 0..LEVELS {

@@ -19,11 +19,13 @@ mod plant;
 mod run;
 mod stroke;
 
-pub use fuzzy::{LEVELS, Rules, Table, Tables, infer};
-pub use pid::{Controller, Fuzzy, Gains, Memory, Stage, control, retuned_pid, staged_fuzzy};
-pub use plant::{Plant, State, Zoh, default_plant};
-pub use run::{Load, LoadMetrics, Sample, StepMetrics, StepRun, load_metrics, step_metrics, step_response};
-pub use stroke::{Moment, Reference, StrokeMetrics, StrokeRun, StrokeSample, stroke};
+pub use fuzzy::{FuzzyRules, LEVELS, Table, Tables, infer};
+pub use pid::{CycleStage, Fuzzy, Gains, Memory, ServoController, control, retuned_pid, staged_fuzzy};
+pub use plant::{Plant, PlantState, Zoh, default_plant};
+pub use run::{
+    Load, LoadMetrics, ServoSample, StepMetrics, StepRun, load_metrics, step_metrics, step_response,
+};
+pub use stroke::{Reference, ReferenceMoment, StrokeMetrics, StrokeRun, StrokeSample, stroke};
 
 use crate::diagnostic::Diagnostic;
 

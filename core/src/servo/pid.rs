@@ -11,7 +11,7 @@
 //!  plain PID, any stage        1  1             1
 //! ```
 
-use super::fuzzy::{Rules, Tables, infer};
+use super::fuzzy::{FuzzyRules, Tables, infer};
 use super::within;
 use crate::diagnostic::Diagnostic;
 
@@ -43,7 +43,7 @@ pub struct Fuzzy {
 
 /// A controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Controller {
+pub struct ServoController {
     /// Gains where the rules say 0.
     pub gains: Gains,
     /// Rules and stages; none: a plain PID with all terms always on.
@@ -56,7 +56,7 @@ pub struct Controller {
 
 /// Where the axis is in the drilling cycle.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Stage {
+pub enum CycleStage {
     /// X or Y on their way.
     Travel,
     /// Z from the reference point to the board's plane.
@@ -84,31 +84,31 @@ impl Memory {
 }
 
 /// The staged fuzzy PID of the reference, with the even rules.
-pub const fn staged_fuzzy() -> Controller {
+pub const fn staged_fuzzy() -> ServoController {
     let fuzzy = Fuzzy {
         span: Gains { kp: 1.2, ki: 40.0, kd: 0.0032 },
         e_max_mm: 0.5,
         ec_max_mm_per_s: 45.0,
         e0_mm: 0.1,
-        rules: *Rules::Even.tables(),
+        rules: *FuzzyRules::Even.tables(),
     };
     let gains = Gains { kp: 1.6, ki: 20.0, kd: 0.004 };
-    Controller { gains, fuzzy: Some(fuzzy), u_max_v: 10.0, sample_s: 0.0005 }
+    ServoController { gains, fuzzy: Some(fuzzy), u_max_v: 10.0, sample_s: 0.0005 }
 }
 
 /// A plain PID with more P and D, the fair rival of the staged one.
-pub const fn retuned_pid() -> Controller {
+pub const fn retuned_pid() -> ServoController {
     let gains = Gains { kp: 5.0, ki: 20.0, kd: 0.02 };
-    Controller { gains, fuzzy: None, u_max_v: 10.0, sample_s: 0.0005 }
+    ServoController { gains, fuzzy: None, u_max_v: 10.0, sample_s: 0.0005 }
 }
 
 /// One sample: reference `r_mm`, place `y_mm`, feed-forward `ahead_v`; the control in V.
 ///
-/// The parameters must have passed [`Controller::check`].
+/// The parameters must have passed [`ServoController::check`].
 pub fn control(
-    controller: &Controller,
+    controller: &ServoController,
     memory: &mut Memory,
-    stage: Stage,
+    stage: CycleStage,
     r_mm: f64,
     y_mm: f64,
     ahead_v: f64,
@@ -131,7 +131,7 @@ pub fn control(
     (base + memory.integral_v).clamp(-limit, limit)
 }
 
-impl Controller {
+impl ServoController {
     /// The same gains without rules and stages: a plain PID.
     #[must_use]
     pub const fn plain(mut self) -> Self {
@@ -153,11 +153,11 @@ impl Controller {
     }
 
     /// Whether the integral and the derivative work. An error of just e0 counts as large.
-    fn terms(&self, stage: Stage, e_mm: f64) -> (bool, bool) {
+    fn terms(&self, stage: CycleStage, e_mm: f64) -> (bool, bool) {
         match (&self.fuzzy, stage) {
-            (None, _) | (Some(_), Stage::Cut) => (true, true),
-            (Some(_), Stage::Approach) => (false, false),
-            (Some(fuzzy), Stage::Travel | Stage::Return) => (e_mm.abs() < fuzzy.e0_mm, false),
+            (None, _) | (Some(_), CycleStage::Cut) => (true, true),
+            (Some(_), CycleStage::Approach) => (false, false),
+            (Some(fuzzy), CycleStage::Travel | CycleStage::Return) => (e_mm.abs() < fuzzy.e0_mm, false),
         }
     }
 
@@ -189,12 +189,12 @@ mod tests {
     fn stages_switch_the_terms() {
         let fuzzy = staged_fuzzy();
         let rows = [
-            (Stage::Travel, 0.05, (true, false)),
-            (Stage::Travel, -0.1, (false, false)),
-            (Stage::Return, 0.0999, (true, false)),
-            (Stage::Return, 3.0, (false, false)),
-            (Stage::Approach, 0.0, (false, false)),
-            (Stage::Cut, 3.0, (true, true)),
+            (CycleStage::Travel, 0.05, (true, false)),
+            (CycleStage::Travel, -0.1, (false, false)),
+            (CycleStage::Return, 0.0999, (true, false)),
+            (CycleStage::Return, 3.0, (false, false)),
+            (CycleStage::Approach, 0.0, (false, false)),
+            (CycleStage::Cut, 3.0, (true, true)),
         ];
         for (stage, e, terms) in rows {
             assert_eq!(fuzzy.terms(stage, e), terms, "{stage:?} {e}");
@@ -207,16 +207,16 @@ mod tests {
         let plain = staged_fuzzy().plain();
         let mut memory = Memory::default();
         for _ in 0..10_000 {
-            assert_eq!(control(&plain, &mut memory, Stage::Travel, 100.0, 0.0, 0.0), 10.0);
+            assert_eq!(control(&plain, &mut memory, CycleStage::Travel, 100.0, 0.0, 0.0), 10.0);
         }
         assert_eq!(memory.integral_v, 0.0, "nothing was taken in while the control was at its limit");
         // Away from the limit it integrates, and unwinds at once when the error turns.
         for _ in 0..100 {
-            control(&plain, &mut memory, Stage::Travel, 1.0, 0.0, 0.0);
+            control(&plain, &mut memory, CycleStage::Travel, 1.0, 0.0, 0.0);
         }
         let wound = memory.integral_v;
         assert!((wound - 1.0).abs() < 1e-12, "{wound}");
-        control(&plain, &mut memory, Stage::Travel, -100.0, 0.0, 0.0);
+        control(&plain, &mut memory, CycleStage::Travel, -100.0, 0.0, 0.0);
         assert!(memory.integral_v <= wound);
         memory.change_stage();
         assert_eq!((memory.integral_v, memory.last_error_mm), (0.0, Some(-100.0)));
@@ -226,26 +226,32 @@ mod tests {
     fn bad_parameters_are_refused_by_name() {
         let fuzzy = || staged_fuzzy().fuzzy.unwrap();
         let wild = || {
-            let mut rules = *Rules::Even.tables();
+            let mut rules = *FuzzyRules::Even.tables();
             rules.ki[6][2] = -4;
             rules
         };
         let good = staged_fuzzy();
         let gains = good.gains;
         let rows = [
-            ("kp", Controller { gains: Gains { kp: -1.0, ..gains }, ..good }),
-            ("ki", Controller { gains: Gains { ki: f64::NAN, ..gains }, ..good }),
-            ("kd", Controller { gains: Gains { kd: f64::INFINITY, ..gains }, ..good }),
-            ("u-max", Controller { u_max_v: 0.0, ..good }),
-            ("sample", Controller { sample_s: -0.0005, ..good }),
+            ("kp", ServoController { gains: Gains { kp: -1.0, ..gains }, ..good }),
+            ("ki", ServoController { gains: Gains { ki: f64::NAN, ..gains }, ..good }),
+            ("kd", ServoController { gains: Gains { kd: f64::INFINITY, ..gains }, ..good }),
+            ("u-max", ServoController { u_max_v: 0.0, ..good }),
+            ("sample", ServoController { sample_s: -0.0005, ..good }),
             (
                 "span-kp",
-                Controller { fuzzy: Some(Fuzzy { span: Gains { kp: -2.0, ..gains }, ..fuzzy() }), ..good },
+                ServoController {
+                    fuzzy: Some(Fuzzy { span: Gains { kp: -2.0, ..gains }, ..fuzzy() }),
+                    ..good
+                },
             ),
-            ("e-max", Controller { fuzzy: Some(Fuzzy { e_max_mm: 0.0, ..fuzzy() }), ..good }),
-            ("ec-max", Controller { fuzzy: Some(Fuzzy { ec_max_mm_per_s: f64::NAN, ..fuzzy() }), ..good }),
-            ("rules", Controller { fuzzy: Some(Fuzzy { rules: wild(), ..fuzzy() }), ..good }),
-            ("e0", Controller { fuzzy: Some(Fuzzy { e0_mm: -0.1, ..fuzzy() }), ..good }),
+            ("e-max", ServoController { fuzzy: Some(Fuzzy { e_max_mm: 0.0, ..fuzzy() }), ..good }),
+            (
+                "ec-max",
+                ServoController { fuzzy: Some(Fuzzy { ec_max_mm_per_s: f64::NAN, ..fuzzy() }), ..good },
+            ),
+            ("rules", ServoController { fuzzy: Some(Fuzzy { rules: wild(), ..fuzzy() }), ..good }),
+            ("e0", ServoController { fuzzy: Some(Fuzzy { e0_mm: -0.1, ..fuzzy() }), ..good }),
         ];
         for (field, controller) in rows {
             let why = controller.check().unwrap_err();

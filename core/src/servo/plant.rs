@@ -22,7 +22,7 @@ pub struct Plant {
 
 /// Where it is.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct State {
+pub struct PlantState {
     /// Place, mm.
     pub y_mm: f64,
     /// Speed, mm/s.
@@ -64,9 +64,9 @@ impl Plant {
 
 impl Zoh {
     /// The state a sample later, under control and load `u_v` together.
-    pub fn step(&self, from: State, u_v: f64) -> State {
+    pub fn step(&self, from: PlantState, u_v: f64) -> PlantState {
         let q = self.gain * u_v;
-        State {
+        PlantState {
             y_mm: from.y_mm + self.g_s * from.w_mm_per_s + (self.sample_s - self.g_s) * q,
             w_mm_per_s: self.phi * from.w_mm_per_s + (1.0 - self.phi) * q,
         }
@@ -81,7 +81,7 @@ mod tests {
     fn two_half_steps_are_one_step() {
         let plant = default_plant();
         let (whole, half) = (plant.every(0.002), plant.every(0.001));
-        let start = State { y_mm: 0.3, w_mm_per_s: -7.0 };
+        let start = PlantState { y_mm: 0.3, w_mm_per_s: -7.0 };
         let (one, two) = (whole.step(start, 1.5), half.step(half.step(start, 1.5), 1.5));
         assert!((one.y_mm - two.y_mm).abs() < 1e-15 && (one.w_mm_per_s - two.w_mm_per_s).abs() < 1e-13);
     }
@@ -89,7 +89,7 @@ mod tests {
     #[test]
     fn a_held_volt_ends_in_its_speed() {
         let step = default_plant().every(0.01);
-        let end = (0..100).fold(State::default(), |state, _| step.step(state, 0.5));
+        let end = (0..100).fold(PlantState::default(), |state, _| step.step(state, 0.5));
         assert!((end.w_mm_per_s - 30.0).abs() < 1e-12, "{end:?}");
         // The way is that of the speed from the start, less what the delay τ cost.
         assert!((end.y_mm - 30.0 * (1.0 - 0.006)).abs() < 1e-12, "{end:?}");

@@ -11,8 +11,8 @@
 //!    +----+-------------------------> t          the loop starts at rest at 0 with an empty memory
 //! ```
 
-use super::pid::{Controller, Memory, Stage, control};
-use super::plant::{Plant, State};
+use super::pid::{CycleStage, Memory, ServoController, control};
+use super::plant::{Plant, PlantState};
 use super::{samples_of, within};
 use crate::diagnostic::Diagnostic;
 
@@ -31,11 +31,11 @@ pub struct Load {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct StepRun {
     /// The controller.
-    pub controller: Controller,
+    pub controller: ServoController,
     /// The axis.
     pub plant: Plant,
     /// The stage that the axis is in.
-    pub stage: Stage,
+    pub stage: CycleStage,
     /// Where it has to go, mm from 0.
     pub setpoint_mm: f64,
     /// How long it is watched, s.
@@ -46,7 +46,7 @@ pub struct StepRun {
 
 /// One sample.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sample {
+pub struct ServoSample {
     /// End of the sample, s.
     pub t_s: f64,
     /// Place at its end, mm.
@@ -82,7 +82,7 @@ pub struct LoadMetrics {
 }
 
 /// Runs the loop. The load acts in every sample that starts within its time.
-pub fn step_response(run: &StepRun) -> Result<Vec<Sample>, Diagnostic> {
+pub fn step_response(run: &StepRun) -> Result<Vec<ServoSample>, Diagnostic> {
     run.controller.check()?;
     run.plant.check()?;
     within("setpoint", run.setpoint_mm, -1e6, 1e6)?;
@@ -95,19 +95,19 @@ pub fn step_response(run: &StepRun) -> Result<Vec<Sample>, Diagnostic> {
     // A hair of room: the start of a sample is a product and may be rounded.
     let hair = 1e-6 * sample_s;
     let loaded = |t: f64| t >= run.load.from_s - hair && run.load.to_s.is_none_or(|to| t < to - hair);
-    let (mut state, mut memory) = (State::default(), Memory::default());
+    let (mut state, mut memory) = (PlantState::default(), Memory::default());
     let mut samples = Vec::with_capacity(count);
     for k in 0..count {
         let u_v = control(&run.controller, &mut memory, run.stage, run.setpoint_mm, state.y_mm, 0.0);
         let load_v = if loaded(k as f64 * sample_s) { run.load.volts } else { 0.0 };
         state = plant.step(state, u_v + load_v);
-        samples.push(Sample { t_s: (k + 1) as f64 * sample_s, y_mm: state.y_mm, u_v });
+        samples.push(ServoSample { t_s: (k + 1) as f64 * sample_s, y_mm: state.y_mm, u_v });
     }
     Ok(samples)
 }
 
 /// What a step of `setpoint_mm` looks like, sampled every `sample_s`. Nothing was stepped if the setpoint is 0.
-pub fn step_metrics(samples: &[Sample], setpoint_mm: f64, sample_s: f64) -> Option<StepMetrics> {
+pub fn step_metrics(samples: &[ServoSample], setpoint_mm: f64, sample_s: f64) -> Option<StepMetrics> {
     if setpoint_mm == 0.0 || samples.is_empty() {
         return None;
     }
@@ -128,7 +128,7 @@ pub fn step_metrics(samples: &[Sample], setpoint_mm: f64, sample_s: f64) -> Opti
 
 /// What a load that ends at `to_s` did (none: at the end of the run). None without samples.
 pub fn load_metrics(
-    samples: &[Sample],
+    samples: &[ServoSample],
     setpoint_mm: f64,
     to_s: Option<f64>,
     sample_s: f64,

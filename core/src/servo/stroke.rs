@@ -12,14 +12,14 @@
 //!               | down | dwell | up | rest
 //! ```
 
-use super::pid::{Controller, Memory, Stage, control};
-use super::plant::{Plant, State};
+use super::pid::{CycleStage, Memory, ServoController, control};
+use super::plant::{Plant, PlantState};
 use super::{samples_of, within};
 use crate::diagnostic::Diagnostic;
 
 /// Where a reference is at a moment.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Moment {
+pub struct ReferenceMoment {
     /// Way along the move, mm from its start.
     pub s_mm: f64,
     /// Speed, mm/s.
@@ -34,14 +34,14 @@ pub struct Reference<'a> {
     /// How long it takes, s.
     pub duration_s: f64,
     /// Where it is, by the second from its start. After the end it has to stay there.
-    pub at: &'a dyn Fn(f64) -> Moment,
+    pub at: &'a dyn Fn(f64) -> ReferenceMoment,
 }
 
 /// A stroke.
 #[derive(Clone, Copy)]
 pub struct StrokeRun<'a> {
     /// The controller.
-    pub controller: Controller,
+    pub controller: ServoController,
     /// The axis.
     pub plant: Plant,
     /// H: from the rest on top to the board's surface, mm.
@@ -74,7 +74,7 @@ pub struct StrokeSample {
     /// Control, with what was fed forward, V.
     pub u_v: f64,
     /// Stage.
-    pub stage: Stage,
+    pub stage: CycleStage,
 }
 
 /// How a stroke went.
@@ -101,14 +101,14 @@ pub fn stroke(run: &StrokeRun<'_>) -> Result<(Vec<StrokeSample>, StrokeMetrics),
     let plant = run.plant.every(sample_s);
     let up_from_s = run.down.duration_s + run.dwell_s;
     let full_mm = run.height_mm + run.depth_mm;
-    let (mut state, mut memory, mut stage) = (State::default(), Memory::default(), Stage::Approach);
+    let (mut state, mut memory, mut stage) = (PlantState::default(), Memory::default(), CycleStage::Approach);
     let mut samples = Vec::with_capacity(count);
     for k in 0..count {
         let t_s = k as f64 * sample_s;
         let target = target(run, t_s, up_from_s, full_mm);
         let now = match stage {
-            _ if t_s >= up_from_s => Stage::Return,
-            Stage::Approach if state.y_mm >= run.height_mm => Stage::Cut,
+            _ if t_s >= up_from_s => CycleStage::Return,
+            CycleStage::Approach if state.y_mm >= run.height_mm => CycleStage::Cut,
             latched => latched,
         };
         if now != stage && run.controller.fuzzy.is_some() {
@@ -119,7 +119,7 @@ pub fn stroke(run: &StrokeRun<'_>) -> Result<(Vec<StrokeSample>, StrokeMetrics),
             if run.feed_forward { run.plant.ahead_v(target.v_mm_per_s, target.a_mm_per_s2) } else { 0.0 };
         let u_v = control(&run.controller, &mut memory, stage, target.s_mm, state.y_mm, ahead_v);
         samples.push(StrokeSample { t_s, r_mm: target.s_mm, y_mm: state.y_mm, u_v, stage });
-        let cuts = state.y_mm >= run.height_mm && stage != Stage::Return;
+        let cuts = state.y_mm >= run.height_mm && stage != CycleStage::Return;
         state = plant.step(state, u_v - if cuts { run.cutting_load_v } else { 0.0 });
     }
     let metrics = metrics(&samples, full_mm);
@@ -143,28 +143,32 @@ fn check(run: &StrokeRun<'_>) -> Result<usize, Diagnostic> {
     Ok(libm::ceil(total_s / run.controller.sample_s) as usize + 1)
 }
 
-fn target(run: &StrokeRun<'_>, t_s: f64, up_from_s: f64, full_mm: f64) -> Moment {
+fn target(run: &StrokeRun<'_>, t_s: f64, up_from_s: f64, full_mm: f64) -> ReferenceMoment {
     if t_s < run.down.duration_s {
         return (run.down.at)(t_s);
     }
     if t_s < up_from_s {
-        return Moment { s_mm: full_mm, ..Moment::default() };
+        return ReferenceMoment { s_mm: full_mm, ..ReferenceMoment::default() };
     }
     let back = (run.up.at)(t_s - up_from_s);
-    Moment { s_mm: full_mm - back.s_mm, v_mm_per_s: -back.v_mm_per_s, a_mm_per_s2: -back.a_mm_per_s2 }
+    ReferenceMoment {
+        s_mm: full_mm - back.s_mm,
+        v_mm_per_s: -back.v_mm_per_s,
+        a_mm_per_s2: -back.a_mm_per_s2,
+    }
 }
 
 fn metrics(samples: &[StrokeSample], full_mm: f64) -> StrokeMetrics {
-    let worst = |stage: Stage| {
+    let worst = |stage: CycleStage| {
         let errors = samples.iter().filter(|sample| sample.stage == stage);
         errors.map(|sample| (sample.r_mm - sample.y_mm).abs()).fold(0.0, f64::max)
     };
-    let contact = samples.iter().find(|sample| sample.stage == Stage::Cut);
-    let returning = samples.iter().find(|sample| sample.stage == Stage::Return).or(samples.last());
+    let contact = samples.iter().find(|sample| sample.stage == CycleStage::Cut);
+    let returning = samples.iter().find(|sample| sample.stage == CycleStage::Return).or(samples.last());
     StrokeMetrics {
         contact_s: contact.map(|sample| sample.t_s),
-        max_error_approach_mm: worst(Stage::Approach),
-        max_error_cut_mm: worst(Stage::Cut),
+        max_error_approach_mm: worst(CycleStage::Approach),
+        max_error_cut_mm: worst(CycleStage::Cut),
         depth_error_mm: returning.map_or(full_mm, |sample| full_mm - sample.y_mm),
         over_travel_mm: samples.iter().map(|sample| sample.y_mm - full_mm).fold(0.0, f64::max),
         final_error_mm: samples.last().map_or(0.0, |sample| sample.r_mm - sample.y_mm),

@@ -12,7 +12,7 @@
 //! costs a pointer a tile. Mills are flat cylinders, vees cones with a flat tip, drills flat or pointed. Does not know time,
 //! nor what a cut is for.
 
-use super::cuts::{Shape, Way};
+use super::cuts::{CutShape, Way};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Bounds;
 use crate::job::{Bit, Cutter};
@@ -29,7 +29,7 @@ const CELLS_UM: [i64; 6] = [25, 50, 100, 200, 400, 800];
 const MOST_CELLS: f64 = 16e6;
 
 /// Most cells along a side: so large a picture every graphics card takes.
-const MOST_ALONG: f64 = 4096.0;
+const MOST_ALONG_CELLS: f64 = 4096.0;
 
 /// A ramp is cut in pieces that go down by no more than this, mm: each as deep as its deepest end.
 const RAMP_MM: f64 = 0.005;
@@ -107,7 +107,7 @@ impl Stock {
         let count = |cell_um: i64| size.map(|mm| libm::ceil(mm * 1e3 / cell_um as f64));
         let fits = |cell_um: &i64| {
             let [x, y] = count(*cell_um);
-            x >= 1.0 && y >= 1.0 && x.max(y) <= MOST_ALONG && x * y <= MOST_CELLS
+            x >= 1.0 && y >= 1.0 && x.max(y) <= MOST_ALONG_CELLS && x * y <= MOST_CELLS
         };
         let Some(cell_um) = CELLS_UM.into_iter().find(fits) else {
             let diagnostic = Diagnostic::warning("sim.no_stock");
@@ -205,16 +205,16 @@ impl Stock {
         }
         let falls_mm = (way.at(to_share)[2] - way.at(from_share)[2]).abs();
         let chords = match way.shape {
-            Shape::Line => 1.0,
+            CutShape::Line => 1.0,
             // The middle of a chord is off its arc by r·(1 − cos(φ/2)), here an eighth of a cell.
-            Shape::Arc { radius_mm, turn_rad, .. } => {
+            CutShape::Arc { radius_mm, turn_rad, .. } => {
                 let off = (1.0 - 0.125 * self.cell_mm / radius_mm.max(1e-9)).clamp(-1.0, 1.0);
                 turn_rad.abs() * (to_share - from_share) / (2.0 * libm::acos(off)).max(1e-6)
             }
         };
         // Straight down the deepest end is all.
         let ramp =
-            if way.from_mm[..2] == way.to_mm[..2] && way.shape == Shape::Line { 0.0 } else { falls_mm };
+            if way.from_mm[..2] == way.to_mm[..2] && way.shape == CutShape::Line { 0.0 } else { falls_mm };
         let pieces = libm::ceil(chords.max(ramp / RAMP_MM).clamp(1.0, MOST_PIECES));
         let share = |piece: f64| from_share + (to_share - from_share) * piece / pieces;
         let (mut at, mut looked) = (way.at(from_share), 0);

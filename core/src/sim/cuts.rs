@@ -32,12 +32,12 @@ pub struct Way {
     /// Where it ends.
     pub to_mm: [f64; 3],
     /// How it goes there.
-    pub shape: Shape,
+    pub shape: CutShape,
 }
 
 /// The shape of a way seen from above; its height changes evenly.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Shape {
+pub enum CutShape {
     /// Straight.
     Line,
     /// Around a centre.
@@ -59,7 +59,7 @@ impl Way {
         let share = share.clamp(0.0, 1.0);
         let even = |axis: usize| self.from_mm[axis] + (self.to_mm[axis] - self.from_mm[axis]) * share;
         match self.shape {
-            Shape::Arc { center, radius_mm, from_rad, turn_rad } if share > 0.0 && share < 1.0 => {
+            CutShape::Arc { center, radius_mm, from_rad, turn_rad } if share > 0.0 && share < 1.0 => {
                 let angle = from_rad + turn_rad * share;
                 let (x, y) = (radius_mm * libm::cos(angle), radius_mm * libm::sin(angle));
                 [center[0] + x, center[1] + y, even(2)]
@@ -93,9 +93,9 @@ pub fn cuts(program: &Program) -> Vec<Cut> {
 }
 
 /// Where a command takes the tip from `at`, and how.
-fn goes(command: &Command, at: [f64; 3]) -> Option<([f64; 3], Shape)> {
+fn goes(command: &Command, at: [f64; 3]) -> Option<([f64; 3], CutShape)> {
     let place = |to: &Point, z: f64| [to.x.mm(), to.y.mm(), z];
-    let straight = |to: [f64; 3]| Some((to, Shape::Line));
+    let straight = |to: [f64; 3]| Some((to, CutShape::Line));
     match command {
         Command::Rapid { to } => straight(place(to, at[2])),
         Command::Plunge { to, .. } | Command::Retract { to } => straight([at[0], at[1], to.mm()]),
@@ -108,7 +108,7 @@ fn goes(command: &Command, at: [f64; 3]) -> Option<([f64; 3], Shape)> {
     }
 }
 
-fn arc(from: [f64; 3], to: [f64; 3], center: [f64; 2], ccw: bool) -> Shape {
+fn arc(from: [f64; 3], to: [f64; 3], center: [f64; 2], ccw: bool) -> CutShape {
     let angle = |at: [f64; 3]| libm::atan2(at[1] - center[1], at[0] - center[0]);
     let (x, y) = (from[0] - center[0], from[1] - center[1]);
     let (from_rad, full) = (angle(from), core::f64::consts::TAU);
@@ -122,7 +122,7 @@ fn arc(from: [f64; 3], to: [f64; 3], center: [f64; 2], ccw: bool) -> Shape {
         turn + full
     };
     let turn_rad = if ccw { turn } else { -turn };
-    Shape::Arc { center, radius_mm: libm::sqrt(x * x + y * y), from_rad, turn_rad }
+    CutShape::Arc { center, radius_mm: libm::sqrt(x * x + y * y), from_rad, turn_rad }
 }
 
 /// Where the middles of the bits of `program` can come to in the plane while they cut, in work coordinates; none where
@@ -132,8 +132,8 @@ pub fn reach(program: &Program) -> Option<Bounds> {
     for Cut { way, .. } in cuts(program) {
         let ends = [way.from_mm, way.to_mm].map(|at| (at[0], at[1], 0.0));
         let round = match way.shape {
-            Shape::Line => None,
-            Shape::Arc { center, radius_mm, .. } => Some((center[0], center[1], radius_mm)),
+            CutShape::Line => None,
+            CutShape::Arc { center, radius_mm, .. } => Some((center[0], center[1], radius_mm)),
         };
         for (x, y, around) in ends.into_iter().chain(round) {
             for off in [-around, around] {

@@ -13,8 +13,8 @@ mod warnings;
 
 pub use carve::{Stock, TILE, Tile};
 pub use carving::Carving;
-pub use cuts::{Cut, Shape, Way, cuts, reach};
-pub use playback::{Drilled, LegStart, Milled, Moment, Playback};
+pub use cuts::{Cut, CutShape, Way, cuts, reach};
+pub use playback::{DrilledHole, LegStart, Milled, Moment, Playback};
 pub use summary::{Spent, Summary, summary, time_by_bit_s};
 pub use swept::{Swept, nearest, swept};
 pub use warnings::{Fault, Warning, warnings};

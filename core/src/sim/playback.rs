@@ -10,7 +10,7 @@
 //! further than half a step away. Does not know how fast it is shown.
 
 use crate::job::{Mark, Stage};
-use crate::motion::{Move, Part, Timeline};
+use crate::motion::{AxisMove, Move, Timeline};
 use crate::units::TICK_HZ;
 
 /// A timeline that can be looked at from any second.
@@ -18,7 +18,7 @@ use crate::units::TICK_HZ;
 pub struct Playback {
     timeline: Timeline,
     legs: Vec<LegStart>,
-    drilled: Vec<Drilled>,
+    drilled: Vec<DrilledHole>,
     milled: Vec<Milled>,
 }
 
@@ -37,7 +37,7 @@ pub struct LegStart {
 
 /// A hole and when it is through.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drilled {
+pub struct DrilledHole {
     /// Index into the board's holes.
     pub hole: u32,
     /// When the bit has been through.
@@ -83,7 +83,7 @@ fn seconds(ticks: u64) -> f64 {
 impl Playback {
     /// Of `timeline`.
     pub fn new(timeline: Timeline) -> Self {
-        let (mut legs, mut drilled) = (Vec::<LegStart>::new(), Vec::<Drilled>::new());
+        let (mut legs, mut drilled) = (Vec::<LegStart>::new(), Vec::<DrilledHole>::new());
         let (mut milled, mut milled_leg) = (Vec::<Milled>::new(), None);
         let (mut bit, mut drilled_leg) = (None, None);
         for planned in &timeline.moves {
@@ -99,7 +99,7 @@ impl Playback {
                     drilled.pop();
                 }
                 drilled_leg = Some(planned.leg);
-                drilled.push(Drilled { hole, done_s: seconds(tick) });
+                drilled.push(DrilledHole { hole, done_s: seconds(tick) });
             }
             if let Mark::Toolpath(toolpath) = planned.mark {
                 let from_s = seconds(planned.start_tick);
@@ -130,7 +130,7 @@ impl Playback {
     }
 
     /// All holes in the order in which they are drilled.
-    pub fn drilled(&self) -> &[Drilled] {
+    pub fn drilled(&self) -> &[DrilledHole] {
         &self.drilled
     }
 
@@ -184,7 +184,7 @@ impl Playback {
 }
 
 /// What is being done: on the way from hole to hole, what its part does; a stroke down over the board is an approach.
-fn stage_at(planned: &Move, part: Option<&Part>, height: f64) -> Stage {
+fn stage_at(planned: &Move, part: Option<&AxisMove>, height: f64) -> Stage {
     match (planned.stage, part.map(|part| part.stage)) {
         (Stage::NextHole, Some(Stage::Drill)) if height > 0.0 => Stage::Approach,
         (Stage::NextHole, Some(stage)) => stage,

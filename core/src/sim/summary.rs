@@ -4,7 +4,7 @@
 
 use crate::job::{Mark, Stage};
 use crate::machine::{AXES, Machine};
-use crate::motion::{Move, Part, Timeline};
+use crate::motion::{AxisMove, Move, Timeline};
 use crate::steps::StepStream;
 use crate::units::TICK_HZ;
 
@@ -129,8 +129,8 @@ fn alone_s(planned: &Move, machine: &Machine) -> f64 {
     if planned.stage != Stage::NextHole {
         return duration_s;
     }
-    let parts_s: f64 = planned.parts.iter().map(Part::duration_s).sum();
-    let end_s = planned.parts.iter().map(Part::end_s).fold(0.0, f64::max);
+    let parts_s: f64 = planned.parts.iter().map(AxisMove::duration_s).sum();
+    let end_s = planned.parts.iter().map(AxisMove::end_s).fold(0.0, f64::max);
     let travels = planned.parts.iter().any(|part| part.stage == Stage::Travel);
     let settle_s = if travels { machine.settle_ms * 1e-3 } else { 0.0 };
     parts_s + settle_s + (duration_s - end_s)

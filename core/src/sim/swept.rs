@@ -8,10 +8,10 @@
 //! Comes in: one [`Move`], millimetres of a step. Goes out: its [`Swept`] ways in order of time, and how much of one is done at
 //! a second. What goes up, or stays above the surface, cuts nothing and is left out. Does not know bits.
 
-use super::cuts::{Shape, Way};
+use super::cuts::{CutShape, Way};
 use crate::machine::AXES;
 use crate::motion::path::Curve;
-use crate::motion::{Motion, Move, Part, Route};
+use crate::motion::{AxisMove, Motion, MotorPath, Move};
 use crate::units::TICK_HZ;
 
 /// A way of the tip in the board, and when.
@@ -55,7 +55,7 @@ fn tip(planned: &Move, t_s: f64, mm_per_step: &[f64; AXES]) -> [f64; 3] {
     [mm(0), mm(1), (2..AXES).map(mm).fold(f64::INFINITY, f64::min)]
 }
 
-fn straight(planned: &Move, (number, part): (u32, &Part), mm_per_step: &[f64; AXES]) -> Option<Swept> {
+fn straight(planned: &Move, (number, part): (u32, &AxisMove), mm_per_step: &[f64; AXES]) -> Option<Swept> {
     let [first, last] = [part.start_s(), part.end_s()];
     let (from, to) = (tip(planned, first, mm_per_step), tip(planned, last, mm_per_step));
     let rapid = part.moves(0) || part.moves(1);
@@ -66,7 +66,7 @@ fn straight(planned: &Move, (number, part): (u32, &Part), mm_per_step: &[f64; AX
     let to = if rapid { [to[0], to[1], from[2]] } else { to };
     let begin = start_s(planned);
     cuts.then_some(Swept {
-        way: Way { from_mm: from, to_mm: to, shape: Shape::Line },
+        way: Way { from_mm: from, to_mm: to, shape: CutShape::Line },
         from_s: begin + first,
         to_s: begin + last,
         rapid,
@@ -76,7 +76,7 @@ fn straight(planned: &Move, (number, part): (u32, &Part), mm_per_step: &[f64; AX
     .filter(|found| found.way.from_mm[2].min(found.way.to_mm[2]) < 0.0)
 }
 
-fn along(planned: &Move, (number, part): (u32, &Part), route: &Route, found: &mut Vec<Swept>) {
+fn along(planned: &Move, (number, part): (u32, &AxisMove), route: &MotorPath, found: &mut Vec<Swept>) {
     let (path, begin) = (&route.path, start_s(planned) + part.start_s());
     let mut from = path.start;
     let mut from_s = 0.0;
@@ -84,9 +84,9 @@ fn along(planned: &Move, (number, part): (u32, &Part), route: &Route, found: &mu
         let (to, to_s) = (piece.curve.end(), path.start_of_piece_s(index + 1));
         if from[2] < 0.0 || to[2] < 0.0 {
             let shape = match piece.curve {
-                Curve::Line { .. } => Shape::Line,
+                Curve::Line { .. } => CutShape::Line,
                 Curve::Arc { center, radius_mm, from_rad, sweep_rad, .. } => {
-                    Shape::Arc { center, radius_mm, from_rad, turn_rad: sweep_rad }
+                    CutShape::Arc { center, radius_mm, from_rad, turn_rad: sweep_rad }
                 }
             };
             let before_mm = path.runs.get(piece.run as usize).map_or(0.0, |run| run.start_mm);
@@ -132,7 +132,7 @@ pub fn nearest<'a>(
 ) -> Option<(f64, f64)> {
     let mut best: Option<(f64, f64)> = None;
     for found in moves.into_iter().flat_map(|planned| swept(planned, mm_per_step)) {
-        let pieces: u32 = if found.way.shape == Shape::Line { 1 } else { 24 };
+        let pieces: u32 = if found.way.shape == CutShape::Line { 1 } else { 24 };
         for piece in 0..pieces {
             let ends = [piece, piece + 1].map(|end| f64::from(end) / f64::from(pieces));
             let [a, b] = ends.map(|share| found.way.at(share));

@@ -72,7 +72,7 @@ pub fn warnings(playback: &Playback, bits: &[Bit], travel: Option<Bounds>, deepe
 
 fn faults(one: &Swept, bit: Option<&Bit>, mark: Mark, deep: bool) -> impl Iterator<Item = Fault> {
     let drill = bit.is_some_and(|bit| bit.cutter == Cutter::Drill);
-    let sideways = one.way.from_mm[..2] != one.way.to_mm[..2] || one.way.shape != super::cuts::Shape::Line;
+    let sideways = one.way.from_mm[..2] != one.way.to_mm[..2] || one.way.shape != super::cuts::CutShape::Line;
     let wrong = bit.is_none() || (drill && sideways && !one.rapid && matches!(mark, Mark::Toolpath(_)));
     let rows = [(deep, Fault::TooDeep), (one.rapid, Fault::RapidInMaterial), (wrong, Fault::WrongTool)];
     rows.into_iter().filter(|row| row.0).map(|row| row.1)

@@ -13,7 +13,7 @@
 //! Comes in: a stream. Goes out: SHA-256 in hexadecimal, the length of the encoding, the first runs as text.
 
 use super::stream::{PARTS, Run, Segment, StepStream};
-use crate::job::{Effect, Gate, Mark, Otherwise, Stage};
+use crate::job::{Gate, Mark, Otherwise, Stage, Switching};
 use crate::machine::{Steps, axis_name};
 use sha2::{Digest, Sha256};
 use std::borrow::Borrow;
@@ -86,9 +86,9 @@ fn put_segment(segment: &Segment, sink: &mut dyn Sink) {
     sink.put(&[stage_tag(segment.stage)]);
     sink.put(&segment.duration_ticks.to_le_bytes());
     let (tag, value) = match segment.effect {
-        Effect::None => (0_u8, 0),
-        Effect::Spindle(rpm) => (1, rpm),
-        Effect::AwaitBit(bit) => (2, bit),
+        Switching::None => (0_u8, 0),
+        Switching::Spindle { rpm } => (1, rpm),
+        Switching::AwaitBit { bit } => (2, bit),
     };
     sink.put(&[tag]);
     sink.put(&value.to_le_bytes());

@@ -1,7 +1,7 @@
 //! Fitting runs to step times: few runs, each step within 1 µs of its time.
 //!
 //! ```text
-//! tick ^                      |  |     every step has a window, time ± TOLERANCE
+//! tick ^                      |  |     every step has a window, time ± TOLERANCE_TICKS
 //!      |              |   | --o--      a run is a parabola:
 //!      |        | ----o---             tick(i) = last + i·interval + change·i(i−1)/2, in parts of a tick
 //!      |  |--o--                       it goes on for as long as it stays in the windows
@@ -20,10 +20,10 @@ use super::stream::{PARTS, Run, fineness};
 
 /// Greatest distance of a run from the time of a step, in ticks: 1 µs, less half a tick for the whole tick that the step
 /// comes in, and a little for rounding.
-const TOLERANCE: f64 = 9.49;
+const TOLERANCE_TICKS: f64 = 9.49;
 
 /// The same in parts of a tick.
-const ROOM: f64 = TOLERANCE * PARTS as f64;
+const ROOM_PARTS: f64 = TOLERANCE_TICKS * PARTS as f64;
 
 /// The longest run through times that are not known to lie evenly, and the length of the look ahead.
 const LONGEST: usize = 1024;
@@ -35,7 +35,7 @@ const LONGEST_EVEN: u64 = 1 << 16;
 const BLOCK: u64 = 4096;
 
 /// A trial is not repeated for less than this share more steps.
-const WORTH: f64 = 1.06;
+const WORTH_FACTOR: f64 = 1.06;
 
 /// Buffers that are used again for every axis and move.
 #[derive(Debug, Default)]
@@ -170,7 +170,7 @@ impl Pen<'_> {
 
 /// Between which even intervals a run reaches a time in so many steps, in parts of a tick.
 fn window(ticks: f64, steps: f64) -> (f64, f64) {
-    let (mean, room) = (ticks * PARTS as f64 / steps, ROOM / steps);
+    let (mean, room) = (ticks * PARTS as f64 / steps, ROOM_PARTS / steps);
     (mean - room, mean + room)
 }
 
@@ -209,7 +209,7 @@ fn longest(times: &[f64], base: f64, least: f64, guess: usize) -> Found {
                 trial = good.max(fits.midpoint(fails));
             }
         }
-        if fits > 1 && ((fails - 1) as f64) < WORTH * fits as f64 {
+        if fits > 1 && ((fails - 1) as f64) < WORTH_FACTOR * fits as f64 {
             break;
         }
     }

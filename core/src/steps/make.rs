@@ -21,7 +21,7 @@ use crate::job::Program;
 use crate::machine::{AXES, Machine, Steps};
 use crate::motion::path::sweeps_between;
 use crate::motion::profile::{Inverse, Stroke};
-use crate::motion::{Motion, Move, Part, Route, TableSteps, Timeline, each_leg};
+use crate::motion::{AxisMove, Motion, MotorPath, Move, TableSteps, Timeline, each_leg};
 
 /// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
 const MOST_RUNS: usize = 100_000_000;
@@ -151,14 +151,14 @@ impl Maker {
     }
 
     /// An axis' share of a line.
-    fn line(&mut self, part: &Part, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
+    fn line(&mut self, part: &AxisMove, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
         let way = part.to[axis] - part.from[axis];
         self.fit(way, stroke, part.start_tick, false, cursor);
     }
 
     /// A stroke of spindles: fitted once, then only moved in time. Its first step is a run by itself, whose interval
     /// alone depends on when the stroke begins.
-    fn stroke(&mut self, part: &Part, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
+    fn stroke(&mut self, part: &AxisMove, axis: usize, stroke: &Stroke, cursor: &mut Cursor<'_>) {
         let way = part.to[axis] - part.from[axis];
         let same = |known: &Known| known.way == way && known.stroke == *stroke;
         let found = self.known.iter().position(|known| known.as_ref().is_some_and(same));
@@ -185,7 +185,7 @@ impl Maker {
     }
 
     /// An axis' share of a path: steps one way, then the other.
-    fn path(&mut self, part: &Part, axis: usize, route: &Route, cursor: &mut Cursor<'_>) {
+    fn path(&mut self, part: &AxisMove, axis: usize, route: &MotorPath, cursor: &mut Cursor<'_>) {
         let start = part.start_tick as f64;
         let Some(of) = route.coordinate(axis) else { return };
         let ends = (part.from[axis], part.to[axis]);
@@ -247,7 +247,7 @@ impl Maker {
 /// all alike.
 fn sets(planned: &Move) -> Vec<(usize, u8)> {
     let mut sets: Vec<(usize, u8)> = Vec::new();
-    let way = |part: &Part, axis: usize| part.to[axis] - part.from[axis];
+    let way = |part: &AxisMove, axis: usize| part.to[axis] - part.from[axis];
     for axis in (0..AXES).filter(|axis| planned.parts.iter().any(|part| part.moves(*axis))) {
         let alike = |(first, _): &&mut (usize, u8)| {
             axis >= 2 && *first >= 2 && planned.parts.iter().all(|part| way(part, axis) == way(part, *first))
@@ -261,7 +261,7 @@ fn sets(planned: &Move) -> Vec<(usize, u8)> {
 }
 
 /// Runs of a table-driven axis: one for each stretch of equal intervals.
-fn takts_runs(part: &Part, axis: usize, takts: &TableSteps, cursor: &mut Cursor<'_>) {
+fn takts_runs(part: &AxisMove, axis: usize, takts: &TableSteps, cursor: &mut Cursor<'_>) {
     let forward = part.to[axis] > part.from[axis];
     let begin = part.start_tick as i64;
     let mut offset = begin - cursor.last_tick;

@@ -19,7 +19,7 @@ mod packed;
 pub mod replay;
 pub mod stream;
 
-pub use crate::job::{Effect, Stage};
+pub use crate::job::{Stage, Switching};
 pub use crate::machine::{AXES, Steps};
 pub use crate::motion::automaton;
 pub use compact::{compact, expand};

@@ -13,7 +13,7 @@ use super::compact::{put, put_segment, take, take_segment};
 use super::make::leg_by_leg;
 use super::stream::{Run, Segment};
 use crate::diagnostic::Diagnostic;
-use crate::job::{Effect, Program};
+use crate::job::{Program, Switching};
 use crate::machine::{Machine, Steps};
 use std::ops::Range;
 
@@ -32,7 +32,7 @@ pub struct Packed {
     strokes: Vec<Vec<Run>>,
     legs: Vec<Place>,
     /// Segments that switch something, and what.
-    effects: Vec<(usize, Effect)>,
+    effects: Vec<(usize, Switching)>,
 }
 
 /// A leg among the others.
@@ -63,7 +63,7 @@ impl Packed {
         let before = self.count();
         for (index, segment) in segments.iter().enumerate() {
             self.put(segment);
-            if segment.effect != Effect::None {
+            if segment.effect != Switching::None {
                 self.effects.push((before + index, segment.effect));
             }
         }
@@ -144,7 +144,7 @@ impl Packed {
     }
 
     /// What the segments before segment `first` switch, in order.
-    pub fn effects_before(&self, first: usize) -> impl Iterator<Item = Effect> {
+    pub fn effects_before(&self, first: usize) -> impl Iterator<Item = Switching> {
         self.effects.iter().take_while(move |(index, _)| *index < first).map(|(_, effect)| *effect)
     }
 

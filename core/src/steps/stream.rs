@@ -9,7 +9,7 @@
 //! Comes in: runs. Goes out: the same as plain data. Time is counted in ticks of 0.1 µs from the start of each
 //! segment, intervals in parts of a tick; positions are whole motor steps from the work zero. Does not know millimetres.
 
-use crate::job::{Effect, Gate, Mark, Stage};
+use crate::job::{Gate, Mark, Stage, Switching};
 use crate::machine::Steps;
 use serde::{Deserialize, Serialize};
 
@@ -38,7 +38,7 @@ pub struct Segment {
     /// Steps of everything that moves, set of axes by set of axes, in order of time within a set.
     pub runs: Vec<Run>,
     /// What is switched at the start of the segment.
-    pub effect: Effect,
+    pub effect: Switching,
     /// The sensor that may end it early.
     pub gate: Option<Gate>,
     /// Where all axes stand afterwards when it was not ended early.

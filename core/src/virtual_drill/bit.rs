@@ -20,13 +20,13 @@ use crate::steps::TICK_HZ;
 use crate::units::Length;
 
 /// How much faster than the feed a sharp bit cuts.
-const SHARP: f64 = 1.5;
+const SHARP_FACTOR: f64 = 1.5;
 
 /// How soon a bit gets slower once its life is over: at a quarter more holes it cuts half as fast.
-const WEAR: f64 = 4.0;
+const WEAR_FACTOR: f64 = 4.0;
 
 /// Most of the width of its cut that a bit may go on by in one turn.
-const BITE: f64 = 0.25;
+const BITE_SHARE: f64 = 0.25;
 
 /// No cut is taken to be narrower than this, mm.
 const LEAST_WIDTH_MM: f64 = 0.05;
@@ -39,8 +39,8 @@ const MEASURED_MM: f64 = 0.1;
 const BOTTOM_MM: f64 = 0.3;
 
 /// Edges of a drill and of a mill, in diameters.
-const DRILL_EDGES: f64 = 12.0;
-const MILL_EDGES: f64 = 5.0;
+const DRILL_EDGE_DIAMETERS: f64 = 12.0;
+const MILL_EDGE_DIAMETERS: f64 = 5.0;
 
 /// Why a bit broke.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,7 +68,7 @@ pub struct Tip {
 
 /// The bit in the spindle, and the board below it.
 #[derive(Clone, Debug)]
-pub struct Bit {
+pub struct MountedBit {
     /// Heights of the board's upper and lower side, Z steps.
     board: (i64, i64),
     mm_per_step: f64,
@@ -97,7 +97,7 @@ pub struct Bit {
     measured: Option<Tip>,
 }
 
-impl Bit {
+impl MountedBit {
     /// A sharp bit over a `board`, that is to be fed at `feed_hz`; heights in steps of `mm_per_step`.
     pub fn new(
         (board, mm_per_step): ((i64, i64), f64),
@@ -139,7 +139,7 @@ impl Bit {
         let worn = self.life.map(|life| {
             let life = f64::from(life.max(1));
             let over = (f64::from(self.holes) - life).max(0.0) / life;
-            SHARP * self.feed_hz / (1.0 + WEAR * over)
+            SHARP_FACTOR * self.feed_hz / (1.0 + WEAR_FACTOR * over)
         });
         let limits = [worn, self.dull_hz];
         limits.into_iter().flatten().reduce(f64::min)
@@ -212,8 +212,8 @@ impl Bit {
     fn edges_mm(&self) -> Option<f64> {
         let kind = self.kind.as_ref()?;
         Some(match kind.cutter {
-            Cutter::Drill => DRILL_EDGES * kind.diameter.mm(),
-            Cutter::Mill => MILL_EDGES * kind.diameter.mm(),
+            Cutter::Drill => DRILL_EDGE_DIAMETERS * kind.diameter.mm(),
+            Cutter::Mill => MILL_EDGE_DIAMETERS * kind.diameter.mm(),
             Cutter::Vee { .. } => kind.depth_for(kind.diameter).map_or(0.0, Length::mm),
         })
     }
@@ -231,7 +231,7 @@ impl Bit {
         let turns = seconds * f64::from(self.rpm) / 60.0;
         let width_mm = kind.width_at(Length::from_mm(self.depth_mm(tip.z))).mm().max(LEAST_WIDTH_MM);
         self.measured = Some(tip);
-        if way_mm > BITE * width_mm * turns {
+        if way_mm > BITE_SHARE * width_mm * turns {
             self.breaks(Breakage::TooFast);
         }
     }

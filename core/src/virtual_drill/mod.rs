@@ -21,7 +21,7 @@ mod rotor;
 mod switches;
 mod tally;
 
-pub use bit::{Bit, Breakage, Tip};
+pub use bit::{Breakage, MountedBit, Tip};
 pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
 pub use tally::{Again, Tally, made_again, missing_legs, tally};
@@ -47,7 +47,7 @@ const SWITCHES: [Input; 6] =
 
 /// A hole as the board itself knows it.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Drilled {
+pub struct VirtualHole {
     /// Where the tip was, machine mm.
     pub x_mm: f64,
     /// The same away from the person.
@@ -61,7 +61,7 @@ pub struct Drilled {
 }
 
 /// Where the holes are written down, one by one, the moment they are made.
-pub type DrilledBoard = Box<dyn FnMut(&Drilled) + Send>;
+pub type DrilledBoard = Box<dyn FnMut(&VirtualHole) + Send>;
 
 /// A place where a motor lost steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,7 +123,7 @@ pub struct VirtualDrill {
     steps_per_mm: [f64; 3],
     switches: Switches,
     /// One for each spindle.
-    bits: Vec<Bit>,
+    bits: Vec<MountedBit>,
     faults: Faults,
     slips: Vec<Slip>,
     drilled: DrilledBoard,
@@ -196,7 +196,7 @@ impl VirtualDrill {
             steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
             switches: Switches::new(seed, bouncing, faults.glitches),
             bits: vec![
-                Bit::new(
+                MountedBit::new(
                     (board, 1.0 / z.scale.steps_per_mm()),
                     feed_hz,
                     faults.bit_life,
@@ -299,7 +299,7 @@ impl VirtualDrill {
         if let Some(depth) = came_through {
             let depth_mm = depth as f64 / self.steps_per_mm[2];
             let [x_mm, y_mm, _] = tip.mm;
-            (self.drilled)(&Drilled { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8 });
+            (self.drilled)(&VirtualHole { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8 });
         }
     }
 

@@ -22,23 +22,23 @@ use crate::machine::phases::{Commutator, angle, turn, turns};
 use crate::steps::TICK_HZ;
 
 /// How much more torque a motor has than the machine's owner asks of it.
-const RESERVE: f64 = 3.0;
+const RESERVE_FACTOR: f64 = 3.0;
 
 /// Share of its rate that a turning rotor takes as a jump.
-const ELASTICITY: f64 = 0.15;
+const ELASTICITY_SHARE: f64 = 0.15;
 
 /// Takts a second that any stepping motor makes at once from rest.
 const PULL_IN_HZ: f64 = 300.0;
 
 /// What a motor falls behind by above its limit, in takts a takt for each part of its rate that is too much: it stalls where
 /// it would fall behind by all of them.
-const BEHIND: f64 = 10.0;
+const BEHIND_PER_SHARE: f64 = 10.0;
 
 /// How far above its limit a motor is really pulled out, where pulses may come some time beside their time.
-const PULL_OUT: f64 = 1.03;
+const PULL_OUT_FACTOR: f64 = 1.03;
 
 /// The same where takts come by interrupts, which are exact but for a whole number of ticks.
-const PULL_OUT_BY_INTERRUPTS: f64 = 1.001;
+const PULL_OUT_BY_INTERRUPTS_FACTOR: f64 = 1.001;
 
 /// Why a rotor fell behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,8 +158,8 @@ impl Rotor {
             off: 0,
             stops,
             fastest_hz,
-            pull_out_hz: fastest_hz * PULL_OUT,
-            hz_per_s: RESERVE * acceleration_hz_per_s,
+            pull_out_hz: fastest_hz * PULL_OUT_FACTOR,
+            hz_per_s: RESERVE_FACTOR * acceleration_hz_per_s,
             start_hz,
             rate_hz: 0.0,
             last_tick: None,
@@ -180,7 +180,7 @@ impl Rotor {
     /// The same motor where a table makes its takts, interrupt by interrupt.
     #[must_use]
     pub fn by_interrupts(mut self) -> Self {
-        self.pull_out_hz = self.fastest_hz * PULL_OUT_BY_INTERRUPTS;
+        self.pull_out_hz = self.fastest_hz * PULL_OUT_BY_INTERRUPTS_FACTOR;
         self
     }
 
@@ -225,8 +225,8 @@ impl Rotor {
         let rate = asked.abs() / self.pull_out_hz;
         // The back voltage grows with the rate: less current, less torque.
         let torque = (1.0 - rate * rate).max(0.0);
-        let most = self.start_hz + self.hz_per_s * torque * time_s + ELASTICITY * asked.abs();
-        let missing = BEHIND * (rate - 1.0);
+        let most = self.start_hz + self.hz_per_s * torque * time_s + ELASTICITY_SHARE * asked.abs();
+        let missing = BEHIND_PER_SHARE * (rate - 1.0);
         self.behind = if missing > 0.0 { self.behind + missing } else { 0.0 };
         self.stalled = match self.stalled {
             Some(_) if asked.abs() <= self.start_hz => None,

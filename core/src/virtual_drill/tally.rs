@@ -10,7 +10,7 @@
 //! Comes in: a program, a machine, which legs were run, and the holes that the virtual drill wrote down. Goes out: how many are
 //! missing, doubled or elsewhere, and which legs did not make theirs. Does not know the executor's count, nor the journal.
 
-use super::Drilled;
+use super::VirtualHole;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Program};
 use crate::machine::Machine;
@@ -74,7 +74,7 @@ pub fn tally(
     machine: &Machine,
     done: Range<usize>,
     zero_mm: [f64; 2],
-    drilled: &[Drilled],
+    drilled: &[VirtualHole],
 ) -> Tally {
     let (wanted, made, shifted) = matched(program, machine, done, zero_mm, drilled);
     let missing = wanted.iter().zip(&made).filter(|(hole, made)| hole.certain && **made == 0).count();
@@ -91,7 +91,7 @@ pub fn missing_legs(
     machine: &Machine,
     done: Range<usize>,
     zero_mm: [f64; 2],
-    drilled: &[Drilled],
+    drilled: &[VirtualHole],
 ) -> Vec<usize> {
     let (wanted, made, shifted) = matched(program, machine, done, zero_mm, drilled);
     let missing = wanted.iter().zip(&made).filter(|(hole, made)| hole.certain && **made == 0);
@@ -107,8 +107,8 @@ pub fn made_again(
     machine: &Machine,
     run: Range<usize>,
     zero_mm: [f64; 2],
-    before: &[Drilled],
-    drilled: &[Drilled],
+    before: &[VirtualHole],
+    drilled: &[VirtualHole],
 ) -> Again {
     let (wanted, made_before, _) = matched(program, machine, 0..run.end, zero_mm, before);
     let (_, made, _) = matched(program, machine, run.clone(), zero_mm, drilled);
@@ -135,7 +135,7 @@ fn matched(
     machine: &Machine,
     done: Range<usize>,
     zero_mm: [f64; 2],
-    drilled: &[Drilled],
+    drilled: &[VirtualHole],
 ) -> (Vec<Wanted>, Vec<u32>, u32) {
     let mut wanted = wanted(program, machine, done);
     wanted
@@ -237,7 +237,7 @@ impl Cells {
     }
 
     /// The wanted hole that `hole` is: in its place, of its spindle, one that is not made yet before one that is.
-    fn nearest(&self, wanted: &[Wanted], hole: &Drilled, made: &[u32]) -> Option<usize> {
+    fn nearest(&self, wanted: &[Wanted], hole: &VirtualHole, made: &[u32]) -> Option<usize> {
         let (x, y) = self.square(hole.x_mm, hole.y_mm);
         let around = (-1..=1).flat_map(|dx| (-1..=1).map(move |dy| (x + dx, y + dy)));
         let within = around.flat_map(|(x, y)| {
@@ -304,11 +304,11 @@ mod tests {
         }
     }
 
-    fn at(x_mm: f64, y_mm: f64) -> Drilled {
-        Drilled { x_mm: x_mm + 5.0, y_mm: y_mm + 7.0, depth_mm: 1.8, tick: 0, spindle: 0 }
+    fn at(x_mm: f64, y_mm: f64) -> VirtualHole {
+        VirtualHole { x_mm: x_mm + 5.0, y_mm: y_mm + 7.0, depth_mm: 1.8, tick: 0, spindle: 0 }
     }
 
-    fn found(done: Range<usize>, drilled: &[Drilled]) -> [u32; 3] {
+    fn found(done: Range<usize>, drilled: &[VirtualHole]) -> [u32; 3] {
         let machine = virtual_drill();
         let tally = tally(&program(&machine), &machine, done, [5.0, 7.0], drilled);
         [tally.missing, tally.doubled, tally.shifted]
@@ -325,14 +325,14 @@ mod tests {
         assert_eq!(found(0..4, &elsewhere), [0, 0, 1], "elsewhere, so not missing");
         let too_many = [good[0], good[1], good[2], good[3], at(8.0, 8.0)];
         assert_eq!(found(0..4, &too_many), [0, 0, 1]);
-        let other_spindle = Drilled { spindle: 1, ..good[0] };
+        let other_spindle = VirtualHole { spindle: 1, ..good[0] };
         assert_eq!(found(0..4, &[other_spindle, good[1], good[2], good[3]]), [0, 0, 1]);
     }
 
     #[test]
     fn a_hole_made_again_is_by_design_where_the_job_was_taken_up_and_nowhere_else() {
         let machine = virtual_drill();
-        let again = |run: Range<usize>, before: &[Drilled], drilled: &[Drilled]| {
+        let again = |run: Range<usize>, before: &[VirtualHole], drilled: &[VirtualHole]| {
             let found = made_again(&program(&machine), &machine, run, [5.0, 7.0], before, drilled);
             (found.by_design, found.besides)
         };
@@ -356,7 +356,7 @@ mod tests {
     fn the_legs_whose_holes_are_missing_are_named_unless_holes_lie_elsewhere() {
         let machine = virtual_drill();
         let legs =
-            |drilled: &[Drilled]| missing_legs(&program(&machine), &machine, 0..4, [5.0, 7.0], drilled);
+            |drilled: &[VirtualHole]| missing_legs(&program(&machine), &machine, 0..4, [5.0, 7.0], drilled);
         let good = [at(1.0, 1.0), at(2.0, 1.0), at(20.0, 9.0), at(3.0, 1.0)];
         assert_eq!(legs(&good), [0_usize; 0]);
         assert_eq!(legs(&good[..1]), [1, 2, 3]);

@@ -56,7 +56,7 @@ pub const PROOF_HEADER: &str = "x-annulus-proof";
 /// Body of `POST /api/pair`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Pair {
+pub struct PairBody {
     /// The one-time token: what follows `#t=` in the address.
     pub token: String,
 }
@@ -75,7 +75,7 @@ pub struct Paired {
 /// Body of `POST /api/link`.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct Link {
+pub struct LinkBody {
     /// What the page that uses the address may do.
     pub scope: Scope,
 }
@@ -386,13 +386,13 @@ pub struct PreflightRow {
     /// What was looked at and what was found; the code names the row.
     pub finding: Diagnostic,
     /// Whether it lets the job start.
-    pub verdict: Verdict,
+    pub verdict: RowVerdict,
 }
 
 /// What a pre-flight row means for Start.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Verdict {
+pub enum RowVerdict {
     /// Good.
     Pass,
     /// A person must tick it.

@@ -6,7 +6,8 @@ mod automaton;
 use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{
-    Action, Ask, Controller, Event, Phase, Routine, SectionKind, Start, read, step,
+    Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Routine, SectionKind, read,
+    step,
 };
 use automaton::Automaton;
 use std::sync::Arc;
@@ -59,7 +60,7 @@ struct Bench {
     faults: Faults,
     open: bool,
     /// What was told.
-    told: Vec<Action>,
+    told: Vec<EngineAction>,
     done: usize,
     questions: Vec<u64>,
     damaged: u32,
@@ -90,12 +91,12 @@ impl Bench {
         self.engine.as_ref().unwrap()
     }
 
-    fn event(&mut self, event: Event) {
+    fn event(&mut self, event: EngineEvent) {
         let (engine, actions) = step(self.engine.take().unwrap(), self.now_ms, event);
         self.engine = Some(engine);
         for action in actions {
             match &action {
-                Action::Write(bytes) => {
+                EngineAction::Write(bytes) => {
                     self.questions.extend(bytes.iter().filter(|byte| **byte == b'?').map(|_| self.now_ms));
                     let instead = self.instead.filter(|(line, _)| line == bytes).map(|(_, instead)| instead);
                     let bytes = instead.unwrap_or(bytes);
@@ -104,11 +105,11 @@ impl Bench {
                         self.board.hear(&bytes);
                     }
                 }
-                Action::Progress(done) => {
+                EngineAction::Progress { sections: done } => {
                     assert!(*done >= self.done, "what is done stays done");
                     self.done = *done;
                 }
-                Action::Close => self.open = false,
+                EngineAction::Close => self.open = false,
                 _ => {}
             }
             self.told.push(action);
@@ -140,21 +141,21 @@ impl Bench {
         if !said.is_empty() {
             let (lost, damaged) = (self.faults.back / 2.0, self.faults.back / 2.0);
             let said = self.spoiled(&said, lost, damaged);
-            self.event(Event::Bytes(said));
+            self.event(EngineEvent::Bytes(said));
         } else if self.now_ms.is_multiple_of(10) {
-            self.event(Event::Tick);
+            self.event(EngineEvent::Tick);
         }
     }
 
     fn plug(&mut self) {
         self.open = true;
         self.board.power_up();
-        self.event(Event::Opened);
+        self.event(EngineEvent::Opened);
     }
 
     fn unplug(&mut self) {
         self.open = false;
-        self.event(Event::Closed);
+        self.event(EngineEvent::Closed);
     }
 
     /// Time passes until something is so; false where it never is.
@@ -172,23 +173,23 @@ impl Bench {
     /// Connects, homes, sets the zero; false where the line spoiled it.
     fn ready(&mut self) -> bool {
         self.open = false;
-        self.event(Event::Closed);
+        self.event(EngineEvent::Closed);
         self.plug();
         let greeted = self.until(20_000, |bench| {
-            matches!(bench.engine().phase, Phase::Ready | Phase::Locked | Phase::Closed)
+            matches!(bench.engine().phase, EnginePhase::Ready | EnginePhase::Locked | EnginePhase::Closed)
                 && bench.engine().place().is_some()
         });
-        self.event(Event::Ask(Ask::Home));
+        self.event(EngineEvent::Ask(EngineAsk::Home));
         greeted
             && self.until(5_000, |bench| {
-                bench.engine().trust == Trust::Trusted && bench.engine().phase == Phase::Ready
+                bench.engine().trust == Trust::Trusted && bench.engine().phase == EnginePhase::Ready
             })
             && {
                 self.until(1_000, |bench| bench.engine().place().is_some());
                 self.told.clear();
-                self.event(Event::Ask(Ask::ZeroAt(ZERO)));
+                self.event(EngineEvent::Ask(EngineAsk::ZeroAt { place_mm: ZERO }));
                 self.until(5_000, |bench| {
-                    bench.told.contains(&Action::ZeroSet) && bench.engine().place().is_some()
+                    bench.told.contains(&EngineAction::ZeroSet) && bench.engine().place().is_some()
                 })
             }
     }
@@ -196,27 +197,27 @@ impl Bench {
     fn start(&mut self, from: usize) {
         self.told.clear();
         let (routine, accepted) = (routine(), Vec::new());
-        let start = Start { routine, from, zero_mm: None, spin_up_s: 0.1, accepted };
-        self.event(Event::Ask(Ask::Start(start)));
+        let start = EngineStart { routine, from, zero_mm: None, spin_up_s: 0.1, accepted };
+        self.event(EngineEvent::Ask(EngineAsk::Start(start)));
     }
 
     fn ended(&self) -> Option<Ending> {
         self.told
             .iter()
-            .find_map(|action| if let Action::Ended(ending) = action { Some(*ending) } else { None })
+            .find_map(|action| if let EngineAction::Ended(ending) = action { Some(*ending) } else { None })
     }
 
     /// Runs on, with somebody who changes tools, until the job is over; false where it never is.
     fn run(&mut self) -> bool {
         for _ in 0..200_000 {
-            if self.ended().is_some() || self.engine().phase == Phase::Closed {
+            if self.ended().is_some() || self.engine().phase == EnginePhase::Closed {
                 return true;
             }
-            if self.engine().phase == Phase::Ready {
+            if self.engine().phase == EnginePhase::Ready {
                 return true;
             }
-            if self.engine().phase == Phase::ToolChange {
-                self.event(Event::Ask(Ask::ToolReady));
+            if self.engine().phase == EnginePhase::ToolChange {
+                self.event(EngineEvent::Ask(EngineAsk::ToolReady));
             }
             self.tick();
         }
@@ -224,9 +225,12 @@ impl Bench {
     }
 
     /// What was told last, and how the engine is.
-    fn words(&self) -> (Phase, Trust, Vec<&Action>) {
-        let told =
-            self.told.iter().rev().filter(|action| !matches!(action, Action::Write(bytes) if bytes == b"?"));
+    fn words(&self) -> (EnginePhase, Trust, Vec<&EngineAction>) {
+        let told = self
+            .told
+            .iter()
+            .rev()
+            .filter(|action| !matches!(action, EngineAction::Write(bytes) if bytes == b"?"));
         (self.engine().phase, self.engine().trust, told.take(12).collect())
     }
 
@@ -292,19 +296,19 @@ fn the_status_is_never_asked_for_more_than_ten_times_a_second() {
 fn a_job_begins_only_where_the_place_is_known() {
     let mut bench = Bench::new(1, Faults::default());
     bench.plug();
-    assert!(bench.until(5_000, |bench| bench.engine().phase == Phase::Locked));
+    assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Locked));
     let code = |bench: &Bench| {
         bench.told.iter().rev().find_map(|action| {
-            if let Action::Found(found) = action { Some(found.code.clone()) } else { None }
+            if let EngineAction::Found(found) = action { Some(found.code.clone()) } else { None }
         })
     };
     bench.start(0);
     assert_eq!(code(&bench), Some("grbl.not_now".to_owned()));
-    bench.event(Event::Ask(Ask::Unlock));
-    assert!(bench.until(5_000, |bench| bench.engine().phase == Phase::Ready));
+    bench.event(EngineEvent::Ask(EngineAsk::Unlock));
+    assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready));
     bench.start(0);
     assert_eq!(code(&bench), Some("grbl.not_homed".to_owned()));
-    assert_eq!((bench.engine().phase, bench.board.cuts.len()), (Phase::Ready, 0));
+    assert_eq!((bench.engine().phase, bench.board.cuts.len()), (EnginePhase::Ready, 0));
 }
 
 #[test]
@@ -313,21 +317,25 @@ fn homing_that_the_board_did_not_hear_is_not_believed() {
     for instead in ["$X\n", "$I\n", "$\n", "\n", "H\n", "$L\n", "$H", ""] {
         let mut bench = Bench::new(1, Faults::default());
         bench.plug();
-        assert!(bench.until(5_000, |bench| bench.engine().phase == Phase::Locked), "{instead:?}");
+        assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Locked), "{instead:?}");
         bench.instead = Some((b"$H\n", instead.as_bytes()));
         bench.told.clear();
-        bench.event(Event::Ask(Ask::Home));
-        assert_eq!(bench.engine().phase, Phase::Homing);
-        assert!(bench.until(10_000, |bench| bench.engine().phase != Phase::Homing), "{instead:?}: for ever");
-        let told = bench.told.iter().any(|action| matches!(action, Action::Found(_)));
+        bench.event(EngineEvent::Ask(EngineAsk::Home));
+        assert_eq!(bench.engine().phase, EnginePhase::Homing);
+        assert!(
+            bench.until(10_000, |bench| bench.engine().phase != EnginePhase::Homing),
+            "{instead:?}: for ever"
+        );
+        let told = bench.told.iter().any(|action| matches!(action, EngineAction::Found(_)));
         assert_eq!((bench.engine().trust, told), (Trust::Lost, true), "{instead:?}");
         // Asked again, it is heard.
         bench.instead = None;
         let rests = |bench: &Bench| {
-            matches!(bench.engine().phase, Phase::Ready | Phase::Locked) && bench.engine().place().is_some()
+            matches!(bench.engine().phase, EnginePhase::Ready | EnginePhase::Locked)
+                && bench.engine().place().is_some()
         };
         assert!(bench.until(10_000, rests), "{instead:?}");
-        bench.event(Event::Ask(Ask::Home));
+        bench.event(EngineEvent::Ask(EngineAsk::Home));
         assert!(bench.until(10_000, |bench| bench.engine().trust == Trust::Trusted), "{instead:?}");
     }
 }
@@ -337,10 +345,10 @@ fn a_tool_change_waits_without_any_clock() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     bench.start(0);
-    assert!(bench.until(60_000, |bench| bench.engine().phase == Phase::ToolChange));
+    assert!(bench.until(60_000, |bench| bench.engine().phase == EnginePhase::ToolChange));
     let place = bench.board.place();
     // Two hours.
-    assert!(!bench.until(7_200_000, |bench| bench.engine().phase != Phase::ToolChange));
+    assert!(!bench.until(7_200_000, |bench| bench.engine().phase != EnginePhase::ToolChange));
     assert_eq!(bench.board.place(), place);
     assert!(bench.run());
     assert_eq!((bench.ended(), bench.missing(), bench.wrong()), (Some(Ending::Done), vec![], vec![]));
@@ -354,12 +362,12 @@ fn after_stop_nothing_moves_and_the_place_is_known() {
         bench.start(0);
         let moment = bench.now_ms + 200 + bench.chance.below(20_000) as u64;
         while bench.now_ms < moment && bench.ended().is_none() {
-            if bench.engine().phase == Phase::ToolChange {
-                bench.event(Event::Ask(Ask::ToolReady));
+            if bench.engine().phase == EnginePhase::ToolChange {
+                bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
             }
             bench.tick();
         }
-        bench.event(Event::Ask(Ask::Stop));
+        bench.event(EngineEvent::Ask(EngineAsk::Stop));
         let asked = bench.board.place();
         assert!(bench.until(15_000, |bench| bench.ended().is_some()), "seed {seed}");
         let far = |a: [f64; 3], b: [f64; 3]| (0..3).map(|axis| (a[axis] - b[axis]).abs()).fold(0.0, f64::max);
@@ -372,7 +380,7 @@ fn after_stop_nothing_moves_and_the_place_is_known() {
         if bench.ended() == Some(Ending::Done) {
             continue;
         }
-        assert!(bench.until(5_000, |bench| bench.engine().phase == Phase::Ready));
+        assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready));
         bench.start(from);
         assert!(bench.run());
         let found = (bench.ended(), bench.missing(), bench.wrong());
@@ -393,8 +401,8 @@ fn resets_and_pulled_cables_leave_nothing_out_and_nothing_wrong() {
             bench.start(bench.done);
             let moment = bench.now_ms + 200 + bench.chance.below(15_000) as u64;
             while bench.now_ms < moment && bench.ended().is_none() && disturbances > 0 {
-                if bench.engine().phase == Phase::ToolChange {
-                    bench.event(Event::Ask(Ask::ToolReady));
+                if bench.engine().phase == EnginePhase::ToolChange {
+                    bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
                 }
                 bench.tick();
             }

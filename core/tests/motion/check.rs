@@ -2,7 +2,7 @@
 
 use crate::programs::{Chance, machines, one_by_one, random_program, rounds};
 use annulus_core::check::{corner_zero, verify};
-use annulus_core::job::{Effect, Gate, Input, Otherwise, Stage};
+use annulus_core::job::{Gate, Input, Otherwise, Stage, Switching};
 use annulus_core::locale;
 use annulus_core::machine::{DriveKind, Machine, virtual_drill};
 use annulus_core::motion::timeline;
@@ -90,7 +90,7 @@ const FAULTS: [(&str, Fault); 16] = [
         drill.duration_ticks = drill.duration_ticks.max(travel.duration_ticks);
         drill.end[..2].copy_from_slice(&[travel.end[0] * 2, travel.end[1] * 2]);
     }),
-    ("check.spindle_off", |s| s.segments[0].effect = Effect::None),
+    ("check.spindle_off", |s| s.segments[0].effect = Switching::None),
     ("check.spin_up", |s| s.segments[1].duration_ticks = 0),
     ("check.gate_not_alone", |s| {
         let gate = Gate { input: Input::XMax, deadline_us: 1_000_000, otherwise: Otherwise::GoOn };
@@ -98,11 +98,12 @@ const FAULTS: [(&str, Fault); 16] = [
     }),
     ("check.await_bit", |s| {
         let at = s.segments.iter().position(|segment| segment.stage == Stage::Drill).unwrap();
-        s.segments[at].effect = Effect::AwaitBit(0);
+        s.segments[at].effect = Switching::AwaitBit { bit: 0 };
     }),
     ("check.spindle_left_on", |s| {
-        let off = s.segments.iter().rposition(|segment| segment.effect == Effect::Spindle(0)).unwrap();
-        s.segments[off].effect = Effect::None;
+        let off =
+            s.segments.iter().rposition(|segment| segment.effect == Switching::Spindle { rpm: 0 }).unwrap();
+        s.segments[off].effect = Switching::None;
     }),
 ];
 

@@ -9,10 +9,10 @@ use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
 use annulus_core::job::Command;
 use annulus_core::machine::{AXES, Machine, Scale, presets};
-use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycle_s, cycles, sequential_s};
-use annulus_core::motion::profile::{Shape, Stroke, plan};
+use annulus_core::motion::coordination::{Cycle, SpindleRules, SpindleTimes, cycle_s, cycles, sequential_s};
+use annulus_core::motion::profile::{MotionLaw, Stroke, plan};
 use annulus_core::motion::timeline;
-use annulus_core::pins::{Line, Motors, Order, Outcome, Recorder, Written, play};
+use annulus_core::pins::{Motors, Order, Outcome, Playhead, Recorder, Written, play};
 use annulus_core::steps::{self, Stage, Steps};
 use annulus_core::units::Length;
 use serde_json::Value;
@@ -20,9 +20,9 @@ use serde_json::Value;
 /// The times of a spindle of the reference.
 fn spindle(row: &Value) -> SpindleTimes {
     let (height, depth) = (number(row, "H"), number(row, "D"));
-    let shape = Shape::Power(number(&row["down"], "alpha"));
+    let shape = MotionLaw::Power(number(&row["down"], "alpha"));
     let down = plan(shape, height + depth, limits(&row["down"], ["Vm", "Am", "Jm"])).unwrap();
-    let up = plan(Shape::SCurve, height + depth, limits(&row["up"], ["Vm", "Am", "J"])).unwrap();
+    let up = plan(MotionLaw::SCurve, height + depth, limits(&row["up"], ["Vm", "Am", "J"])).unwrap();
     SpindleTimes {
         dwell_bottom_s: number(row, "dwell_bottom"),
         dwell_top_s: number(row, "dwell_top"),
@@ -35,7 +35,7 @@ fn spindle(row: &Value) -> SpindleTimes {
 fn hop_s(case: &Value, way: &Value) -> f64 {
     let axis = |index: usize, name: &str| {
         let limits = limits(&case["xy"][name], ["V", "A", "J"]);
-        plan(Shape::SCurve, way[index].as_f64().unwrap().abs(), limits).unwrap().duration_s()
+        plan(MotionLaw::SCurve, way[index].as_f64().unwrap().abs(), limits).unwrap().duration_s()
     };
     axis(0, "x").max(axis(1, "y"))
 }
@@ -47,7 +47,7 @@ fn timelines_agree_with_the_reference() {
     let mut instants = 0;
     for case in file["cases"].as_array().unwrap() {
         let id = case["id"].as_str().unwrap();
-        let rules = Rules { settle_s: number(case, "settle"), latency_s: number(case, "latency") };
+        let rules = SpindleRules { settle_s: number(case, "settle"), latency_s: number(case, "latency") };
         let spindles: Vec<_> = case["z"].as_array().unwrap().iter().map(spindle).collect();
         for (times, row) in spindles.iter().zip(case["z"].as_array().unwrap()) {
             let derived = &row["derived"];
@@ -101,7 +101,12 @@ fn random_spindle(chance: &mut Chance) -> SpindleTimes {
 }
 
 /// The invariants of C2.3 for one cycle and the one before it.
-fn keeps_the_rules(cycle: &Cycle, before: Option<&Cycle>, rules: Rules, spindles: &[SpindleTimes]) -> bool {
+fn keeps_the_rules(
+    cycle: &Cycle,
+    before: Option<&Cycle>,
+    rules: SpindleRules,
+    spindles: &[SpindleTimes],
+) -> bool {
     const ROUNDING: f64 = 1e-9;
     let released = before.is_none_or(|before| {
         before.spindles.iter().all(|stroked| cycle.release_s + ROUNDING >= stroked.clear_s + rules.latency_s)
@@ -121,7 +126,8 @@ fn a_million_random_cycles_keep_the_rules_as_formulas() {
     let mut done = 0;
     for seed in 0..rounds(20_000) {
         let mut chance = Chance::new(seed);
-        let rules = Rules { settle_s: chance.between(0.0, 0.02), latency_s: chance.between(0.0, 2e-3) };
+        let rules =
+            SpindleRules { settle_s: chance.between(0.0, 0.02), latency_s: chance.between(0.0, 2e-3) };
         let count = 1 + (chance.bits() % 6) as usize;
         let spindles: Vec<_> = (0..count).map(|_| random_spindle(&mut chance)).collect();
         let hops: Vec<f64> = (0..50).map(|_| chance.scale(1e-3, 0.5)).collect();
@@ -149,18 +155,18 @@ fn times_that_cannot_be_are_refused_by_name() {
         (SpindleTimes { margin_s: -1.0, ..good }, "margin"),
     ];
     for (times, field) in rows {
-        let why = cycles(&[0.1], Rules::default(), &[times]).unwrap_err();
+        let why = cycles(&[0.1], SpindleRules::default(), &[times]).unwrap_err();
         assert!(why.message("en").starts_with(field), "{}", why.message("en"));
     }
-    assert!(cycles(&[f64::INFINITY], Rules::default(), &[good]).is_err());
-    assert!(cycles(&[0.1], Rules::default(), &[]).is_err());
+    assert!(cycles(&[f64::INFINITY], SpindleRules::default(), &[good]).is_err());
+    assert!(cycles(&[0.1], SpindleRules::default(), &[]).is_err());
 }
 
 /// Whether the plane stepped while a spindle was lower than `clear` over `surface`.
 fn dragged(pins: &Recorder, start: Steps, spindles: usize, clear: i64) -> bool {
     let mut at = start;
     pins.written.iter().any(|call| {
-        let Written::Step(_, axes, forward) = call else { return false };
+        let Written::Step { axes, forward, .. } = call else { return false };
         for axis in (0..AXES).filter(|axis| axes >> axis & 1 == 1) {
             at[axis] += if forward >> axis & 1 == 1 { 1 } else { -1 };
         }
@@ -187,8 +193,12 @@ fn stopped_or_held_anywhere_the_plane_never_moves_over_a_low_bit() {
                     let at = chance.bits() % segment.duration_ticks;
                     let stop = chance.bits().is_multiple_of(2);
                     let order = if stop { Order::Stop } else { Order::Hold };
-                    let then = if stop { Order::Stop } else { Order::At(10 + (chance.bits() % 91) as u8) };
-                    let mut line = Line { position: before, ..Line::default() };
+                    let then = if stop {
+                        Order::Stop
+                    } else {
+                        Order::At { percent: 10 + (chance.bits() % 91) as u8 }
+                    };
+                    let mut line = Playhead { position: before, ..Playhead::default() };
                     let mut pins = Recorder { position: before, ..Recorder::default() };
                     let mut operator = Orders([(at, order), (at + 700_000, then)], 0);
                     let motors = Motors::of(&machine);
@@ -243,7 +253,7 @@ fn random_cycles_pass_the_checker_and_half_of_them_are_stopped_without_dragging_
         for segment in &stream.segments {
             if segment.stage == Stage::NextHole && chance.bits().is_multiple_of(2) {
                 let at = chance.bits() % segment.duration_ticks;
-                let mut line = Line { position: before, ..Line::default() };
+                let mut line = Playhead { position: before, ..Playhead::default() };
                 let mut pins = Recorder { position: before, ..Recorder::default() };
                 let mut operator = Orders([(at, Order::Stop), (u64::MAX, Order::Stop)], 0);
                 let outcome =
@@ -275,7 +285,7 @@ fn a_bit_that_is_still_in_the_board_keeps_the_plane_where_it_is() {
         let hops: Vec<_> =
             stream.segments.iter().filter(|segment| segment.stage == Stage::NextHole).collect();
         let (from, hop) = (hops[0].end, hops[1]);
-        let mut line = Line { position: from, ..Line::default() };
+        let mut line = Playhead { position: from, ..Playhead::default() };
         let stuck = vec![(0, Input::Contact.bit())];
         let mut pins = Recorder { position: from, script: stuck, ..Recorder::default() };
         let mut operator = Orders([(u64::MAX, Order::Go); 2], 0);

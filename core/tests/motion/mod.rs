@@ -4,7 +4,7 @@ use annulus_core::check::{corner_zero, verify};
 use annulus_core::geometry::Point;
 use annulus_core::job::Command;
 use annulus_core::machine::{AXES, Axis, Law, Machine, Overlap, Scale, lab, virtual_drill};
-use annulus_core::motion::{Motion, Move, Part, Timeline, laws, rapid_time_s, timeline};
+use annulus_core::motion::{AxisMove, Motion, Move, Timeline, laws, rapid_time_s, timeline};
 use annulus_core::steps::{self, Segment, TICK_HZ};
 use annulus_core::units::Length;
 
@@ -54,7 +54,8 @@ fn replay_keeps_to_the_plan(plan: &Timeline, index: usize, segment: &Segment, se
 
 /// Steps that the plan of `axis` goes in a microsecond around second `t_s`; half a step more for takts.
 fn passed_in_a_microsecond(planned: &Move, axis: usize, t_s: f64) -> f64 {
-    let near = |part: &Part| part.moves(axis) && part.start_s() <= t_s + 1e-6 && t_s - 1e-6 <= part.end_s();
+    let near =
+        |part: &AxisMove| part.moves(axis) && part.start_s() <= t_s + 1e-6 && t_s - 1e-6 <= part.end_s();
     let room = planned.parts.iter().filter(|part| near(part)).map(|part| match &part.motion {
         Motion::Line(stroke) => {
             let own_s = t_s - part.start_s();

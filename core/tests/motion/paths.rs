@@ -1,11 +1,13 @@
 //! The laws of paths of lines and arcs, tried on many random ones. Every failure prints its seed.
 
 use crate::programs::{Chance, rounds};
-use annulus_core::motion::path::{Chain, Path, Piece, Place, Rules, To, laws, plan, sweeps};
-use annulus_core::motion::profile::{self, Limits, Shape};
+use annulus_core::motion::path::{
+    Chain, PathPoint, PathRules, PlannedPath, To, WantedPiece, laws, plan, sweeps,
+};
+use annulus_core::motion::profile::{self, Limits, MotionLaw};
 use core::f64::consts::{PI, TAU};
 
-pub(super) const RULES: Rules = Rules { share: 0.8, deviation_mm: 0.01, longest_s: 300.0 };
+pub(super) const RULES: PathRules = PathRules { share: 0.8, deviation_mm: 0.01, longest_s: 300.0 };
 
 fn axes(speed: f64, acceleration: f64, jerk: f64) -> [Limits; 3] {
     [Limits { speed_mm_per_s: speed, acceleration_mm_per_s2: acceleration, jerk_mm_per_s3: jerk }; 3]
@@ -29,7 +31,7 @@ fn rise(chance: &mut Chance) -> f64 {
     if chance.bits().is_multiple_of(2) { 0.0 } else { chance.between(-2.0, 2.0) }
 }
 
-fn random_piece(chance: &mut Chance, at: Place, way: &mut f64) -> Piece {
+fn random_piece(chance: &mut Chance, at: PathPoint, way: &mut f64) -> WantedPiece {
     let feed = if chance.bits().is_multiple_of(4) { f64::INFINITY } else { chance.scale(0.5, 200.0) };
     let length = if chance.bits().is_multiple_of(5) { 0.001 } else { chance.scale(0.001, 30.0) };
     *way += match chance.bits() % 6 {
@@ -60,10 +62,10 @@ fn random_piece(chance: &mut Chance, at: Place, way: &mut f64) -> Piece {
         }
         _ => To::Line([rounded(beyond[0]), rounded(beyond[1]), at[2]]),
     };
-    Piece { to, feed_mm_per_s: feed }
+    WantedPiece { to, feed_mm_per_s: feed }
 }
 
-pub(super) fn end_of(piece: &Piece) -> Place {
+pub(super) fn end_of(piece: &WantedPiece) -> PathPoint {
     match piece.to {
         To::Line(to) | To::Arc { to, .. } => to,
     }
@@ -92,15 +94,21 @@ pub(super) fn flattened(chance: &mut Chance) -> Chain {
     };
     let feed_mm_per_s =
         if chance.bits().is_multiple_of(2) { f64::INFINITY } else { chance.scale(1.0, 200.0) };
-    let piece = |index| Piece { to: To::Line(at(index)), feed_mm_per_s };
+    let piece = |index| WantedPiece { to: To::Line(at(index)), feed_mm_per_s };
     Chain { start: at(0), pieces: (1..=count).map(piece).collect() }
 }
 
-pub(super) fn keeps_its_laws(path: &Path, chain: &Chain, axes: &[Limits; 3], rules: &Rules, seed: u64) {
+pub(super) fn keeps_its_laws(
+    path: &PlannedPath,
+    chain: &Chain,
+    axes: &[Limits; 3],
+    rules: &PathRules,
+    seed: u64,
+) {
     laws(path, axes, rules).unwrap_or_else(|diagnostic| panic!("seed {seed}: {diagnostic:?}"));
     let total = path.duration_s();
     let end = chain.pieces.last().map_or(chain.start, end_of);
-    let nearly = |a: Place, b: Place| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9);
+    let nearly = |a: PathPoint, b: PathPoint| a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-9);
     assert!(nearly(path.end(), end), "seed {seed}: ends at {:?} instead of {end:?}", path.end());
     assert!(path.at(total) == path.end() && path.at(0.0) == chain.start, "seed {seed}");
     assert!(path.speed(0.0) == 0.0 && path.speed(total) == 0.0, "seed {seed}");
@@ -132,7 +140,8 @@ fn random_paths_keep_every_axis_within_its_limits_at_every_moment() {
     for seed in 0..rounds(60_000) {
         let mut chance = Chance::new(seed);
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
-        let rules = Rules { share: chance.between(0.3, 1.0), deviation_mm: chance.scale(1e-4, 1.0), ..RULES };
+        let rules =
+            PathRules { share: chance.between(0.3, 1.0), deviation_mm: chance.scale(1e-4, 1.0), ..RULES };
         let path =
             plan(&chain, &axes, &rules).unwrap_or_else(|diagnostic| panic!("seed {seed}: {diagnostic:?}"));
         keeps_its_laws(&path, &chain, &axes, &rules, seed);
@@ -220,11 +229,11 @@ fn steps_of_a_path_are_made_half_way_and_end_where_it_ends() {
     assert!(steps > rounds(1_000_000), "only {steps} steps");
 }
 
-fn line(x: f64, y: f64) -> Piece {
-    Piece { to: To::Line([x, y, 0.0]), feed_mm_per_s: 20.0 }
+fn line(x: f64, y: f64) -> WantedPiece {
+    WantedPiece { to: To::Line([x, y, 0.0]), feed_mm_per_s: 20.0 }
 }
 
-fn planned(pieces: Vec<Piece>, axes: &[Limits; 3]) -> Path {
+fn planned(pieces: Vec<WantedPiece>, axes: &[Limits; 3]) -> PlannedPath {
     let path = plan(&Chain { start: [0.0; 3], pieces }, axes, &RULES).unwrap();
     laws(&path, axes, &RULES).unwrap();
     path
@@ -236,7 +245,7 @@ fn one_piece_alone_is_the_profile_from_rest_to_rest() {
     for length in [1e-3, 0.1, 3.0, 80.0] {
         let path = planned(vec![line(length, 0.0)], &axes);
         let limits = Limits { speed_mm_per_s: 20.0, acceleration_mm_per_s2: 800.0, jerk_mm_per_s3: 5e4 };
-        let expected = profile::plan(Shape::SCurve, length, limits).unwrap().duration_s();
+        let expected = profile::plan(MotionLaw::SCurve, length, limits).unwrap().duration_s();
         assert!((path.duration_s() - expected).abs() <= 1e-9 * expected, "{length} mm");
     }
 }
@@ -258,7 +267,7 @@ fn corners_slow_down_as_much_as_they_turn() {
     assert!((corner(0.5 * PI) - right).abs() <= 1e-9, "{} instead of {right}", corner(0.5 * PI));
     // A circle of many corners is hardly faster than a circle: 0.6 of 800 mm/s² pull to its centre.
     let points = (1..=2000).map(|part| TAU * f64::from(part) / 2000.0);
-    let pieces = points.map(|angle| Piece {
+    let pieces = points.map(|angle| WantedPiece {
         to: To::Line([1.0 - libm::cos(angle), libm::sin(angle), 0.0]),
         feed_mm_per_s: f64::INFINITY,
     });
@@ -270,8 +279,10 @@ fn corners_slow_down_as_much_as_they_turn() {
 #[test]
 fn full_circles_reversals_and_pieces_of_no_length_are_driven() {
     let axes = axes(50.0, 1000.0, 5e4);
-    let circle =
-        |feed| Piece { to: To::Arc { to: [0.0; 3], center: [3.0, 0.0], ccw: true }, feed_mm_per_s: feed };
+    let circle = |feed| WantedPiece {
+        to: To::Arc { to: [0.0; 3], center: [3.0, 0.0], ccw: true },
+        feed_mm_per_s: feed,
+    };
     let path = planned(vec![circle(f64::INFINITY)], &axes);
     assert!((path.length_mm() - 6.0 * PI).abs() < 1e-9);
     let half = path.at(path.time_at_length(3.0 * PI));
@@ -307,7 +318,7 @@ fn a_helix_is_its_circle_from_above_and_rises_evenly() {
     for (ccw, rise, turns) in [(true, -1.5, 1.0), (false, 2.0, 1.0), (true, 0.25, 0.5), (false, -40.0, 0.5)] {
         let end = if turns == 1.0 { [0.0, 0.0, rise] } else { [4.0, 0.0, rise] };
         let to = To::Arc { to: end, center: [2.0, 0.0], ccw };
-        let path = planned(vec![Piece { to, feed_mm_per_s: f64::INFINITY }], &axes);
+        let path = planned(vec![WantedPiece { to, feed_mm_per_s: f64::INFINITY }], &axes);
         let (around, way) = (4.0 * PI * turns, if ccw { 1.0 } else { -1.0 });
         assert!((path.length_mm() - libm::sqrt(around * around + rise * rise)).abs() < 1e-9);
         for part in 0..=100 {
@@ -321,7 +332,7 @@ fn a_helix_is_its_circle_from_above_and_rises_evenly() {
     // Steep ones are as fast as the height allows, flat ones as the circle.
     let top = |rise: f64| {
         let to = To::Arc { to: [0.0, 0.0, rise], center: [2.0, 0.0], ccw: true };
-        let path = planned(vec![Piece { to, feed_mm_per_s: f64::INFINITY }], &axes);
+        let path = planned(vec![WantedPiece { to, feed_mm_per_s: f64::INFINITY }], &axes);
         (0..1000)
             .map(|part| path.velocity(path.duration_s() * f64::from(part) / 1000.0))
             .fold([0.0_f64; 2], |most, v| {
@@ -347,7 +358,7 @@ fn a_square_with_lookahead_is_faster_than_with_stops_and_slower_than_without_cor
 #[test]
 fn broken_chains_are_refused_with_the_piece() {
     let good = axes(50.0, 1000.0, 5e4);
-    let refused = |piece: Piece| {
+    let refused = |piece: WantedPiece| {
         let chain = Chain { start: [0.0; 3], pieces: vec![line(1.0, 0.0), piece] };
         let diagnostic = plan(&chain, &good, &RULES).unwrap_err();
         assert!(diagnostic.args.contains(&("piece".to_owned(), "2".to_owned())), "{diagnostic:?}");
@@ -356,7 +367,7 @@ fn broken_chains_are_refused_with_the_piece() {
         }
         diagnostic.code
     };
-    let arc = |to, center| Piece { to: To::Arc { to, center, ccw: true }, feed_mm_per_s: 10.0 };
+    let arc = |to, center| WantedPiece { to: To::Arc { to, center, ccw: true }, feed_mm_per_s: 10.0 };
     assert_eq!(refused(line(f64::NAN, 0.0)), "motion.bad_place");
     assert_eq!(refused(line(1e12, 0.0)), "motion.bad_place");
     assert_eq!(refused(arc([2.0, 0.0, 0.0], [f64::INFINITY, 0.0])), "motion.bad_place");
@@ -364,14 +375,14 @@ fn broken_chains_are_refused_with_the_piece() {
     assert_eq!(refused(arc([2.0, 0.0, 0.0], [1.2, 0.0])), "motion.bad_arc");
     assert_eq!(refused(arc([1.0, 0.0, 0.0], [1.0, 0.0])), "motion.bad_arc");
     for feed in [0.0, -1.0, f64::NAN] {
-        assert_eq!(refused(Piece { feed_mm_per_s: feed, ..line(2.0, 0.0) }), "motion.bad_path_feed");
+        assert_eq!(refused(WantedPiece { feed_mm_per_s: feed, ..line(2.0, 0.0) }), "motion.bad_path_feed");
     }
     let chain = Chain { start: [0.0; 3], pieces: vec![line(1.0, 0.0)] };
-    let code = |axes: &[Limits; 3], rules: Rules| plan(&chain, axes, &rules).unwrap_err().code;
+    let code = |axes: &[Limits; 3], rules: PathRules| plan(&chain, axes, &rules).unwrap_err().code;
     assert_eq!(code(&axes(0.0, 1.0, 1.0), RULES), "motion.bad_speed");
     for wrong in [-1.0, f64::NAN, 1e9] {
-        assert_eq!(code(&good, Rules { share: wrong, ..RULES }), "motion.bad_share");
-        assert_eq!(code(&good, Rules { deviation_mm: wrong, ..RULES }), "motion.bad_deviation");
+        assert_eq!(code(&good, PathRules { share: wrong, ..RULES }), "motion.bad_share");
+        assert_eq!(code(&good, PathRules { deviation_mm: wrong, ..RULES }), "motion.bad_deviation");
     }
 }
 
@@ -391,9 +402,9 @@ fn a_path_that_was_tampered_with_breaks_the_laws() {
     let slower = [Limits { speed_mm_per_s: 10.0, ..axes[0] }; 3];
     assert_eq!(laws(&good, &slower, &RULES).unwrap_err().code, "motion.path_over_limit");
     assert_eq!(
-        laws(&good, &axes, &Rules { share: 0.4, ..RULES }).unwrap_err().code,
+        laws(&good, &axes, &PathRules { share: 0.4, ..RULES }).unwrap_err().code,
         "motion.path_over_limit"
     );
     let bytes = postcard::to_allocvec(&good).unwrap();
-    assert_eq!(postcard::from_bytes::<Path>(&bytes).unwrap(), good);
+    assert_eq!(postcard::from_bytes::<PlannedPath>(&bytes).unwrap(), good);
 }

@@ -3,11 +3,11 @@
 
 use super::paths::{RULES, end_of, flattened, keeps_its_laws, random_axes, random_chain};
 use crate::programs::{Chance, rounds};
-use annulus_core::motion::path::{Chain, Path, Place, Rules, override_change_per_s, plan};
+use annulus_core::motion::path::{Chain, PathPoint, PathRules, PlannedPath, override_change_per_s, plan};
 use annulus_core::motion::profile::Limits;
 
 /// Whether it has short lines alone, what it goes along, its axes, and the path.
-fn random_path(chance: &mut Chance) -> (bool, Chain, [Limits; 3], Path) {
+fn random_path(chance: &mut Chance) -> (bool, Chain, [Limits; 3], PlannedPath) {
     let lines = chance.bits().is_multiple_of(2);
     let chain = if lines { flattened(chance) } else { random_chain(chance, 12) };
     let axes = random_axes(chance);
@@ -54,7 +54,7 @@ fn the_reserve_is_enough_for_every_change_of_pace() {
     for seed in 0..rounds(10_000) {
         let mut chance = Chance::new(seed);
         let (chain, axes) = (random_chain(&mut chance, 12), random_axes(&mut chance));
-        let rules = Rules { share: chance.between(0.3, 0.95), ..RULES };
+        let rules = PathRules { share: chance.between(0.3, 0.95), ..RULES };
         let path = plan(&chain, &axes, &rules).unwrap();
         let change = override_change_per_s(&path, &axes, &rules);
         assert!(change > 0.0, "seed {seed}");
@@ -75,13 +75,13 @@ fn the_reserve_is_enough_for_every_change_of_pace() {
 }
 
 /// Place, speed, acceleration and jerk of an axis by nothing but its places at t, t + h, t + 2h, t + 3h.
-fn differentiated(path: &Path, axis: usize, t: f64, h: f64) -> [f64; 3] {
+fn differentiated(path: &PlannedPath, axis: usize, t: f64, h: f64) -> [f64; 3] {
     let [a, b, c, d] = [0.0, 1.0, 2.0, 3.0].map(|times| path.at(t + times * h)[axis]);
     [(d - a) / (3.0 * h), (d - c - b + a) / (2.0 * h * h), (d - 3.0 * c + 3.0 * b - a) / (h * h * h)]
 }
 
 /// The moments at which pieces and spans of a path meet: between them everything goes evenly on.
-fn joints(path: &Path) -> Vec<f64> {
+fn joints(path: &PlannedPath) -> Vec<f64> {
     let pieces = (0..path.pieces.len()).map(|piece| path.start_of_piece_s(piece));
     let spans = path.runs.iter().flat_map(|run| run.spans.iter().map(|span| run.start_s + span.end_s()));
     let edges = path.runs.iter().flat_map(|run| {
@@ -130,9 +130,9 @@ fn places_alone_show_speed_acceleration_and_jerk_within_limits_and_the_path_kept
             even += 1;
             if lines {
                 let at = path.at(t);
-                let near = |to: &[Place]| {
-                    let way: Place = core::array::from_fn(|axis| to[1][axis] - to[0][axis]);
-                    let off: Place = core::array::from_fn(|axis| at[axis] - to[0][axis]);
+                let near = |to: &[PathPoint]| {
+                    let way: PathPoint = core::array::from_fn(|axis| to[1][axis] - to[0][axis]);
+                    let off: PathPoint = core::array::from_fn(|axis| at[axis] - to[0][axis]);
                     let squared: f64 = way.iter().map(|part| part * part).sum();
                     let share = way.iter().zip(off).map(|(way, off)| way * off).sum::<f64>() / squared;
                     let rest = |axis: usize| off[axis] - share.clamp(0.0, 1.0) * way[axis];

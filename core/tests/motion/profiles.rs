@@ -3,7 +3,7 @@
 use crate::programs::{Chance, rounds};
 use annulus_core::motion::profile::bounds::{fifteen_phases_s, least_duration_s};
 use annulus_core::motion::profile::{
-    Limits, Profile, Ramp, Shape, Stroke, choose, plan, point_of_no_return_s, residual_mm, stopping_mm,
+    Limits, MotionLaw, Profile, Ramp, Stroke, choose, plan, point_of_no_return_s, residual_mm, stopping_mm,
     two_speeds,
 };
 
@@ -19,13 +19,13 @@ fn random_limits(chance: &mut Chance) -> Limits {
     }
 }
 
-fn random_shape(chance: &mut Chance) -> Shape {
+fn random_shape(chance: &mut Chance) -> MotionLaw {
     match chance.bits() % 6 {
-        0 => Shape::Linear,
-        1 | 2 => Shape::SCurve,
-        3 => Shape::Power(0.5),
-        4 => Shape::Power([0.25, 1.0, 1.5, 2.0][chance.bits() as usize % 4]),
-        _ => Shape::Power(chance.scale(1e-3, 2.0)),
+        0 => MotionLaw::Linear,
+        1 | 2 => MotionLaw::SCurve,
+        3 => MotionLaw::Power(0.5),
+        4 => MotionLaw::Power([0.25, 1.0, 1.5, 2.0][chance.bits() as usize % 4]),
+        _ => MotionLaw::Power(chance.scale(1e-3, 2.0)),
     }
 }
 
@@ -61,7 +61,7 @@ fn keeps_its_laws(plan: &Profile, limits: Limits, seed: u64) {
         );
         let j = plan.jerk(t).abs();
         assert!(
-            plan.shape == Shape::Linear || j <= limits.jerk_mm_per_s3 * (1.0 + ROUNDING),
+            plan.shape == MotionLaw::Linear || j <= limits.jerk_mm_per_s3 * (1.0 + ROUNDING),
             "seed {seed}: jerk {j} at {t}"
         );
         let back = plan.position_mm(plan.time_at(s));
@@ -87,7 +87,7 @@ fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
         let length = random_length(&mut chance, limits);
         let seconds = |shape, length, limits| plan(shape, length, limits).unwrap().duration_s();
         let total = seconds(shape, length, limits);
-        let least = if shape == Shape::Linear {
+        let least = if shape == MotionLaw::Linear {
             (length / limits.speed_mm_per_s).max(2.0 * libm::sqrt(length / limits.acceleration_mm_per_s2))
         } else {
             least_duration_s(length, limits, None).unwrap()
@@ -107,10 +107,10 @@ fn move_times_are_bounded_and_grow_only_with_length_and_tighter_limits() {
                 "seed {seed}: {wider:?} takes {faster}, more than {total}"
             );
         }
-        if let Shape::Power(order) = shape {
-            let smoother = seconds(Shape::Power(order.max(1e-3) * 0.5 + 1.0), length, limits);
+        if let MotionLaw::Power(order) = shape {
+            let smoother = seconds(MotionLaw::Power(order.max(1e-3) * 0.5 + 1.0), length, limits);
             assert!(order > 1.0 || smoother >= total * (1.0 - 1e-12), "seed {seed}: smoother and faster");
-            let s_curve = seconds(Shape::SCurve, length, limits);
+            let s_curve = seconds(MotionLaw::SCurve, length, limits);
             assert!(total >= s_curve * (1.0 - 1e-12), "seed {seed}: faster than the S-curve");
         }
     }
@@ -216,16 +216,16 @@ fn a_stop_begun_at_any_moment_is_as_long_as_it_says() {
         let limits =
             Limits { speed_mm_per_s: 1e9, acceleration_mm_per_s2: acceleration, jerk_mm_per_s3: jerk };
         let speed = chance.scale(1e-3, 1e3);
-        let stop = |v: f64, a: f64| stopping_mm(Shape::SCurve, v, a, limits);
+        let stop = |v: f64, a: f64| stopping_mm(MotionLaw::SCurve, v, a, limits);
         // A way of rest to rest is the stop from its top twice.
         let steady = stop(speed, 0.0);
-        let there_and_back = plan(Shape::SCurve, 2.0 * steady, limits).unwrap();
+        let there_and_back = plan(MotionLaw::SCurve, 2.0 * steady, limits).unwrap();
         assert!(
             (there_and_back.speed_mm_per_s - speed).abs() <= 1e-9 * speed,
             "seed {seed}: {there_and_back:?}"
         );
         // A stop that already goes on is what is left of it, at every moment.
-        let half = plan(Shape::SCurve, 2.0 * steady, limits).unwrap();
+        let half = plan(MotionLaw::SCurve, 2.0 * steady, limits).unwrap();
         let t = half.duration_s() * chance.between(0.5, 1.0);
         let left = 2.0 * steady - half.position_mm(t);
         let found = stop(half.speed(t), half.acceleration(t));
@@ -267,8 +267,8 @@ fn the_choice_has_the_peaks_of_the_profiles() {
         let limits = random_limits(&mut chance);
         let length = random_length(&mut chance, limits);
         let found = choose(length, limits).unwrap();
-        let linear = plan(Shape::Linear, length, limits).unwrap().speed_mm_per_s;
-        let s_curve = plan(Shape::SCurve, length, limits).unwrap().speed_mm_per_s;
+        let linear = plan(MotionLaw::Linear, length, limits).unwrap().speed_mm_per_s;
+        let s_curve = plan(MotionLaw::SCurve, length, limits).unwrap().speed_mm_per_s;
         assert!((found.linear_peak_mm_per_s - linear).abs() <= 1e-9 * linear, "seed {seed}");
         assert!(
             (found.s_curve_peak_mm_per_s - s_curve).abs() <= 1e-9 * s_curve,
@@ -292,8 +292,13 @@ fn the_table_of_bounds_is_the_reference_s() {
     for (length, expected, room) in rows {
         let ms = |shape| plan(shape, length, limits).unwrap().duration_s() * 1e3;
         let anchor = fifteen_phases_s(length, limits, 1e9).unwrap() * 1e3;
-        let found =
-            [ms(Shape::Linear), ms(Shape::SCurve), anchor, ms(Shape::Power(0.5)), ms(Shape::Power(1.0))];
+        let found = [
+            ms(MotionLaw::Linear),
+            ms(MotionLaw::SCurve),
+            anchor,
+            ms(MotionLaw::Power(0.5)),
+            ms(MotionLaw::Power(1.0)),
+        ];
         for (found, expected) in found.into_iter().zip(expected) {
             assert!((found - expected).abs() <= room, "{length} mm: {found} ms instead of {expected}");
         }
@@ -309,42 +314,42 @@ fn numbers_that_cannot_be_planned_with_are_named() {
     for value in bad {
         let code = |shape, length, limits| plan(shape, length, limits).unwrap_err().code;
         let wrong_length = value != 0.0 && value != 5e-324;
-        assert_eq!(plan(Shape::SCurve, value, good).is_err(), wrong_length, "{value}");
+        assert_eq!(plan(MotionLaw::SCurve, value, good).is_err(), wrong_length, "{value}");
         let rows = [
             ("motion.bad_speed", Limits { speed_mm_per_s: value, ..good }),
             ("motion.bad_acceleration", Limits { acceleration_mm_per_s2: value, ..good }),
             ("motion.bad_jerk", Limits { jerk_mm_per_s3: value, ..good }),
         ];
         for (expected, limits) in rows {
-            assert_eq!(code(Shape::SCurve, 1.0, limits), expected, "{value}");
-            assert_eq!(code(Shape::Power(1.0), 0.0, limits), expected, "{value}");
+            assert_eq!(code(MotionLaw::SCurve, 1.0, limits), expected, "{value}");
+            assert_eq!(code(MotionLaw::Power(1.0), 0.0, limits), expected, "{value}");
             assert_eq!(choose(1.0, limits).unwrap_err().code, expected, "{value}");
             assert_eq!(
-                two_speeds(Shape::SCurve, 1.0, 1.0, 1.0, limits).unwrap_err().code,
+                two_speeds(MotionLaw::SCurve, 1.0, 1.0, 1.0, limits).unwrap_err().code,
                 expected,
                 "{value}"
             );
             assert_eq!(fifteen_phases_s(1.0, limits, 1e9).unwrap_err().code, expected, "{value}");
         }
         assert!(
-            plan(Shape::Linear, 1.0, Limits { jerk_mm_per_s3: value, ..good }).is_ok(),
+            plan(MotionLaw::Linear, 1.0, Limits { jerk_mm_per_s3: value, ..good }).is_ok(),
             "linear has no jerk: {value}"
         );
         assert_eq!(fifteen_phases_s(1.0, good, value).unwrap_err().code, "motion.bad_snap", "{value}");
-        assert_eq!(two_speeds(Shape::SCurve, 1.0, 1.0, value, good).unwrap_err().code, "motion.bad_feed");
+        assert_eq!(two_speeds(MotionLaw::SCurve, 1.0, 1.0, value, good).unwrap_err().code, "motion.bad_feed");
         if value != 5e-324 {
-            assert_eq!(code(Shape::Power(value), 1.0, good), "motion.bad_order", "{value}");
+            assert_eq!(code(MotionLaw::Power(value), 1.0, good), "motion.bad_order", "{value}");
         }
     }
-    let stroke = two_speeds(Shape::SCurve, 5.0, 2.0, 10.0, good).unwrap();
+    let stroke = two_speeds(MotionLaw::SCurve, 5.0, 2.0, 10.0, good).unwrap();
     let rows = [
-        ("motion.low_start", two_speeds(Shape::SCurve, 0.1, 2.0, 50.0, good).unwrap_err()),
-        ("motion.shallow_stroke", two_speeds(Shape::SCurve, 5.0, 0.1, 50.0, good).unwrap_err()),
+        ("motion.low_start", two_speeds(MotionLaw::SCurve, 0.1, 2.0, 50.0, good).unwrap_err()),
+        ("motion.shallow_stroke", two_speeds(MotionLaw::SCurve, 5.0, 0.1, 50.0, good).unwrap_err()),
         ("motion.bad_gap", point_of_no_return_s(&stroke, 5.0, 6.0, good).unwrap_err()),
-        ("motion.bad_rise", Ramp::rising(Shape::SCurve, -1.0, good).unwrap_err()),
-        ("motion.bad_length", plan(Shape::SCurve, -1.0, good).unwrap_err()),
-        ("motion.bad_feed", two_speeds(Shape::SCurve, 1.0, 1.0, 101.0, good).unwrap_err()),
-        ("motion.bad_order", plan(Shape::Power(2.1), 1.0, good).unwrap_err()),
+        ("motion.bad_rise", Ramp::rising(MotionLaw::SCurve, -1.0, good).unwrap_err()),
+        ("motion.bad_length", plan(MotionLaw::SCurve, -1.0, good).unwrap_err()),
+        ("motion.bad_feed", two_speeds(MotionLaw::SCurve, 1.0, 1.0, 101.0, good).unwrap_err()),
+        ("motion.bad_order", plan(MotionLaw::Power(2.1), 1.0, good).unwrap_err()),
     ];
     for (code, diagnostic) in rows {
         assert_eq!(diagnostic.code, code);
@@ -356,7 +361,7 @@ fn numbers_that_cannot_be_planned_with_are_named() {
 
 #[test]
 fn a_profile_is_the_same_after_it_was_written_down() {
-    for shape in [Shape::Linear, Shape::SCurve, Shape::Power(0.5)] {
+    for shape in [MotionLaw::Linear, MotionLaw::SCurve, MotionLaw::Power(0.5)] {
         let limits = Limits { speed_mm_per_s: 100.0, acceleration_mm_per_s2: 1e3, jerk_mm_per_s3: 1e5 };
         let profile = plan(shape, 20.0, limits).unwrap();
         let bytes = postcard::to_allocvec(&profile).unwrap();
@@ -374,11 +379,11 @@ fn a_profile_is_the_same_after_it_was_written_down() {
 fn the_table_of_swinging_is_the_reference_s() {
     let limits = Limits { speed_mm_per_s: 500.0, acceleration_mm_per_s2: 1e4, jerk_mm_per_s3: 1e6 };
     let rows = [
-        (Shape::Linear, 1e6, [2119.0, 346.0, 28.0, 27.0, 25.0, 23.0], 63.3),
-        (Shape::SCurve, 1e6, [1712.0, 120.0, 84.0, 12.0, 7.4, 1.5], 74.0),
-        (Shape::Power(0.5), 1e6, [1343.0, 0.0, 90.0, 0.6, 0.0, 0.0], 80.0),
-        (Shape::Power(1.0), 1e6, [917.0, 63.0, 65.0, 0.1, 0.6, 2.0], 86.3),
-        (Shape::Power(0.5), 1.5e6, [1749.0, 132.0, 108.0, 36.0, 3.8, 0.4], 74.0),
+        (MotionLaw::Linear, 1e6, [2119.0, 346.0, 28.0, 27.0, 25.0, 23.0], 63.3),
+        (MotionLaw::SCurve, 1e6, [1712.0, 120.0, 84.0, 12.0, 7.4, 1.5], 74.0),
+        (MotionLaw::Power(0.5), 1e6, [1343.0, 0.0, 90.0, 0.6, 0.0, 0.0], 80.0),
+        (MotionLaw::Power(1.0), 1e6, [917.0, 63.0, 65.0, 0.1, 0.6, 2.0], 86.3),
+        (MotionLaw::Power(0.5), 1.5e6, [1749.0, 132.0, 108.0, 36.0, 3.8, 0.4], 74.0),
     ];
     for (shape, jerk, expected, ms) in rows {
         let profile = plan(shape, 10.0, Limits { jerk_mm_per_s3: jerk, ..limits }).unwrap();

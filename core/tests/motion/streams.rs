@@ -1,7 +1,7 @@
 //! How good the streams of every preset are, and what becomes of runs that no planner writes.
 
 use crate::programs::{Chance, machines, random_program, rounds};
-use annulus_core::job::{Effect, Mark, Stage};
+use annulus_core::job::{Mark, Stage, Switching};
 use annulus_core::machine::{Steps, presets};
 use annulus_core::motion::{bench::board, timeline};
 use annulus_core::steps::{self, Run, Segment, bench::measure};
@@ -63,7 +63,7 @@ fn a_stream_in_few_bytes_is_the_same_stream() {
 }
 
 fn segment(runs: Vec<Run>) -> Segment {
-    let (mark, stage, effect) = (Mark::Prepare, Stage::Jog, Effect::None);
+    let (mark, stage, effect) = (Mark::Prepare, Stage::Jog, Switching::None);
     Segment { leg: 0, mark, stage, duration_ticks: 1 << 40, runs, effect, gate: None, end: Steps::default() }
 }
 

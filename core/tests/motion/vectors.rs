@@ -2,7 +2,7 @@
 
 use crate::reference::vectors;
 use annulus_core::motion::profile::{
-    Limits, Profile, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds,
+    Limits, MotionLaw, Profile, Stroke, choose, plan, point_of_no_return_s, two_speeds,
 };
 use serde_json::Value;
 
@@ -81,7 +81,7 @@ fn linear_and_s_curves_agree_with_the_reference() {
     let mut samples = 0;
     for case in file["cases"].as_array().unwrap() {
         let limits = limits(case, ["v", "a", "J"]);
-        for (shape, key) in [(Shape::SCurve, "scurve"), (Shape::Linear, "trapezoid")] {
+        for (shape, key) in [(MotionLaw::SCurve, "scurve"), (MotionLaw::Linear, "trapezoid")] {
             let profile = plan(shape, number(case, "L"), limits).unwrap();
             let id = format!("{} {key}", case["id"]);
             samples += agrees(&profile, limits, &case[key], &file["tolerance"], &id);
@@ -96,7 +96,7 @@ fn power_laws_agree_with_the_reference() {
     let mut samples = 0;
     for case in file["cases"].as_array().unwrap() {
         let (limits, length) = (limits(case, ["Vm", "Am", "Jm"]), number(case, "L"));
-        let profile = plan(Shape::Power(number(case, "alpha")), length, limits).unwrap();
+        let profile = plan(MotionLaw::Power(number(case, "alpha")), length, limits).unwrap();
         let id = case["id"].to_string();
         samples += agrees(&profile, limits, case, &file["tolerance"], &id);
         let room = number(&file["tolerance"], "time_rel") * number(case, "total_time");
@@ -104,7 +104,7 @@ fn power_laws_agree_with_the_reference() {
         near(profile.time_at(0.5 * length), number(case, "time_at_half"), room, &format!("{id} half"));
         let at_three_quarters = number(case, "time_at_three_quarters");
         near(profile.time_at(0.75 * length), at_three_quarters, room, &format!("{id} three quarters"));
-        let s_curve = plan(Shape::SCurve, length, limits).unwrap().duration_s();
+        let s_curve = plan(MotionLaw::SCurve, length, limits).unwrap().duration_s();
         near(s_curve, number(case, "scurve_total_time"), room, &format!("{id} S-curve"));
     }
     assert!(samples > 150, "only {samples} samples");
@@ -113,7 +113,7 @@ fn power_laws_agree_with_the_reference() {
 #[test]
 fn the_choice_agrees_with_the_reference() {
     let file = vectors("trapezoid_scurve.json");
-    let law = |shape: Shape| if shape == Shape::SCurve { "S" } else { "T" };
+    let law = |shape: MotionLaw| if shape == MotionLaw::SCurve { "S" } else { "T" };
     let profiles = file["cases"].as_array().unwrap().iter().map(|case| (case, &case["selection"]));
     let rows: Vec<_> =
         profiles.chain(file["selection_cases"].as_array().unwrap().iter().map(|case| (case, case))).collect();
@@ -141,7 +141,7 @@ fn the_choice_agrees_with_the_reference() {
                 1e-9 * limits.speed_mm_per_s,
                 "S-curve peak",
             );
-            for (shape, key) in [(Shape::Linear, "t_linear"), (Shape::SCurve, "t_s")] {
+            for (shape, key) in [(MotionLaw::Linear, "t_linear"), (MotionLaw::SCurve, "t_s")] {
                 let time = number(expected, key);
                 near(plan(shape, length, limits).unwrap().duration_s(), time, 1e-9 * time, key);
             }
@@ -157,11 +157,11 @@ fn move_times_agree_with_an_independent_generator() {
     for case in cases {
         let limits = limits(case, ["V", "A", "J"]);
         let rows = [
-            (Shape::SCurve, "oracle_duration"),
-            (Shape::SCurve, "scurve_duration"),
-            (Shape::Linear, "linear_duration"),
-            (Shape::Power(number(case, "alpha")), "power11_duration"),
-            (Shape::Power(number(case, "alpha")), "oracle_duration_at_J_over_1_plus_alpha"),
+            (MotionLaw::SCurve, "oracle_duration"),
+            (MotionLaw::SCurve, "scurve_duration"),
+            (MotionLaw::Linear, "linear_duration"),
+            (MotionLaw::Power(number(case, "alpha")), "power11_duration"),
+            (MotionLaw::Power(number(case, "alpha")), "oracle_duration_at_J_over_1_plus_alpha"),
         ];
         for (shape, key) in rows {
             let found = plan(shape, number(case, "L"), limits).unwrap().duration_s();
@@ -182,9 +182,9 @@ fn down(row: &Value, height: f64, depth: f64) -> Stroke {
     let limits =
         Limits { speed_mm_per_s: given[1], acceleration_mm_per_s2: given[2], jerk_mm_per_s3: given[3] };
     if row[0] == "2" {
-        return two_speeds(Shape::SCurve, height, depth, given[4], limits).unwrap();
+        return two_speeds(MotionLaw::SCurve, height, depth, given[4], limits).unwrap();
     }
-    Stroke::One(plan(Shape::SCurve, height + depth, limits).unwrap())
+    Stroke::One(plan(MotionLaw::SCurve, height + depth, limits).unwrap())
 }
 
 #[test]
@@ -197,7 +197,7 @@ fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
         let up = numbers(&class["up"]);
         let up_limits =
             Limits { speed_mm_per_s: up[0], acceleration_mm_per_s2: up[1], jerk_mm_per_s3: up[2] };
-        let up = plan(Shape::SCurve, height + depth, up_limits).unwrap();
+        let up = plan(MotionLaw::SCurve, height + depth, up_limits).unwrap();
         let (t_z, t_leave) = (stroke.time_at(height), up.time_at(depth + clear));
         let rows = [
             ("t_z", t_z),
@@ -214,7 +214,7 @@ fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
     }
     for row in file["rows"].as_array().unwrap() {
         let axis = limits(&file["xy"][row["xy"].as_str().unwrap()], ["V", "A", "J"]);
-        let t_xy = plan(Shape::SCurve, number(row, "pitch"), axis).unwrap().duration_s();
+        let t_xy = plan(MotionLaw::SCurve, number(row, "pitch"), axis).unwrap().duration_s();
         near(t_xy, number(row, "t_xy"), rel * t_xy, &format!("hop of {row}"));
         let times = &file["z"][row["z"].as_str().unwrap()]["times"];
         let (air, board) = (number(times, "t_air"), number(times, "t_board"));
@@ -225,7 +225,7 @@ fn strokes_and_hops_agree_with_the_throughput_of_the_reference() {
     let linear = |length: f64, given: Vec<f64>| {
         let limits =
             Limits { speed_mm_per_s: given[0], acceleration_mm_per_s2: given[1], jerk_mm_per_s3: f64::NAN };
-        plan(Shape::Linear, length, limits).unwrap().duration_s()
+        plan(MotionLaw::Linear, length, limits).unwrap().duration_s()
     };
     let (height, depth) = (number(params, "H"), number(params, "D"));
     let z = numbers(&params["z"]);
@@ -246,7 +246,7 @@ fn the_last_moment_to_stop_agrees_with_the_reference() {
     for z in file["cases"].as_array().unwrap().iter().flat_map(|case| case["z"].as_array().unwrap()) {
         let limits = limits(&z["down"], ["Vm", "Am", "Jm"]);
         let height = number(z, "H");
-        let shape = Shape::Power(number(&z["down"], "alpha"));
+        let shape = MotionLaw::Power(number(&z["down"], "alpha"));
         let profile = plan(shape, height + number(z, "D"), limits).unwrap();
         let abort = &z["derived"]["abort"];
         let stop = Limits {

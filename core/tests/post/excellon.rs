@@ -2,7 +2,7 @@
 
 use super::programs::{change, program, random_program, small};
 use annulus_core::artwork::{DrillFile, read_drill};
-use annulus_core::geometry::{Path, Point, Segment};
+use annulus_core::geometry::{Path, PathSegment, Point};
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::post;
 use annulus_core::units::Length;
@@ -27,9 +27,9 @@ fn wanted(program: &Program) -> Vec<Path> {
             let at = |to: Point| in_file(program, to);
             match *command {
                 Command::Rapid { to } => path.start = at(to),
-                Command::Mill { to, .. } => path.segments.push(Segment::Line { to: at(to) }),
+                Command::Mill { to, .. } => path.segments.push(PathSegment::Line { to: at(to) }),
                 Command::MillArc { to, center, ccw, .. } => {
-                    path.segments.push(Segment::Arc { to: at(to), centre: at(center), clockwise: !ccw });
+                    path.segments.push(PathSegment::Arc { to: at(to), centre: at(center), clockwise: !ccw });
                 }
                 _ => {}
             }
@@ -81,7 +81,7 @@ fn every_corner_comes_back_to_a_nanometre() {
         file.routes
             .iter()
             .flat_map(|route| &route.segments)
-            .all(|segment| matches!(segment, Segment::Line { .. }))
+            .all(|segment| matches!(segment, PathSegment::Line { .. }))
     );
 }
 
@@ -114,7 +114,7 @@ fn steps_of_depth_become_one_route_and_tabs_stay() {
     let file = read(&post::excellon(&tabbed, None).unwrap());
     let from: Vec<Point> = file.routes.iter().map(|route| route.from).collect();
     assert_eq!(from, [Point::from_mm(10.0, 20.0), Point::from_mm(16.0, 20.0)]);
-    assert_eq!(file.routes[0].segments, [Segment::Line { to: Point::from_mm(14.0, 20.0) }]);
+    assert_eq!(file.routes[0].segments, [PathSegment::Line { to: Point::from_mm(14.0, 20.0) }]);
 }
 
 #[test]

@@ -4,9 +4,9 @@
 use super::seen::{Seen, compare};
 use super::{exactness, one, programs, read};
 use annulus_core::geometry::{Bounds, Point};
-use annulus_core::job::{Bit, Briefing, Cutter, Pins, Program, SideBriefing, ToolBriefing};
+use annulus_core::job::{AlignmentPins, Bit, Briefing, Cutter, Program, SideBriefing, ToolBriefing};
 use annulus_core::machine::{Axis, Machine, hobby_3018, lab, six_spindles, virtual_drill};
-use annulus_core::post::{self, Dialect, Files, Manner, OutputFile};
+use annulus_core::post::{self, Dialect, FileSplit, Manner, OutputFile};
 use annulus_core::units::Length;
 
 /// The controllers that cannot change tools.
@@ -53,7 +53,7 @@ fn a_file_of_one_tool_begins_ends_and_changes_high_over_the_board() {
     for (machine, height) in rows {
         assert_eq!(Manner::on(&machine).change_at, Some(Length::from_mm(height)), "{}", machine.name);
     }
-    let manner = Manner { files: Some(Files::Job), ..Manner::on(&virtual_drill()) };
+    let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(&virtual_drill()) };
     for name in post::targets().into_iter().filter(|name| *name != "excellon") {
         let file = one(post::write(name, &programs::small(), &manner).unwrap().unwrap());
         // Before each of its two tools is asked for, the tip is 20 mm over the board, or at the reference point.
@@ -82,7 +82,7 @@ fn a_file_of_one_tool_begins_ends_and_changes_high_over_the_board() {
 
 #[test]
 fn z_goes_nowhere_without_a_tools_length_and_robots_are_made_ready() {
-    let manner = Manner { files: Some(Files::Job), ..Manner::on(&virtual_drill()) };
+    let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(&virtual_drill()) };
     // What was written before, and a reader that knows the controller's rule finds it.
     let rows = [
         ("fanuc", "G91 G28 Z0.\r\nN70 G90", "G0 Z2.0000\r\nN70 G90"),
@@ -155,7 +155,7 @@ fn two_sides() -> (Briefing, Vec<Program>) {
         machine: "3018 router".to_owned(),
         zero: Some("board".to_owned()),
         thickness: Some(Length::from_mm(1.6)),
-        pins: Some(Pins {
+        pins: Some(AlignmentPins {
             diameter: Length::from_mm(3.0),
             below: Length::from_mm(6.0),
             at: vec![Point::from_mm(-4.0, 20.0), Point::from_mm(54.0, 20.0)],
@@ -271,7 +271,7 @@ fn the_foot_of_the_run_sheet_says_how_tools_come_in() {
         ("fanuc", None, "measure its length"),
         ("linuxcnc", None, "measure its length"),
         ("heidenhain", None, "measure its length"),
-        ("grbl", Some(Files::Job), "The file stops for every tool"),
+        ("grbl", Some(FileSplit::Job), "The file stops for every tool"),
         ("kuka", None, "The file stops for every tool"),
     ];
     for (name, files, wanted) in rows {

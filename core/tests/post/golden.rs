@@ -2,14 +2,14 @@
 
 use super::{one, programs};
 use annulus_core::machine::virtual_drill;
-use annulus_core::post::{self, Files, Manner};
+use annulus_core::post::{self, FileSplit, Manner};
 use std::fs;
 use std::path::Path;
 
 #[test]
 fn the_small_board_in_every_dialect() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/golden/post");
-    let manner = Manner { files: Some(Files::Job), ..Manner::on(&virtual_drill()) };
+    let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(&virtual_drill()) };
     for name in post::targets() {
         let file = one(post::write(name, &programs::small(), &manner).unwrap().unwrap());
         let extension = file.name.rsplit_once('.').map_or("", |(_, extension)| extension);

@@ -2,7 +2,7 @@
 //! the program within a micrometre (S6 S7 S8 S9). Every failure prints its seed.
 
 use annulus_core::job::Program;
-use annulus_core::post::{self, Dialect, Files, Helix, OutputFile};
+use annulus_core::post::{self, Dialect, FileSplit, Helix, OutputFile};
 use annulus_core::units::Length;
 use seen::{Exactness, Seen, compare};
 
@@ -99,7 +99,7 @@ fn one(files: Vec<OutputFile>) -> OutputFile {
 }
 
 fn through(name: &str, dialect: &Dialect, program: &Program) -> Result<(), String> {
-    let dialect = &dialect.clone().in_files(Some(Files::Job));
+    let dialect = &dialect.clone().in_files(Some(FileSplit::Job));
     let file = one(post::write_with(dialect, program).map_err(|diagnostic| diagnostic.message("en"))?);
     let seen = read(name, &file, program.safe_height.mm())?;
     compare(&seen, program, exactness(name, dialect))
@@ -125,7 +125,7 @@ fn every_dialect_says_what_the_program_does() {
 fn every_dialect_can_do_without_arcs() {
     for (name, text) in post::shipped() {
         let dialect = Dialect::parse(name, text).unwrap().with_lines(Some(0.02));
-        let dialect = dialect.in_files(Some(Files::Job));
+        let dialect = dialect.in_files(Some(FileSplit::Job));
         for seed in 0..PROGRAMS / 10 {
             let program = programs::random_program(seed, None);
             let file = one(post::write_with(&dialect, &program).unwrap());
@@ -141,7 +141,7 @@ fn every_dialect_can_do_without_arcs() {
 #[test]
 fn a_wrong_word_is_found() {
     // The readers and the comparison would not let these through.
-    let dialect = post::dialect("grbl").unwrap().unwrap().in_files(Some(Files::Job));
+    let dialect = post::dialect("grbl").unwrap().unwrap().in_files(Some(FileSplit::Job));
     let program = programs::small();
     let file = one(post::write_with(&dialect, &program).unwrap());
     let rows = [

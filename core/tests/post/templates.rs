@@ -4,7 +4,7 @@ use super::programs::{change, program, random_program, small};
 use super::{one, seen};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
-use annulus_core::post::{self, Block, Dialect, Part};
+use annulus_core::post::{self, Block, Dialect, TemplateKind};
 use annulus_core::units::Length;
 use std::f64::consts::{PI, TAU};
 
@@ -319,8 +319,11 @@ fn a_preview_shows_every_block_that_ships() {
         let dialect = Dialect::parse(name, text).unwrap();
         let samples = post::preview(&dialect).unwrap();
         let has = |part, block| samples.iter().any(|sample| (sample.part, sample.block) == (part, block));
-        assert!(has(Part::Drill, Block::Peck) && has(Part::Engrave, Block::ArcCw), "{name}");
-        assert!(has(Part::Drill, Block::Start) && has(Part::Engrave, Block::End), "{name}: {samples:#?}");
+        assert!(has(TemplateKind::Drill, Block::Peck) && has(TemplateKind::Engrave, Block::ArcCw), "{name}");
+        assert!(
+            has(TemplateKind::Drill, Block::Start) && has(TemplateKind::Engrave, Block::End),
+            "{name}: {samples:#?}"
+        );
         let whole: String = samples.iter().map(|sample| sample.text.as_str()).collect();
         assert!(!whole.is_empty() && whole.lines().count() > 20, "{name}");
     }

@@ -4,16 +4,16 @@ use super::words::{one_in, random_row};
 use crate::programs::{Chance, machines};
 use annulus_core::job::Input;
 use annulus_core::machine::{Machine, lab, virtual_drill};
-use annulus_core::pins::{Line, Pins, Recorder, Written};
+use annulus_core::pins::{Pins, Playhead, Recorder, Written};
 use annulus_core::queue::{
-    Command, Harm, Mode, Rehearsal, Rest, Rig, RowState, Standing, check, print, read,
+    Harm, Mode, Rehearsal, Rest, Rig, RowState, Standing, WorkCommand, check, print, read,
 };
 use annulus_core::steps::TICK_HZ;
-use annulus_core::virtual_drill::{Drilled, Faults, VirtualDrill};
+use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
 use std::sync::{Arc, Mutex};
 
 /// A virtual drill and what it drilled.
-fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<Drilled>>>) {
+fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<VirtualHole>>>) {
     let holes = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&holes);
     (VirtualDrill::new(machine, 3, faults, Box::new(move |hole| sink.lock().unwrap().push(*hole))), holes)
@@ -194,7 +194,7 @@ fn random_text(chance: &mut Chance) -> String {
             2 | 3 => text.push_str("DRILL_DOWN\nDRILL_UP\n"),
             _ => {
                 let row = random_row(chance);
-                if matches!(row.command, Some(Command::WaitInput { .. } | Command::Home { .. })) {
+                if matches!(row.command, Some(WorkCommand::WaitInput { .. } | WorkCommand::Home { .. })) {
                     continue;
                 }
                 let (word, values) = row.command.unwrap().split();
@@ -273,7 +273,7 @@ fn with_faults(machine: &Machine, faults: Faults, text: &str) -> (Rest, Rehearsa
             faulty.step(tick, bit, if bench.standing.position[axis] > here { bit } else { 0 });
         }
     }
-    let line = Line { tick: tick + TICK_HZ, ..bench.line };
+    let line = Playhead { tick: tick + TICK_HZ, ..bench.line };
     let mut run = rehearse(text, Rig { line, standing: bench.standing });
     let rest = run.go(machine, Mode::ToEnd, &mut faulty, usize::MAX).unwrap();
     (rest, run)
@@ -342,7 +342,7 @@ fn outputs_are_switched_pulsed_and_turned_off_at_the_end() {
     let ms = TICK_HZ / 1_000;
     let switched =
         [(0, 0, true), (0, 1, true), (20, 1, false), (30, 2, true), (30, 0, false), (30, 2, false)];
-    assert_eq!(pins.written, switched.map(|(at, place, on)| Written::Output(at * ms, place, on)));
+    assert_eq!(pins.written, switched.map(|(at, place, on)| Written::Output { tick: at * ms, place, on }));
     // A wait for an input ends when it comes, and a stop turns off what is on.
     let text = "OUTPUT pump ON\nWAIT_INPUT CONTACT ON 500\nWAIT 900";
     let mut pins = Recorder { script: vec![(42 * ms, Input::Contact.bit())], ..Recorder::default() };

@@ -4,7 +4,7 @@ use crate::programs::{Chance, rounds};
 use annulus_core::job::Input;
 use annulus_core::machine::{Machine, lab, virtual_drill};
 use annulus_core::queue::{
-    Axes, Command, MOST_ROWS, Queue, Row, Standing, WORDS, check, print, read, read_row,
+    Axes, MOST_ROWS, Queue, QueueRow, Standing, WORDS, WorkCommand, check, print, read, read_row,
 };
 use annulus_core::units::Length;
 
@@ -60,9 +60,9 @@ fn a_whole_queue_is_read_and_printed() {
     assert_eq!(whole.depths(), [0, 0, 0, 0, 0, 1, 1, 0, 0, 0, 0, 0, 0, 0, 1, 1, 0]);
     let turn = &whole.rows()[2];
     assert_eq!((turn.breakpoint, turn.note.as_deref()), (true, Some("turn")));
-    let to = Command::MoveTo { x: Length::from_mm(10.5), y: Length::from_mm(-0.25) };
+    let to = WorkCommand::MoveTo { x: Length::from_mm(10.5), y: Length::from_mm(-0.25) };
     assert_eq!(whole.rows()[3].command, Some(to));
-    let wait = Command::WaitInput { input: Input::Contact, on: false, timeout_ms: 900 };
+    let wait = WorkCommand::WaitInput { input: Input::Contact, on: false, timeout_ms: 900 };
     assert_eq!(whole.rows()[10].command, Some(wait));
 }
 
@@ -161,37 +161,37 @@ pub(crate) fn one_in(chance: &mut Chance, times: u64) -> bool {
 }
 
 /// A random row of the table with values inside its ranges.
-pub(crate) fn random_row(chance: &mut Chance) -> Row {
+pub(crate) fn random_row(chance: &mut Chance) -> QueueRow {
     let text =
         |chance: &mut Chance, words: &[&str]| words[(chance.bits() % words.len() as u64) as usize].to_owned();
     let small = |chance: &mut Chance, most: u64| (chance.bits() % most) as u32;
     let command = match chance.bits() % 10 {
-        0 => Command::MoveBy {
+        0 => WorkCommand::MoveBy {
             dx: i64::from(small(chance, 900)) - 450,
             dy: i64::from(small(chance, 900)) - 450,
         },
-        1 => Command::MoveTo {
+        1 => WorkCommand::MoveTo {
             x: Length::from_nm((chance.bits() % 90_000_000) as i64 - 20_000_000),
             y: Length::from_um(i64::from(small(chance, 60_000))),
         },
-        2 => Command::DrillDown,
-        3 => Command::DrillUp,
-        4 => Command::Home { axes: [Axes::All, Axes::X, Axes::Y, Axes::Z][small(chance, 4) as usize] },
-        5 => Command::Wait { ms: small(chance, 30) },
-        6 => Command::WaitInput {
+        2 => WorkCommand::DrillDown,
+        3 => WorkCommand::DrillUp,
+        4 => WorkCommand::Home { axes: [Axes::All, Axes::X, Axes::Y, Axes::Z][small(chance, 4) as usize] },
+        5 => WorkCommand::Wait { ms: small(chance, 30) },
+        6 => WorkCommand::WaitInput {
             input: Input::ALL[small(chance, 7) as usize],
             on: one_in(chance, 2),
             timeout_ms: small(chance, 50) + 1,
         },
-        7 => Command::Output {
+        7 => WorkCommand::Output {
             name: text(chance, &["lamp", "vacuum", "pump"]),
             on: one_in(chance, 2),
             pulse_ms: one_in(chance, 2).then(|| small(chance, 30) + 1),
         },
-        _ => Command::Spindle { rpm: small(chance, 3) * 10_000 },
+        _ => WorkCommand::Spindle { rpm: small(chance, 3) * 10_000 },
     };
     let note = one_in(chance, 5).then(|| text(chance, &["", "a note", "; twice", "ząb 孔"]));
-    Row { breakpoint: one_in(chance, 7), command: Some(command), note }
+    QueueRow { breakpoint: one_in(chance, 7), command: Some(command), note }
 }
 
 #[test]

@@ -11,10 +11,10 @@ use annulus_core::pins::Pins;
 use annulus_core::steps::TICK_HZ;
 use annulus_core::steps::automaton::Automaton;
 use annulus_core::units::Length;
-use annulus_core::virtual_drill::{Breakage, Cause, Drilled, Faults, Push, Rotor, VirtualDrill};
+use annulus_core::virtual_drill::{Breakage, Cause, Faults, Push, Rotor, VirtualDrill, VirtualHole};
 use std::sync::{Arc, Mutex};
 
-fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<Drilled>>>) {
+fn twin(machine: &Machine, faults: Faults) -> (VirtualDrill, Arc<Mutex<Vec<VirtualHole>>>) {
     let holes = Arc::new(Mutex::new(Vec::new()));
     let sink = Arc::clone(&holes);
     (VirtualDrill::new(machine, 1, faults, Box::new(move |hole| sink.lock().unwrap().push(*hole))), holes)

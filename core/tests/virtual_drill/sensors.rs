@@ -5,7 +5,7 @@ use crate::operator::{OnTime, Orders};
 use annulus_core::job::{Cutter, Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps, StrokeEnd, virtual_drill};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Line, Motors, Order, Outcome, Pins, Steady, play};
+use annulus_core::pins::{Motors, Order, Outcome, Pins, Playhead, Steady, play};
 use annulus_core::steps::{Segment, TICK_HZ, segment};
 use annulus_core::virtual_drill::{Cause, Faults, Switches, VirtualDrill};
 
@@ -24,7 +24,7 @@ fn switches_chatter_from_the_edge_on_and_only_for_a_moment() {
     assert!(closed[53 * 50..].iter().all(|on| *on), "and it ends");
 }
 
-fn played(machine: &Machine, segment: &Segment, pins: &mut dyn Pins, line: &mut Line) -> Outcome {
+fn played(machine: &Machine, segment: &Segment, pins: &mut dyn Pins, line: &mut Playhead) -> Outcome {
     let (mut clock, mut operator) = (OnTime(line.tick), Orders([(0, Order::Go); 2], line.tick));
     play(segment, &Motors::of(machine), line, pins, &mut clock, &mut operator)
 }
@@ -32,7 +32,7 @@ fn played(machine: &Machine, segment: &Segment, pins: &mut dyn Pins, line: &mut 
 /// Looks for the low end of X as homing does. Gives how it ended, and how far from the edge the gate was met.
 fn seek(machine: &Machine, pins: &mut dyn Pins, start: i64) -> (Outcome, i64) {
     let (_, timeline) = cycles::home(machine).unwrap().into_iter().find(|(axis, _)| *axis == 0).unwrap();
-    let mut line = Line::default();
+    let mut line = Playhead::default();
     let outcome = played(machine, &segment(&timeline.moves[0], machine), pins, &mut line);
     let edge = machine.x.scale.steps(machine.x.min) - 1;
     let at = if let Outcome::Gated(at) = outcome { at[0] } else { line.position[0] };
@@ -75,7 +75,7 @@ fn stuck_sensors_end_moves_by_name() {
     let mut twin = Steady::new(VirtualDrill::new(&machine, 3, on, Box::new(|_| {})));
     let to = Steps::from([2_000, 0, 0, 0, 0, 0, 0, 0]);
     let timeline = cycles::go_to(&machine, Steps::default(), to).unwrap();
-    let mut line = Line::default();
+    let mut line = Playhead::default();
     let outcome = played(&machine, &segment(&timeline.moves[0], &machine), &mut twin, &mut line);
     assert_eq!((outcome, line.position[0]), (Outcome::Guarded(Input::Contact), 0), "refused before it moves");
 }

@@ -6,19 +6,23 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
 use annulus_core::machine::{Machine, Steps, six_spindles, virtual_drill};
 use annulus_core::motion::{cycles, timeline};
-use annulus_core::pins::{Line, Motors, Order, Outcome, play};
+use annulus_core::pins::{Motors, Order, Outcome, Playhead, play};
 use annulus_core::steps::{Segment, segment, stream};
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill};
 
 /// What is ordered at some moment, and half a second of stream time later.
-const ORDERS: [[Order; 2]; 4] =
-    [[Order::Stop; 2], [Order::Hold, Order::Go], [Order::At(30), Order::Go], [Order::At(70); 2]];
+const ORDERS: [[Order; 2]; 4] = [
+    [Order::Stop; 2],
+    [Order::Hold, Order::Go],
+    [Order::At { percent: 30 }, Order::Go],
+    [Order::At { percent: 70 }; 2],
+];
 
 /// A twin, and where it stands.
-fn drill(machine: &Machine) -> (VirtualDrill, Line) {
+fn drill(machine: &Machine) -> (VirtualDrill, Playhead) {
     let (drill, _) = twin(machine, Faults::default());
-    let mut line = Line::default();
+    let mut line = Playhead::default();
     line.position[..3].copy_from_slice(&drill.real());
     (drill, line)
 }
@@ -27,7 +31,7 @@ fn drill(machine: &Machine) -> (VirtualDrill, Line) {
 fn ordered(
     machine: &Machine,
     segment: &Segment,
-    (drill, line): (&mut VirtualDrill, &mut Line),
+    (drill, line): (&mut VirtualDrill, &mut Playhead),
     share: f64,
     orders: [Order; 2],
 ) -> Outcome {

@@ -87,10 +87,7 @@ impl<F: Files> Alone<F> {
             drilled.clear();
             let _ = slots.files.write(File::Drilled, &[]);
         }
-        let alarm = contents.damage.as_ref().map(|damage| {
-            let why = Diagnostic::error("journal.damaged").with("file", &damage.file);
-            why.with("job", damage.job.as_deref().unwrap_or("?")).with("holes", drilled.lines().count())
-        });
+        let alarm = contents.damage.as_ref().map(|damage| damage.told(drilled.lines().count()));
         let job = contents.job.as_ref().map(|(job, _)| job.key.clone());
         let programs = Programs::of(job.zip(program));
         let (messages, inbox) = channel();
@@ -233,7 +230,7 @@ impl<F: Files> Alone<F> {
         let prepared = prepare(job, bytes, from_leg, &self.owner.context())?;
         let (reply, answer) = channel();
         self.line.await_answer(answer);
-        self.owner.take(Message::Prepared(Box::new(prepared), reply));
+        self.owner.take(Message::Prepared { prepared: Box::new(prepared), reply });
         Ok(())
     }
 

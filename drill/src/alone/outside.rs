@@ -2,7 +2,7 @@
 //!
 //! Comes in: what the owner wants done. Goes out: the same, for [`super::Alone`]. Does nothing itself, and waits for nothing.
 
-use crate::executor::{Message as Order, Seat, Shared};
+use crate::executor::{Instruction as Order, Seat, Shared};
 use crate::journal::Record;
 use crate::outside::Outside;
 use crate::place::{Next, Orders, Place};

@@ -69,7 +69,7 @@ impl<F: Files> Slots<F> {
             all.extend(self.files.read(file).map_err(|why| unreadable(file, why))?);
         }
         self.files.write(File::Aside, &all).map_err(full)?;
-        let damage = Damage { file: File::Aside.name().to_owned(), job: None };
+        let damage = Damage { file: Some(File::Aside.name().to_owned()), job: None };
         self.change(|slot| slot.damage = Some(damage))
     }
 

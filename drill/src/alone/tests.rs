@@ -8,7 +8,7 @@ use annulus_core::job::Program;
 use annulus_core::machine::virtual_drill;
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::tally;
-use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -148,7 +148,7 @@ impl Bench {
             _ => None,
         });
         let (stream_digest, checks) = armed.unwrap();
-        assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+        assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
         self.ask(&Ask::Start { job: key.to_owned(), stream_digest, from_leg });
     }
 

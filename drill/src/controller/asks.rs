@@ -7,10 +7,10 @@ use super::station::{Station, Work, Zero};
 use super::status::set_there;
 use crate::files::Files;
 use annulus_core::control::State;
-use annulus_core::controller::{self as grbl, Event, Override, Phase, settings};
+use annulus_core::controller::{self as grbl, EngineEvent, EnginePhase, Override, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, Value, is_in_file_only};
-use annulus_core::wire::{Ask, JOG_GRANT_MS, Tell, Verdict};
+use annulus_core::wire::{Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
 
 /// How fast moves by hand are, mm/min: in the plane, and of Z.
@@ -30,7 +30,7 @@ impl<F: Files> Station<F> {
     /// Does what the page asks, or says why not.
     pub(super) fn asked(&mut self, ask: Ask) -> Result<(), Diagnostic> {
         match ask {
-            Ask::Home => self.engine_asked(grbl::Ask::Home),
+            Ask::Home => self.engine_asked(grbl::EngineAsk::Home),
             Ask::SetZero => self.set_zero(Zero::Plane),
             Ask::SetHeight => self.set_zero(Zero::Height),
             Ask::UndoZero => self.undo_zero(),
@@ -43,25 +43,25 @@ impl<F: Files> Station<F> {
                 Ok(())
             }
             Ask::Start { job, from_leg, .. } => self.start(&job, from_leg),
-            Ask::Pause => self.engine_asked(grbl::Ask::Hold),
-            Ask::Resume => self.engine_asked(grbl::Ask::Resume),
-            Ask::StopAfterHole => self.engine_asked(grbl::Ask::StopAfter),
+            Ask::Pause => self.engine_asked(grbl::EngineAsk::Hold),
+            Ask::Resume => self.engine_asked(grbl::EngineAsk::Resume),
+            Ask::StopAfterHole => self.engine_asked(grbl::EngineAsk::StopAfter),
             Ask::FeedOverride { percent } => self.feed_override(percent),
             Ask::ToolChanged if !self.hand.touched => refusal("grbl.height_first"),
-            Ask::ToolChanged => self.engine_asked(grbl::Ask::ToolReady),
+            Ask::ToolChanged => self.engine_asked(grbl::EngineAsk::ToolReady),
             Ask::AcknowledgeAlarm => {
                 self.alarm = None;
                 let homes = settings::on(&self.attended.controller().info.values, 22);
-                let locked = self.attended.controller().phase == Phase::Locked;
-                if locked && !homes { self.engine_asked(grbl::Ask::Unlock) } else { Ok(()) }
+                let locked = self.attended.controller().phase == EnginePhase::Locked;
+                if locked && !homes { self.engine_asked(grbl::EngineAsk::Unlock) } else { Ok(()) }
             }
             Ask::Unlock => {
                 self.hand.unlocked = true;
                 // Unlocked already: only moves by hand are to be allowed.
-                if self.attended.controller().phase == Phase::Ready {
+                if self.attended.controller().phase == EnginePhase::Ready {
                     return Ok(());
                 }
-                self.engine_asked(grbl::Ask::Unlock)
+                self.engine_asked(grbl::EngineAsk::Unlock)
             }
             Ask::ForgetInterrupted => self.forget(),
             Ask::Configure { changes } => self.configure(&changes),
@@ -78,9 +78,9 @@ impl<F: Files> Station<F> {
     }
 
     /// Asks the engine; the first error that it finds is why not. What else it finds is told.
-    fn engine_asked(&mut self, ask: grbl::Ask) -> Result<(), Diagnostic> {
+    fn engine_asked(&mut self, ask: grbl::EngineAsk) -> Result<(), Diagnostic> {
         let mut refused = None;
-        for why in self.engine(Event::Ask(ask)) {
+        for why in self.engine(EngineEvent::Ask(ask)) {
             if why.severity == Severity::Error && refused.is_none() {
                 refused = Some(why);
             } else {
@@ -117,7 +117,7 @@ impl<F: Files> Station<F> {
         }
         let fastest = settings::axes(&controller.info.values, 110).map_or(f64::INFINITY, |rate| rate[index]);
         let mm_per_min = JOG_MM_PER_MIN[usize::from(index == 2)].min(fastest);
-        self.engine_asked(grbl::Ask::Jog { axis, um, mm_per_min })?;
+        self.engine_asked(grbl::EngineAsk::Jog { axis, um, mm_per_min })?;
         self.hand.until = Some(self.granted());
         Ok(())
     }
@@ -129,7 +129,7 @@ impl<F: Files> Station<F> {
             // The zero of a job in work stays where it is.
             return refusal("control.busy");
         }
-        self.engine_asked(grbl::Ask::SetZero { axes: [plane, plane, !plane], height_mm: 0.0 })?;
+        self.engine_asked(grbl::EngineAsk::SetZero { axes: [plane, plane, !plane], height_mm: 0.0 })?;
         self.hand.zero_asked = Some(zero);
         if plane {
             self.hand.zero_before_mm = before;
@@ -143,7 +143,7 @@ impl<F: Files> Station<F> {
         let (Some([x, y, _]), Some([_, _, z])) = (self.hand.zero_before_mm, now) else {
             return refusal("control.no_zero_before");
         };
-        self.engine_asked(grbl::Ask::ZeroAt([x, y, z]))?;
+        self.engine_asked(grbl::EngineAsk::ZeroAt { place_mm: [x, y, z] })?;
         (self.hand.zero_before_mm, self.hand.zero_asked) = (None, Some(Zero::Plane));
         Ok(())
     }
@@ -155,7 +155,7 @@ impl<F: Files> Station<F> {
         let depth_mm = (f64::from(depth_um) / 1e3).min(DEEPEST_PROBE_MM);
         let plate_mm = f64::from(plate_um) / 1e3;
         let mm_per_min = PROBE_MM_PER_MIN;
-        self.engine_asked(grbl::Ask::Probe { depth_mm, mm_per_min, plate_mm, up_mm: PROBE_UP_MM })?;
+        self.engine_asked(grbl::EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm: PROBE_UP_MM })?;
         self.hand.zero_asked = Some(Zero::Height);
         Ok(())
     }
@@ -164,7 +164,7 @@ impl<F: Files> Station<F> {
         if !(10..=200).contains(&percent) {
             return Err(Diagnostic::error("control.bad_feed_override").with("percent", percent));
         }
-        Override::feed(percent).try_for_each(|step| self.engine_asked(grbl::Ask::Override(step)))
+        Override::feed(percent).try_for_each(|step| self.engine_asked(grbl::EngineAsk::Override(step)))
     }
 
     /// Compares a job that was brought, or the one that was broken off, with the controller as it stands.
@@ -200,8 +200,8 @@ impl<F: Files> Station<F> {
             return refusal("control.not_armed");
         };
         // The controller is another one than it was, or stands elsewhere: it is compared once more.
-        let start = grbl::Start { zero_mm: self.start_of(&order, start.from).zero_mm, ..start };
-        let refused = self.rows(&order, &start).into_iter().find(|row| row.verdict == Verdict::Fail);
+        let start = grbl::EngineStart { zero_mm: self.start_of(&order, start.from).zero_mm, ..start };
+        let refused = self.rows(&order, &start).into_iter().find(|row| row.verdict == RowVerdict::Fail);
         if let Some(row) = refused {
             return Err(row.finding);
         }
@@ -209,9 +209,9 @@ impl<F: Files> Station<F> {
         let each_s = self.estimates(&order, start.from).unwrap_or_default();
         self.work = Some(Work { order, from: start.from, each_s, started: (self.time)() });
         // What there is to say of it was said, and read, before.
-        let found = self.engine(Event::Ask(grbl::Ask::Start(start)));
+        let found = self.engine(EngineEvent::Ask(grbl::EngineAsk::Start(start)));
         let refused = found.into_iter().find(|why| why.severity == Severity::Error);
-        if self.attended.controller().phase == Phase::Running {
+        if self.attended.controller().phase == EnginePhase::Running {
             (self.offer, self.alarm) = (None, None);
             return refused.map_or(Ok(()), Err);
         }
@@ -223,7 +223,7 @@ impl<F: Files> Station<F> {
         if self.offer.is_none() {
             return Ok(());
         }
-        let entry = super::Entry { ended: true, ..self.ledger.entry().clone() };
+        let entry = super::AttendedJob { ended: true, ..self.ledger.entry().clone() };
         self.ledger.write(None, &entry)?;
         self.offer = None;
         Ok(())

@@ -5,7 +5,9 @@
 //! is told. Does not know ports, files or clocks.
 
 use annulus_core::control::{Ending, Trust};
-use annulus_core::controller::{Action, Ask, Controller, Event, Info, Phase, Routine, step};
+use annulus_core::controller::{
+    Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine, step,
+};
 use annulus_core::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
@@ -13,7 +15,7 @@ use std::sync::Arc;
 
 /// A job on a controller.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Entry {
+pub struct AttendedJob {
     /// SHA-256 of its programs.
     pub key: String,
     /// Its name.
@@ -43,22 +45,25 @@ pub enum Told {
     /// So many sections are done, and it is durable.
     Progress,
     /// A tool is wanted: index into the routine's tools.
-    ToolWanted(u32),
+    ToolWanted {
+        /// Index into the routine's tools.
+        tool: u32,
+    },
     /// The job is over.
     Ended(Ending),
     /// Something to be said.
     Found(Diagnostic),
     /// How it is now; after every change.
-    Now(Box<Glimpse>),
+    Now(Box<ControllerGlimpse>),
     /// The port is gone; nothing follows.
     Gone,
 }
 
 /// How the controller is.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Glimpse {
+pub struct ControllerGlimpse {
     /// What it does.
-    pub phase: Phase,
+    pub phase: EnginePhase,
     /// How well its position is known.
     pub trust: Trust,
     /// Where the tip is in work coordinates, mm.
@@ -77,7 +82,7 @@ pub enum Due {
     /// Write these bytes to the port.
     Write(Vec<u8>),
     /// Keep what is done of the job: it is durable before the next of these is seen to. Where that cannot be, `!` goes to the port.
-    Keep(Entry),
+    Keep(AttendedJob),
     /// Tell.
     Tell(Told),
     /// Nobody answers: the port is to be closed.
@@ -88,14 +93,14 @@ pub enum Due {
 #[derive(Debug, Default)]
 pub struct Attended {
     controller: Controller,
-    entry: Entry,
+    entry: AttendedJob,
     routine: Option<Arc<Routine>>,
-    before: Option<Glimpse>,
+    before: Option<ControllerGlimpse>,
 }
 
 impl Attended {
     /// One whose job is `entry`, not begun.
-    pub fn new(entry: Entry) -> Self {
+    pub fn new(entry: AttendedJob) -> Self {
         Self { entry, ..Self::default() }
     }
 
@@ -105,17 +110,18 @@ impl Attended {
     }
 
     /// What is done of its job.
-    pub fn entry(&self) -> &Entry {
+    pub fn entry(&self) -> &AttendedJob {
         &self.entry
     }
 
     /// Lets the engine think.
-    pub fn event(&mut self, now_ms: u64, event: Event) -> Vec<Due> {
-        let start = if let Event::Ask(Ask::Start(start)) = &event { Some(start.clone()) } else { None };
+    pub fn event(&mut self, now_ms: u64, event: EngineEvent) -> Vec<Due> {
+        let start =
+            if let EngineEvent::Ask(EngineAsk::Start(start)) = &event { Some(start.clone()) } else { None };
         let (controller, actions) = step(std::mem::take(&mut self.controller), now_ms, event);
         self.controller = controller;
         let mut due = Vec::new();
-        if let Some(start) = start.filter(|_| self.controller.phase == Phase::Running) {
+        if let Some(start) = start.filter(|_| self.controller.phase == EnginePhase::Running) {
             (self.entry.key, self.entry.done) = (start.routine.key.clone(), start.from);
             (self.entry.name, self.entry.ended) = (start.routine.name.clone(), false);
             (self.entry.holes, self.entry.toolpaths) = start.routine.counted(start.from);
@@ -130,13 +136,13 @@ impl Attended {
         due
     }
 
-    fn act(&mut self, action: Action, due: &mut Vec<Due>) {
+    fn act(&mut self, action: EngineAction, due: &mut Vec<Due>) {
         let told = match action {
-            Action::Write(bytes) => return due.push(Due::Write(bytes)),
-            Action::Close => return due.push(Due::Close),
-            Action::Greeted => Told::Greeted(Box::new(self.controller.info.clone())),
-            Action::ZeroSet => Told::ZeroSet,
-            Action::Progress(done) => {
+            EngineAction::Write(bytes) => return due.push(Due::Write(bytes)),
+            EngineAction::Close => return due.push(Due::Close),
+            EngineAction::Greeted => Told::Greeted(Box::new(self.controller.info.clone())),
+            EngineAction::ZeroSet => Told::ZeroSet,
+            EngineAction::Progress { sections: done } => {
                 self.entry.done = done;
                 if let Some(routine) = &self.routine {
                     (self.entry.holes, self.entry.toolpaths) = routine.counted(done);
@@ -144,13 +150,13 @@ impl Attended {
                 due.push(self.keep());
                 Told::Progress
             }
-            Action::ToolWanted(tool) => Told::ToolWanted(tool),
-            Action::Ended(ending) => {
+            EngineAction::ToolWanted { tool } => Told::ToolWanted { tool },
+            EngineAction::Ended(ending) => {
                 self.entry.ended = ending == Ending::Done;
                 due.push(self.keep());
                 Told::Ended(ending)
             }
-            Action::Found(found) => Told::Found(found),
+            EngineAction::Found(found) => Told::Found(found),
         };
         due.push(Due::Tell(told));
     }
@@ -165,7 +171,7 @@ impl Attended {
     /// How it is, where that has changed.
     fn glimpse(&mut self) -> Option<Told> {
         let controller = &self.controller;
-        let now = Glimpse {
+        let now = ControllerGlimpse {
             phase: controller.phase,
             trust: controller.trust,
             place_mm: controller.place(),

@@ -8,10 +8,10 @@ use super::station::Station;
 use crate::files::Files;
 use crate::prepare::{accepted, bit_of_leg, missing_drills, rest, row};
 use annulus_core::control::State;
-use annulus_core::controller::{Start, estimates_s, settings};
+use annulus_core::controller::{EngineStart, estimates_s, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::locale;
-use annulus_core::wire::{PreflightRow, Verdict};
+use annulus_core::wire::{PreflightRow, RowVerdict};
 use std::sync::Arc;
 
 /// How far zero of Z may be from where it was: the last digit of a report.
@@ -19,45 +19,45 @@ const SAME_HEIGHT_MM: f64 = 0.001_5;
 
 impl<F: Files> Station<F> {
     /// What the engine is asked for to run `order` from section `from` on.
-    pub(super) fn start_of(&self, order: &Order, from: usize) -> Start {
+    pub(super) fn start_of(&self, order: &Order, from: usize) -> EngineStart {
         let entry = self.ledger.entry();
         let homes = settings::on(&self.attended.controller().info.values, 22);
         // Where nothing was homed, places of the machine mean nothing over a reset; and a zero that was set again is meant.
         let zero_mm = entry.zero_mm.filter(|_| from > 0 && homes && !self.hand.zero_set);
         let spin_up_s = self.machine.process.spin_up_ms / 1e3;
         let accepted = order.program.accepted.clone();
-        Start { routine: Arc::clone(&order.routine), from, zero_mm, spin_up_s, accepted }
+        EngineStart { routine: Arc::clone(&order.routine), from, zero_mm, spin_up_s, accepted }
     }
 
     /// The rows of the pre-flight.
-    pub(super) fn rows(&self, order: &Order, start: &Start) -> Vec<PreflightRow> {
+    pub(super) fn rows(&self, order: &Order, start: &EngineStart) -> Vec<PreflightRow> {
         let controller = self.attended.controller();
         let leg = order.leg(start.from);
         let mut rows: Vec<_> = controller.check(start).into_iter().map(judged).collect();
         rows.push(match self.state() {
-            State::Ready => row(Verdict::Pass, Diagnostic::note("preflight.at_rest")),
-            _ => row(Verdict::Fail, Diagnostic::error("preflight.busy")),
+            State::Ready => row(RowVerdict::Pass, Diagnostic::note("preflight.at_rest")),
+            _ => row(RowVerdict::Fail, Diagnostic::error("preflight.busy")),
         });
         rows.push(if self.hand.height_known || self.height_as_left(start.from) {
-            row(Verdict::Pass, Diagnostic::note("grbl.height_set"))
+            row(RowVerdict::Pass, Diagnostic::note("grbl.height_set"))
         } else {
-            row(Verdict::Fail, Diagnostic::error("grbl.no_height"))
+            row(RowVerdict::Fail, Diagnostic::error("grbl.no_height"))
         });
-        rows.push(row(Verdict::Pass, Diagnostic::note("grbl.own_motion")));
-        rows.push(row(Verdict::Warn, Diagnostic::warning("grbl.page_feeds")));
+        rows.push(row(RowVerdict::Pass, Diagnostic::note("grbl.own_motion")));
+        rows.push(row(RowVerdict::Warn, Diagnostic::warning("grbl.page_feeds")));
         let missing = missing_drills(&order.program, &self.machine);
         if !missing.is_empty() {
             let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
-            rows.push(row(Verdict::Warn, why));
+            rows.push(row(RowVerdict::Warn, why));
         }
         if let Some(bit) = bit_of_leg(&order.program, leg).filter(|_| start.from > 0) {
             let bit = bit.title(locale::FALLBACK);
-            rows.push(row(Verdict::Warn, Diagnostic::note("preflight.first_bit").with("bit", bit)));
+            rows.push(row(RowVerdict::Warn, Diagnostic::note("preflight.first_bit").with("bit", bit)));
         }
         rows.extend(accepted(&order.program));
-        rows.extend(self.given_up(order, start.from).map(|why| row(Verdict::Warn, why)));
+        rows.extend(self.given_up(order, start.from).map(|why| row(RowVerdict::Warn, why)));
         if let Some(left_s) = self.estimates(order, start.from) {
-            rows.push(row(Verdict::Pass, rest(&order.program, leg, left_s.iter().sum())));
+            rows.push(row(RowVerdict::Pass, rest(&order.program, leg, left_s.iter().sum())));
         }
         rows
     }
@@ -91,9 +91,9 @@ impl<F: Files> Station<F> {
 
 fn judged(found: Diagnostic) -> PreflightRow {
     let verdict = match found.severity {
-        Severity::Error => Verdict::Fail,
-        Severity::Warning => Verdict::Warn,
-        Severity::Note => Verdict::Pass,
+        Severity::Error => RowVerdict::Fail,
+        Severity::Warning => RowVerdict::Warn,
+        Severity::Note => RowVerdict::Pass,
     };
     row(verdict, found)
 }

@@ -7,7 +7,7 @@
 //!
 //! Comes in: entries, jobs. Goes out: the job that was broken off. Does not know where files lie.
 
-use super::attended::Entry;
+use super::attended::AttendedJob;
 use super::order::Order;
 use crate::files::{File, Files};
 use crate::journal::{sealed, unsealed};
@@ -23,7 +23,7 @@ struct Half {
     job: String,
     /// Which half has the program and the text.
     half: bool,
-    entry: Entry,
+    entry: AttendedJob,
 }
 
 /// The ledger, open.
@@ -54,7 +54,7 @@ impl<F: Files> Ledger<F> {
     }
 
     /// What is done.
-    pub(super) fn entry(&self) -> &Entry {
+    pub(super) fn entry(&self) -> &AttendedJob {
         &self.last.entry
     }
 
@@ -78,7 +78,11 @@ impl<F: Files> Ledger<F> {
     }
 
     /// Writes what is done, of the job that is being brought or of the one before; afterwards it is durable.
-    pub(super) fn write(&mut self, bringing: Option<Bringing>, entry: &Entry) -> Result<(), Diagnostic> {
+    pub(super) fn write(
+        &mut self,
+        bringing: Option<Bringing>,
+        entry: &AttendedJob,
+    ) -> Result<(), Diagnostic> {
         let mut next = Half { number: self.last.number + 1, entry: entry.clone(), ..self.last.clone() };
         if let Some(bringing) = bringing {
             (next.job, next.half) = (bringing.job, bringing.half);

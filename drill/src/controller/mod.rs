@@ -19,5 +19,5 @@ mod status;
 #[cfg(test)]
 mod tests;
 
-pub use attended::{Attended, Due, Entry, Glimpse, Told};
+pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 pub use station::Station;

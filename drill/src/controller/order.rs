@@ -8,12 +8,12 @@
 //! Comes in: a program's bytes, the machine that it is for. Goes out: an [`Order`]. Moves nothing.
 
 use crate::prepare::made;
-use annulus_core::controller::{self, Place, Routine, SectionKind, Start};
+use annulus_core::controller::{self, EngineStart, Routine, SectionKind, TipPlace};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Briefing, Command, Mark, Program};
 use annulus_core::machine::Machine;
-use annulus_core::post::{self, Files, Manner};
+use annulus_core::post::{self, FileSplit, Manner};
 use annulus_core::proof;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -46,14 +46,14 @@ pub(super) struct Armed {
     /// The leg that was asked for.
     pub(super) from_leg: u32,
     /// What the engine is asked for.
-    pub(super) start: Start,
+    pub(super) start: EngineStart,
 }
 
 impl Order {
     /// The program `bytes` written for a controller that is `machine`.
     pub(super) fn written(key: &str, bytes: &[u8], machine: &Machine) -> Result<Self, Diagnostic> {
         let program = program::decode(bytes)?;
-        let manner = Manner { files: Some(Files::Job), ..Manner::on(machine) };
+        let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(machine) };
         let briefing = Briefing::of(&program);
         let written =
             post::write_for("grbl", &program, &manner, &briefing, 0).unwrap_or_else(|| Ok(Vec::new()))?;
@@ -116,6 +116,6 @@ fn begins(program: &Program, leg: usize) -> Point {
     first.unwrap_or_else(|| program.start_of_leg(leg))
 }
 
-fn lies(at: Point, entry: Place) -> bool {
+fn lies(at: Point, entry: TipPlace) -> bool {
     (at.x - entry[0]).abs() <= SAME && (at.y - entry[1]).abs() <= SAME
 }

@@ -3,7 +3,7 @@
 //! Comes in: frames of `wire`, programs, bytes of the port, the time. Goes out: frames, bytes for the port. What is done of a job is
 //! durable before it is told. Does not know a browser.
 
-use super::attended::{Attended, Due, Entry, Told};
+use super::attended::{Attended, AttendedJob, Due, Told};
 use super::ledger::{Bringing, Ledger};
 use super::order::{Armed, Order};
 use crate::executor::Time;
@@ -14,7 +14,7 @@ use crate::prepare::made;
 use crate::programs::Programs;
 use crate::ticket::Tickets;
 use annulus_core::control::{Ending, Trust};
-use annulus_core::controller::{Ask, Event, Phase, settings};
+use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, Machine};
 use annulus_core::wire::{Status, Tell};
@@ -117,7 +117,7 @@ impl<F: Files> Station<F> {
             time,
             told: (None, Duration::ZERO),
         };
-        station.engine(Event::Opened);
+        station.engine(EngineEvent::Opened);
         Ok(station)
     }
 
@@ -134,12 +134,12 @@ impl<F: Files> Station<F> {
 
     /// Bytes came from the port.
     pub fn bytes(&mut self, bytes: Vec<u8>) {
-        self.by_itself(Event::Bytes(bytes));
+        self.by_itself(EngineEvent::Bytes(bytes));
     }
 
     /// The port is gone.
     pub fn unplugged(&mut self) {
-        self.by_itself(Event::Closed);
+        self.by_itself(EngineEvent::Closed);
         self.over = true;
         self.say_farewell();
         self.tell_status((self.time)());
@@ -191,11 +191,11 @@ impl<F: Files> Station<F> {
         self.see_to(asked);
         if self.hand.until.is_some_and(|until| now > until) {
             self.hand.until = None;
-            if self.attended.controller().phase == Phase::Jogging {
-                self.engine(Event::Ask(Ask::JogCancel));
+            if self.attended.controller().phase == EnginePhase::Jogging {
+                self.engine(EngineEvent::Ask(EngineAsk::JogCancel));
             }
         }
-        self.by_itself(Event::Tick);
+        self.by_itself(EngineEvent::Tick);
         self.over |= !self.greeted && now.saturating_sub(self.opened) > GREETING;
         if self.over && self.greeted {
             self.say_farewell();
@@ -222,12 +222,12 @@ impl<F: Files> Station<F> {
 
     fn take(&mut self, message: Message) {
         match message {
-            Message::Ask(ask, ticket, reply) => {
+            Message::Ask { ask, ticket, reply } => {
                 let may = ticket.map_or(Ok(()), |ticket| self.line.tickets.check(ticket));
                 let answer = may.and_then(|()| self.asked(ask));
                 let _ = reply.send(answer.map(|()| Vec::new()));
             }
-            Message::Stop => drop(self.engine(Event::Ask(Ask::Stop))),
+            Message::Stop => drop(self.engine(EngineEvent::Ask(EngineAsk::Stop))),
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
             // Moves by hand end by themselves, and nothing else is only for whoever has control.
             _ => {}
@@ -235,10 +235,13 @@ impl<F: Files> Station<F> {
     }
 
     /// Something that nobody asked for: what goes wrong then is an alarm where it ends what was in work.
-    fn by_itself(&mut self, event: Event) {
+    fn by_itself(&mut self, event: EngineEvent) {
         for why in self.engine(event) {
             let phase = self.attended.controller().phase;
-            let ends = matches!(phase, Phase::Stopping | Phase::Locked | Phase::Closed | Phase::Greeting);
+            let ends = matches!(
+                phase,
+                EnginePhase::Stopping | EnginePhase::Locked | EnginePhase::Closed | EnginePhase::Greeting
+            );
             if why.severity == Severity::Error && ends {
                 // That the cable is out says more than that nobody answers.
                 if self.alarm.is_none() || why.code == "grbl.unplugged" {
@@ -251,7 +254,7 @@ impl<F: Files> Station<F> {
     }
 
     /// Lets the engine think, and does what it says. Gives what it found.
-    pub(super) fn engine(&mut self, event: Event) -> Vec<Diagnostic> {
+    pub(super) fn engine(&mut self, event: EngineEvent) -> Vec<Diagnostic> {
         let passed = (self.time)().saturating_sub(self.opened);
         let now_ms = (passed.as_secs_f64() * 1e3 * self.speed) as u64;
         let mut found = Vec::new();
@@ -268,7 +271,7 @@ impl<F: Files> Station<F> {
     }
 
     /// Writes down what is done. Where that cannot be, nothing new may be begun.
-    fn keep(&mut self, entry: &Entry) -> Option<Diagnostic> {
+    fn keep(&mut self, entry: &AttendedJob) -> Option<Diagnostic> {
         if self.bringing.is_none() && self.work.is_none() {
             // Nothing of ours is in work: a reset alone came to its end.
             return None;
@@ -305,7 +308,7 @@ impl<F: Files> Station<F> {
                 }
                 self.trust = now.trust;
             }
-            Told::ToolWanted(tool) => {
+            Told::ToolWanted { tool } => {
                 // The first tool is the one that was in when the height was set.
                 let first = *tool == 0 && self.work.as_ref().is_some_and(|work| work.from == 0);
                 self.hand.touched = first && self.hand.height_known;

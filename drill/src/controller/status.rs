@@ -5,7 +5,7 @@
 use super::station::{Station, Work};
 use crate::files::Files;
 use annulus_core::control::{State, Trust};
-use annulus_core::controller::{Info, Phase, settings};
+use annulus_core::controller::{EnginePhase, Info, settings};
 use annulus_core::job::{Input, Mark};
 use annulus_core::machine::{self, AXES, Machine, Value};
 use annulus_core::steps::Stage;
@@ -142,22 +142,22 @@ impl<F: Files> Station<F> {
         let homes = settings::on(&controller.info.values, 22);
         let homed = self.told.0.as_ref().is_some_and(|told| told.state == State::Homing);
         match controller.phase {
-            Phase::Homing => State::Homing,
+            EnginePhase::Homing => State::Homing,
             // Until it has said where it is now.
-            Phase::Ready if controller.status.is_none() && homed => State::Homing,
-            Phase::Ready if controller.status.is_none() => State::Stopping,
-            Phase::Jogging | Phase::Probing => State::Jogging,
-            Phase::Running => State::Running,
-            Phase::Holding => State::Pausing,
-            Phase::Held => State::Paused,
-            Phase::ToolChange => State::ToolChange,
+            EnginePhase::Ready if controller.status.is_none() && homed => State::Homing,
+            EnginePhase::Ready if controller.status.is_none() => State::Stopping,
+            EnginePhase::Jogging | EnginePhase::Probing => State::Jogging,
+            EnginePhase::Running => State::Running,
+            EnginePhase::Holding => State::Pausing,
+            EnginePhase::Held => State::Paused,
+            EnginePhase::ToolChange => State::ToolChange,
             // A reset ends it: the board greets anew.
-            Phase::Stopping | Phase::Greeting => State::Stopping,
+            EnginePhase::Stopping | EnginePhase::Greeting => State::Stopping,
             _ if self.alarm.is_some() => State::Alarm,
-            Phase::Ready if !homes || self.hand.unlocked || controller.trust == Trust::Trusted => {
+            EnginePhase::Ready if !homes || self.hand.unlocked || controller.trust == Trust::Trusted => {
                 State::Ready
             }
-            Phase::Ready | Phase::Locked | Phase::Closed => State::NotHomed,
+            EnginePhase::Ready | EnginePhase::Locked | EnginePhase::Closed => State::NotHomed,
         }
     }
 
@@ -222,7 +222,7 @@ impl<F: Files> Station<F> {
 
     /// What is being done, as far as the height of the tip tells.
     fn stage(&self, mark: Mark, height_mm: f64) -> Option<Stage> {
-        let moves = self.attended.controller().phase == Phase::Running;
+        let moves = self.attended.controller().phase == EnginePhase::Running;
         match mark {
             _ if !moves => None,
             Mark::Hole(_) if height_mm < 0.0 => Some(Stage::Drill),

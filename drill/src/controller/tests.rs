@@ -11,7 +11,7 @@ use crate::tests as drilled;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::machine::{Value, hobby_3018};
-use annulus_core::wire::{Ask, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use automaton::Automaton;
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
@@ -190,7 +190,7 @@ impl Bench {
         });
         let (digest, checks) = armed.unwrap_or_else(|| panic!("{:?}", self.heard.last()));
         assert_eq!(digest, "");
-        let fails = checks.iter().filter(|row| row.verdict == Verdict::Fail);
+        let fails = checks.iter().filter(|row| row.verdict == RowVerdict::Fail);
         fails.map(|row| row.finding.code.clone()).collect()
     }
 

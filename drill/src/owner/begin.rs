@@ -39,8 +39,8 @@ pub(crate) struct Starting {
 /// Whether `message` has to wait while the start of a job is being written down.
 fn waits(message: &Message) -> bool {
     match message {
-        Message::Ask(ask, ..) => *ask != Ask::Stop,
-        Message::Context(_) | Message::Prepared(..) | Message::InWork(_) | Message::Anew(_) => true,
+        Message::Ask { ask, .. } => *ask != Ask::Stop,
+        Message::Context(_) | Message::Prepared { .. } | Message::InWork(_) | Message::Anew(_) => true,
         _ => false,
     }
 }
@@ -67,7 +67,7 @@ impl Owner {
         let tell = prepared.tell();
         let event = match prepared.refusal() {
             None => Event::Armed { job: prepared.key.clone(), digest: prepared.digest.clone() },
-            Some(_) => Event::Disarmed(false),
+            Some(_) => Event::Disarmed { position_lost: false },
         };
         self.try_event(event)?;
         self.prepared = Some(Arc::new(prepared));
@@ -79,7 +79,11 @@ impl Owner {
     pub(crate) fn begin(&mut self, event: Event, asked: Ticket, reply: Reply) {
         match self.to_be_started(&event) {
             Ok((work, record)) => {
-                let begin = Record::Begin(Box::new(record.clone()), work.progress(), work.job.bytes.clone());
+                let begin = Record::Begin {
+                    job: Box::new(record.clone()),
+                    progress: work.progress(),
+                    program: work.job.bytes.clone(),
+                };
                 let (stopped, waits) = (false, Vec::new());
                 self.starting = Some(Starting { event, work, record, asked, reply, stopped, waits });
                 self.outside.record(begin);

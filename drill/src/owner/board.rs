@@ -16,7 +16,7 @@ use super::moves::Work;
 use annulus_core::control::{Event, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Output;
-use annulus_core::virtual_drill::{Drilled, made_again, missing_legs, tally};
+use annulus_core::virtual_drill::{VirtualHole, made_again, missing_legs, tally};
 use annulus_core::wire::{DrilledReport, MissingReport};
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -26,7 +26,7 @@ const MOST_RUNS: usize = 200;
 /// What happened to the board since the run began.
 #[derive(Default)]
 pub(crate) struct Log {
-    pub(crate) holes: Vec<Drilled>,
+    pub(crate) holes: Vec<VirtualHole>,
     pub(crate) broken: u32,
 }
 
@@ -39,7 +39,7 @@ pub(crate) struct Judged {
     /// Steps that were lost before it began.
     slipped_before: u64,
     /// What this job drilled before it was taken up.
-    before: Vec<Drilled>,
+    before: Vec<VirtualHole>,
     /// Holes that were there when it was taken up, and were drilled again: by their order, the first is 1.
     pub(crate) twice: Vec<u32>,
     pub(crate) told: Option<DrilledReport>,
@@ -94,24 +94,24 @@ impl Owner {
                 .with("broken", told.broken)
                 .with("slipped", told.slipped_steps);
             let left = if told.slipped_steps > 0 { Trust::Suspect } else { Trust::Trusted };
-            self.pending.push_back(Event::BoardDiffers(why, left));
+            self.pending.push_back(Event::BoardDiffers { alarm: why, left });
         }
     }
 }
 
 /// A hole as a line of the drilled-board record.
-pub fn line(hole: &Drilled) -> String {
+pub fn line(hole: &VirtualHole) -> String {
     let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
     format!("{:.4} {:.4} {:.4}{spindle}\n", hole.x_mm, hole.y_mm, hole.depth_mm)
 }
 
 /// The hole of a line.
-pub(crate) fn drilled(line: &str) -> Option<Drilled> {
+pub(crate) fn drilled(line: &str) -> Option<VirtualHole> {
     let mut words = line.split(' ');
     let mut number = || words.next()?.parse::<f64>().ok();
     let (x_mm, y_mm, depth_mm) = (number()?, number()?, number()?);
     let spindle = words.next().map_or(Some(1), |word| word.strip_prefix('Z')?.parse::<u8>().ok())?;
-    Some(Drilled { x_mm, y_mm, depth_mm, tick: 0, spindle: spindle.checked_sub(1)? })
+    Some(VirtualHole { x_mm, y_mm, depth_mm, tick: 0, spindle: spindle.checked_sub(1)? })
 }
 
 /// Numbers in their order as runs: the first and the one behind the last.

@@ -46,11 +46,13 @@ impl Owner {
         let moved =
             changed.output == Output::Virtual && !VirtualDrill::is_the_same_for(&self.machine, &changed);
         let rebuilt = wired || moved;
-        if let [Action::Refuse(why)] = step(&self.session, Event::Disarmed(rebuilt)).1.as_slice() {
+        if let [Action::Refuse(why)] =
+            step(&self.session, Event::Disarmed { position_lost: rebuilt }).1.as_slice()
+        {
             return Err(why.clone());
         }
         self.outside.keep_settings(&changed)?;
-        self.try_event(Event::Disarmed(rebuilt))?;
+        self.try_event(Event::Disarmed { position_lost: rebuilt })?;
         if ruler(&self.machine) != ruler(&changed) {
             // The work zero was counted in the old steps.
             self.session.zeros.clear();

@@ -8,7 +8,7 @@ use crate::executor::Report;
 use annulus_core::control::{Event, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::cycles;
-use annulus_core::queue::{Harm, Homing, Next};
+use annulus_core::queue::{Harm, Homing, HomingNext};
 
 impl Owner {
     /// Begins. `counted` says that the position was believed until now: what it was off by is worth an alarm.
@@ -34,18 +34,18 @@ impl Owner {
             Ok(next) => self.homing_goes_on(homing, next),
             Err((why, Harm::None)) => {
                 self.pending.push_back(Event::Homed);
-                self.pending.push_back(Event::Failed(why, Trust::Trusted));
+                self.pending.push_back(Event::Failed { alarm: why, left: Trust::Trusted });
             }
             Err((why, Harm::Suspect | Harm::Lost)) => {
-                self.pending.push_back(Event::Failed(why, Trust::Lost));
+                self.pending.push_back(Event::Failed { alarm: why, left: Trust::Lost });
             }
         }
     }
 
-    fn homing_goes_on(&mut self, homing: Homing, next: Next) {
+    fn homing_goes_on(&mut self, homing: Homing, next: HomingNext) {
         match next {
-            Next::Homed => self.pending.push_back(Event::Homed),
-            Next::Play(segment, correction) => {
+            HomingNext::Homed => self.pending.push_back(Event::Homed),
+            HomingNext::Play(segment, correction) => {
                 for axis in cycles::together(&self.machine, homing.axis()) {
                     self.executor.correct(axis, correction);
                 }

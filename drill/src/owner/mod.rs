@@ -22,7 +22,7 @@ use self::outputs::ManualOutputs;
 use self::queue::Lab;
 use self::status::HEARTBEAT;
 use crate::executor::{Executor, Report, Shared, Time};
-use crate::journal::{Contents, JobRecord, Progress, Record, WorkZero};
+use crate::journal::{Contents, Damage, JobRecord, Progress, Record, WorkZero};
 use crate::outside::Outside;
 use crate::prepare::{Context, Prepared};
 use crate::ticket::{Ticket, Tickets};
@@ -42,7 +42,14 @@ use std::time::Duration;
 /// What reaches the owner.
 pub enum Message {
     /// An ask, and what it was asked under where a page asks.
-    Ask(Ask, Option<Ticket>, Sender<Result<Vec<Tell>, Diagnostic>>),
+    Ask {
+        /// What is asked.
+        ask: Ask,
+        /// What it was asked under.
+        ticket: Option<Ticket>,
+        /// Where the answer goes.
+        reply: Sender<Result<Vec<Tell>, Diagnostic>>,
+    },
     /// Somebody pressed STOP. Nobody waits for an answer.
     Stop,
     /// Who had control has it no more, or somebody has it now: what only he was allowed to leave on ends.
@@ -50,7 +57,12 @@ pub enum Message {
     /// How the drill stands is wanted.
     Context(Sender<Context>),
     /// A job was prepared.
-    Prepared(Box<Prepared>, Sender<Result<Vec<Tell>, Diagnostic>>),
+    Prepared {
+        /// The job.
+        prepared: Box<Prepared>,
+        /// Where the answer goes.
+        reply: Sender<Result<Vec<Tell>, Diagnostic>>,
+    },
     /// The plan that was made last for the job in work, and the feeds that are wanted.
     InWork(Sender<Option<(Arc<Prepared>, u8)>>),
     /// The job in work at other feeds.
@@ -213,7 +225,7 @@ impl Owner {
     pub fn take(&mut self, message: Message) {
         let Some(message) = self.in_turn(message) else { return };
         match message {
-            Message::Ask(ask, ticket, reply) => {
+            Message::Ask { ask, ticket, reply } => {
                 let asked = ticket.unwrap_or_else(|| self.tickets.now());
                 match (self.tickets.check(asked), ask) {
                     (Ok(()), Ask::Start { job, stream_digest, from_leg }) => {
@@ -229,7 +241,7 @@ impl Owner {
                 self.lock_outputs();
             }
             Message::Context(reply) => drop(reply.send(self.context())),
-            Message::Prepared(prepared, reply) => drop(reply.send(self.arm(*prepared))),
+            Message::Prepared { prepared, reply } => drop(reply.send(self.arm(*prepared))),
             Message::InWork(reply) => drop(reply.send(self.work.as_ref().map(Work::wanted))),
             Message::Anew(anew) => self.anew(*anew),
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
@@ -239,7 +251,7 @@ impl Owner {
             }
             Message::ExecutorGone(why) => {
                 self.doing = Doing::Nothing;
-                self.happen(Event::Failed(why, Trust::Lost));
+                self.happen(Event::Failed { alarm: why, left: Trust::Lost });
             }
             Message::CannotRecord(why) => self.happen(Event::CannotRecord(why)),
             Message::Shutdown => self.happen(Event::Stop),
@@ -249,11 +261,11 @@ impl Owner {
     fn ask(&mut self, ask: Ask) -> Result<Vec<Tell>, Diagnostic> {
         match ask {
             Ask::Home => self.try_event(Event::Home)?,
-            Ask::SetZero => self.try_event(Event::SetZero(self.table()))?,
+            Ask::SetZero => self.try_event(Event::SetZero { place_steps: self.table() })?,
             Ask::UndoZero => self.try_event(Event::UndoZero)?,
             Ask::Jog { axis, distance_um } => {
                 self.jog_steps(axis, distance_um)?;
-                self.try_event(Event::Jog(axis, distance_um))?;
+                self.try_event(Event::Jog { axis, distance_um })?;
             }
             Ask::JogOn if self.doing == Doing::Jog => self.executor.shared.grant(),
             Ask::JogOn => {}
@@ -280,7 +292,7 @@ impl Owner {
                 if self.executor.is_gone() {
                     self.renew_executor()?;
                 }
-                let damaged = self.session.alarm.as_ref().is_some_and(|why| why.code == "journal.damaged");
+                let damaged = self.session.alarm.as_ref().is_some_and(Damage::is_told_by);
                 self.try_event(Event::Acknowledge)?;
                 if damaged {
                     self.outside.record(Record::DamageRead);
@@ -327,7 +339,7 @@ impl Owner {
         for action in actions {
             if let Err(why) = self.act(action, counted) {
                 // Nothing was set in motion after all.
-                self.pending.push_back(Event::Failed(why, self.session.trust));
+                self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust });
             }
         }
         self.drain();
@@ -348,11 +360,11 @@ impl Owner {
     fn act(&mut self, action: Action, counted: bool) -> Result<(), Diagnostic> {
         match action {
             Action::Home => self.home(counted)?,
-            Action::Jog(axis, um) => {
+            Action::Jog { axis, distance_um: um } => {
                 let steps = self.jog_steps(axis, um)?;
                 self.jog(usize::from(axis), steps)?;
             }
-            Action::Approach(_) => self.approach()?,
+            Action::Approach { .. } => self.approach()?,
             Action::Queue => self.queue_go(),
             Action::NextLeg => self.leg(Vec::new()),
             Action::RestOfLeg => self.rest_of_leg(),

@@ -18,7 +18,7 @@ use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
 use annulus_core::queue::{Homing, late};
-use annulus_core::steps::{self, Effect, Segment, Stage, TICK_HZ};
+use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use std::sync::Arc;
 use std::time::Duration;
@@ -56,7 +56,7 @@ impl Work {
         let (bit, _) = job.in_force(job.stream.range(leg).start);
         let (holes, toolpaths) = job.done_before(leg);
         let segments = job.stream.leg(leg);
-        let asks = segments.iter().any(|next| matches!(next.effect, Effect::AwaitBit(_)));
+        let asks = segments.iter().any(|next| matches!(next.effect, Switching::AwaitBit { .. }));
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop, given, first) = (None, Duration::ZERO, None, 0, leg);
         Self {
@@ -93,7 +93,8 @@ impl Work {
 
     /// The bit that the next segment waits for.
     fn awaited(&self) -> Option<u32> {
-        self.next().and_then(|next| if let Effect::AwaitBit(bit) = next.effect { Some(bit) } else { None })
+        self.next()
+            .and_then(|next| if let Switching::AwaitBit { bit } = next.effect { Some(bit) } else { None })
     }
 
     /// The spindle speed that is in force before the next segment.
@@ -134,7 +135,7 @@ pub(crate) enum Doing {
 }
 
 /// A pause with an effect.
-fn rest(stage: Stage, effect: Effect, duration_ticks: u64, end: Steps) -> Segment {
+fn rest(stage: Stage, effect: Switching, duration_ticks: u64, end: Steps) -> Segment {
     Segment { leg: 0, mark: Mark::Prepare, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
 
@@ -178,7 +179,7 @@ impl Owner {
         self.task += 1;
         if self.executor.is_gone() {
             // Nobody will report: what was to be made safe is out of reach, and nothing else can begin.
-            let dead = Event::Failed(alarm("output.executor_gone"), Trust::Lost);
+            let dead = Event::Failed { alarm: alarm("output.executor_gone"), left: Trust::Lost };
             self.pending.push_back(if doing == Doing::Safe { Event::Safe } else { dead });
             return;
         }
@@ -198,7 +199,7 @@ impl Owner {
     fn goes_on_low(&self) -> bool {
         let Some(work) = &self.work else { return false };
         match work.next() {
-            Some(behind_gate) => !matches!(behind_gate.effect, Effect::AwaitBit(_)),
+            Some(behind_gate) => !matches!(behind_gate.effect, Switching::AwaitBit { .. }),
             None => work.job.begins_low(work.leg + 1),
         }
     }
@@ -269,7 +270,7 @@ impl Owner {
         let Some(work) = &self.work else { return Vec::new() };
         let rpm = work.rpm();
         let ticks = (self.machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
-        let on = rest(Stage::Dwell, Effect::Spindle(rpm), ticks, self.position);
+        let on = rest(Stage::Dwell, Switching::Spindle { rpm }, ticks, self.position);
         if rpm == 0 { Vec::new() } else { vec![on] }
     }
 
@@ -291,12 +292,14 @@ impl Owner {
         if starts && up && work.job.begins_low(work.leg) {
             match work.job.entry(&self.machine, work.leg) {
                 Ok(leg) => segments.extend(leg),
-                Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
+                Err(why) => {
+                    return self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust });
+                }
             }
             work.given = work.segments.len();
         }
         while let Some(segment) = work.segments.get(work.given) {
-            if let Effect::AwaitBit(bit) = segment.effect {
+            if let Switching::AwaitBit { bit } = segment.effect {
                 if !unattended {
                     break;
                 }
@@ -361,12 +364,14 @@ impl Owner {
         work.leg += 1;
         work.unpack();
         let last = work.leg >= work.job.stream.legs();
-        self.outside.record(Record::Advance(work.progress(), stop));
+        self.outside.record(Record::Advance { progress: work.progress(), stop });
         // A hole of a chain ends at its bottom. When the next one is not to follow at once, the bit comes out first.
         if self.session.state == State::Pausing && work.job.begins_low(work.leg) {
             match work.job.lift(&self.machine, work.leg - 1) {
                 Ok(lift) => return self.give(Doing::Lift { cut: hole || way, last }, lift),
-                Err(why) => return self.pending.push_back(Event::Failed(why, self.session.trust)),
+                Err(why) => {
+                    return self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust });
+                }
             }
         }
         self.pending.push_back(Event::LegDone { cut: hole || way, last });
@@ -405,10 +410,10 @@ impl Owner {
         if lift && self.position[2] < top {
             match cycles::retract(&self.machine, self.position, top) {
                 Ok(timeline) => segments_up = segments(&timeline, &self.machine),
-                Err(why) => self.pending.push_back(Event::Failed(why, self.session.trust)),
+                Err(why) => self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust }),
             }
         }
-        segments_up.push(rest(Stage::Dwell, Effect::Spindle(0), 0, self.position));
+        segments_up.push(rest(Stage::Dwell, Switching::Spindle { rpm: 0 }, 0, self.position));
         self.give(Doing::Safe, segments_up);
     }
 
@@ -427,7 +432,7 @@ impl Owner {
                 if doing == Doing::Queue {
                     return self.queue_ran_dry(why);
                 }
-                self.pending.push_back(Event::Failed(why, self.session.trust));
+                self.fails(why, self.session.trust);
             }
             (Doing::Queue, _) => self.queue_reported(report),
             (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
@@ -440,18 +445,18 @@ impl Owner {
             (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
             (_, Ended::Stopped | Ended::RanDry) => self.pending.push_back(Event::Rested),
             (_, Ended::Starved) => {
-                self.pending.push_back(Event::Failed(alarm("control.starved"), self.session.trust));
+                self.fails(alarm("control.starved"), self.session.trust);
             }
             (Doing::Homing(homing), _) => self.homed(homing, report),
-            (_, Ended::Late(ticks)) => self.pending.push_back(Event::Failed(late(ticks), Trust::Suspect)),
+            (_, Ended::Late { ticks }) => self.fails(late(ticks), Trust::Suspect),
             (_, Ended::Guarded(input)) => {
                 let why = alarm("control.end_sensor").with("sensor", name(input));
-                self.pending.push_back(Event::Failed(why, Trust::Suspect));
+                self.fails(why, Trust::Suspect);
             }
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);
                 let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
-                self.pending.push_back(Event::Failed(why.with("seconds", us / 1e6), self.session.trust));
+                self.fails(why.with("seconds", us / 1e6), self.session.trust);
             }
             (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => {
                 if let (Ended::Gated(at), Some(work)) = (report.ended, &mut self.work) {
@@ -461,7 +466,7 @@ impl Owner {
                     return self.pending.push_back(Event::Rested);
                 }
                 if let Err(why) = self.rejoin() {
-                    self.pending.push_back(Event::Failed(why, self.session.trust));
+                    self.fails(why, self.session.trust);
                 }
             }
             (Doing::Leg, Ended::Completed) => {
@@ -478,5 +483,10 @@ impl Owner {
             }
             (_, _) => self.pending.push_back(Event::Arrived),
         }
+    }
+
+    /// What is done fails: the alarm that tells of it, and what the position is worth afterwards.
+    fn fails(&mut self, alarm: Diagnostic, left: Trust) {
+        self.pending.push_back(Event::Failed { alarm, left });
     }
 }

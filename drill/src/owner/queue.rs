@@ -15,7 +15,7 @@ use annulus_core::control::{Event, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::cycles;
 use annulus_core::pins::Outcome;
-use annulus_core::queue::{self, Action, Harm, Mode, Queue, Rest, RowResult, Run, Standing, check};
+use annulus_core::queue::{self, Harm, Mode, Queue, QueueAction, QueueRun, Rest, RowResult, Standing, check};
 use annulus_core::wire::{QueuePhase, QueueStatus, Tell};
 use std::time::Duration;
 
@@ -28,7 +28,7 @@ pub(crate) struct Lab {
     queue: Queue,
     /// Rows it comes through.
     total: u32,
-    run: Run,
+    run: QueueRun,
     begun: bool,
     mode: Mode,
     phase: QueuePhase,
@@ -58,7 +58,7 @@ impl Owner {
         let queue = queue::read("", &text).map_err(first)?;
         let standing = self.standing();
         let checked = check(&queue, &self.machine, &self.machine.output_names(), &standing)?;
-        let run = Run::new(queue.clone(), self.machine.output_names(), standing);
+        let run = QueueRun::new(queue.clone(), self.machine.output_names(), standing);
         self.lab = Some(Lab {
             text,
             total: checked.rows,
@@ -94,7 +94,7 @@ impl Owner {
             // The drill may stand elsewhere than when the queue was sent.
             let outputs = self.machine.output_names();
             lab.total = check(&lab.queue, &self.machine, &outputs, &standing)?.rows;
-            lab.run = Run::new(lab.queue.clone(), outputs, standing);
+            lab.run = QueueRun::new(lab.queue.clone(), outputs, standing);
         }
         lab.mode = mode;
         self.try_event(Event::Queue)
@@ -134,7 +134,7 @@ impl Owner {
     }
 
     /// A report in the words of `core`.
-    pub(crate) fn told_to_core(&self, report: &Report) -> queue::Report {
+    pub(crate) fn told_to_core(&self, report: &Report) -> queue::QueueReport {
         let outcome = match report.ended {
             // Stop crossed the report on its way: no row after this one.
             _ if self.session.state == State::Stopping => Outcome::Stopped,
@@ -142,31 +142,31 @@ impl Owner {
             Ended::Gated(at) => Outcome::Gated(at),
             Ended::Unmet(gate) => Outcome::Unmet(gate),
             Ended::Guarded(input) => Outcome::Guarded(input),
-            Ended::Late(ticks) => Outcome::Late(ticks),
+            Ended::Late { ticks } => Outcome::Late { ticks },
             Ended::Stopped | Ended::Starved | Ended::RanDry => Outcome::Stopped,
         };
         let Report { position, inputs, ticks, .. } = *report;
-        queue::Report { outcome, position, inputs, ticks }
+        queue::QueueReport { outcome, position, inputs, ticks }
     }
 
-    fn queue_act(&mut self, actions: Vec<Action>) {
+    fn queue_act(&mut self, actions: Vec<QueueAction>) {
         for action in actions {
             match action {
-                Action::Output(place, on) => self.executor.output(place, on),
-                Action::Correct { axis, steps } => {
+                QueueAction::Output { place, on } => self.executor.output(place, on),
+                QueueAction::Correct { axis, steps } => {
                     for axis in cycles::together(&self.machine, axis) {
                         self.executor.correct(axis, steps);
                         self.position[axis] += steps;
                     }
                 }
-                Action::Play(segments) => {
+                QueueAction::Play(segments) => {
                     self.queue_trust();
                     match self.in_time(segments) {
                         Ok(segments) => self.give(Doing::Queue, segments),
                         Err(why) => self.queue_rests(Rest::Failed(why, Harm::None)),
                     }
                 }
-                Action::Rest(rest) => {
+                QueueAction::Rest(rest) => {
                     self.queue_trust();
                     self.queue_rests(rest);
                 }
@@ -180,7 +180,7 @@ impl Owner {
         let Some(lab) = &self.lab else { return };
         let all = lab.run.standing().all_homed();
         if all != (self.session.trust == Trust::Trusted) && (all || lab.run.homes()) {
-            self.pending.push_back(Event::Counted(all));
+            self.pending.push_back(Event::Counted { all_homed: all });
         }
     }
 
@@ -206,7 +206,7 @@ impl Owner {
                     Harm::Suspect => Trust::Suspect,
                     Harm::Lost => Trust::Lost,
                 };
-                Event::Failed(why, left)
+                Event::Failed { alarm: why, left }
             }
         };
         self.pending.push_back(event);
@@ -225,7 +225,7 @@ impl Owner {
             let actions = lab.run.stopped();
             lab.phase = QueuePhase::Stopped;
             let switched =
-                actions.into_iter().filter(|action| matches!(action, Action::Output(..))).collect();
+                actions.into_iter().filter(|action| matches!(action, QueueAction::Output { .. })).collect();
             self.queue_act(switched);
         }
         self.tell_queue(true);

@@ -3,7 +3,7 @@
 use crate::support::{PULSE, SETUP};
 use annulus_core::chance::Chance;
 use annulus_link::cobs::Unstuffer;
-use annulus_link::cutter::{Cutter, Piece, Rule};
+use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open};
 use annulus_link::message::{Ask, Begin, Configure, Place, State, Status, Tell, Welcome};
 use annulus_link::run::Run;
@@ -251,7 +251,7 @@ impl Rig {
     ) {
         let status = self.status.unwrap();
         let lists = runs.each_ref().map(Vec::as_slice);
-        let mut cutter = Cutter::new(lists, ticks.into(), status.chunk, status.index);
+        let mut cutter = ChunkCutter::new(lists, ticks.into(), status.chunk, status.index);
         let (mut next, mut begun) = (cutter.cut(rule), false);
         for _ in 0..100_000 {
             while self.status.unwrap().resident < ahead && self.sender.pending() < 3 {

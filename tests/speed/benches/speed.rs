@@ -7,9 +7,9 @@ use annulus_app::model::{DrawEvent, FrameEvent, Model, update};
 use annulus_app::view::Touch;
 use annulus_core::artwork::{self, Overrides};
 use annulus_core::cam::work::Work;
-use annulus_core::cam::{self, Order};
+use annulus_core::cam::{self, HoleOrder};
 use annulus_core::geometry::Point;
-use annulus_core::proof::{self, Options};
+use annulus_core::proof::{self, ProofOptions};
 use annulus_core::units::Length;
 use annulus_core::{geometry, machine};
 use annulus_speed::{make_stream, make_stream_on, steps_of, timeline, timeline_on};
@@ -81,7 +81,7 @@ fn planning(criterion: &mut Criterion) {
     group.sample_size(10);
     for holes in [1_000_usize, 100_000] {
         let board = cam::bench::scattered_board(holes, 1);
-        let work = Work::drilling(&board, &machine, Order::Shortest);
+        let work = Work::drilling(&board, &machine, HoleOrder::Shortest);
         group.throughput(Throughput::Elements(holes as u64));
         group.bench_with_input(BenchmarkId::new("shortest", holes), &board, |bencher, board| {
             bencher.iter(|| annulus_speed::drilled(board, &work, &machine).parts.len());
@@ -157,12 +157,12 @@ fn tours(_: &mut Criterion) {
 fn proofs(criterion: &mut Criterion) {
     let board = annulus_speed::copper::islands(1_000);
     let programs = [annulus_speed::copper::isolated(&board)];
-    let verdict = proof::prove(&board, &programs, &Options::default());
+    let verdict = proof::prove(&board, &programs, &ProofOptions::default());
     println!("proof/1000 islands: {} islands, {} findings", verdict.islands, verdict.findings.len());
     let mut group = criterion.benchmark_group("proof");
     group.sample_size(10);
     group.bench_function("1000 islands", |bencher| {
-        bencher.iter(|| black_box(proof::prove(&board, &programs, &Options::default())).islands);
+        bencher.iter(|| black_box(proof::prove(&board, &programs, &ProofOptions::default())).islands);
     });
     group.finish();
 }
@@ -257,7 +257,7 @@ fn drawing(criterion: &mut Criterion) {
         bencher.iter(|| {
             press(model, Touch::Down, 300.0, 2.0);
             press(model, Touch::Up, 300.0, 2.0);
-            draw_event(model, DrawEvent::Act { act: Act::Undo(true) });
+            draw_event(model, DrawEvent::Act { act: Act::Undo { back: true } });
         });
     });
     draw_event(model, DrawEvent::Take { tool: Tool::Select });

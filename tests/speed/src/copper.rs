@@ -5,7 +5,7 @@
 
 use annulus_core::board::{Board, Copper, Face};
 use annulus_core::chance::Chance;
-use annulus_core::geometry::{Path, Point, Region, Segment, circle, grow, stroke, union};
+use annulus_core::geometry::{Path, PathSegment, Point, Region, circle, grow, stroke, union};
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::units::Length;
 
@@ -65,9 +65,9 @@ pub fn isolated(board: &Board) -> Program {
 fn along(path: &Path, height: Length) -> Vec<Command> {
     let feed_um_per_s = 5_000;
     let down = Command::Plunge { to: height, feed_um_per_s, gate: None };
-    let mill = |segment: &Segment| match *segment {
-        Segment::Line { to } => Command::Mill { to, height, feed_um_per_s },
-        Segment::Arc { to, centre, clockwise } => {
+    let mill = |segment: &PathSegment| match *segment {
+        PathSegment::Line { to } => Command::Mill { to, height, feed_um_per_s },
+        PathSegment::Arc { to, centre, clockwise } => {
             Command::MillArc { to, height, center: centre, ccw: !clockwise, feed_um_per_s }
         }
     };

@@ -13,7 +13,7 @@ pub use pace::{Pace, pace};
 use annulus_core::board::Board;
 use annulus_core::cam::toolpaths::{Means, Planned, lower_work, plan_work};
 use annulus_core::cam::work::Work;
-use annulus_core::cam::{self, Order, PlanOptions};
+use annulus_core::cam::{self, HoleOrder, PlanOptions};
 use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::motion::{self, Timeline};
 use annulus_core::steps;
@@ -31,7 +31,7 @@ pub fn timeline(holes: usize) -> Timeline {
 /// The same on any machine.
 pub fn timeline_on(machine: &Machine, holes: usize) -> Timeline {
     let board = cam::bench::scattered_board(holes, 1);
-    let work = Work::drilling(&board, machine, Order::File);
+    let work = Work::drilling(&board, machine, HoleOrder::File);
     let program = lower_work(&drilled(&board, &work, machine), &work, machine);
     motion::timeline(&program, machine).expect("the machine is sound")
 }

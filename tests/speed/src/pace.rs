@@ -6,7 +6,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::{Mark, Program};
 use annulus_core::machine::{Law, Machine, MotionLaws};
 use annulus_core::motion::bench::holes_at;
-use annulus_core::motion::coordination::{Rules, cycle_s};
+use annulus_core::motion::coordination::{SpindleRules, cycle_s};
 use annulus_core::motion::{self, drill_cycles};
 
 /// Holes of the row.
@@ -35,7 +35,7 @@ pub fn pace(machine: &Machine, pitch_mm: f64) -> Option<Pace> {
     let planned_s = (bottoms.last()? - bottoms.first()?) / f64::from(HOLES - 1);
     let hop =
         |machine: &Machine| motion::rapid_time_s(machine, Point::default(), Point::from_mm(pitch_mm, 0.0));
-    let rules = |machine: &Machine| Rules {
+    let rules = |machine: &Machine| SpindleRules {
         settle_s: machine.settle_ms * 1e-3,
         latency_s: machine.overlap.latency_ms * 1e-3,
     };
@@ -57,7 +57,7 @@ fn one_by_one_s(timeline: &motion::Timeline) -> f64 {
     let middle = timeline.moves.iter().filter(|planned| planned.mark == Mark::Hole(HOLES / 2));
     middle
         .map(|planned| {
-            let parts = planned.parts.iter().map(motion::Part::duration_s).fold(0.0, f64::max);
+            let parts = planned.parts.iter().map(motion::AxisMove::duration_s).fold(0.0, f64::max);
             if planned.parts.is_empty() { planned.duration_ticks as f64 / 1e7 } else { parts }
         })
         .sum()

@@ -8,9 +8,9 @@
 
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::PlanOptions;
-use annulus_core::cam::toolpaths::{self, Means, Scene};
+use annulus_core::cam::toolpaths::{self, Means, PlacedBoard};
 use annulus_core::cam::usual;
-use annulus_core::cam::work::{Action, Isolate, Operation, Work};
+use annulus_core::cam::work::{Isolate, Operation, OperationKind, Work};
 use annulus_core::geometry::Point;
 use annulus_core::machine::Machine;
 use annulus_core::motion;
@@ -27,7 +27,7 @@ impl Slider {
     /// The board and its job.
     pub fn new() -> Self {
         let machine = crate::machine();
-        let action = Action::Isolate(Isolate { passes: 1, ..Isolate::default() });
+        let action = OperationKind::Isolate(Isolate { passes: 1, ..Isolate::default() });
         let usual = Operation::usual("isolate", Face::Top, &machine);
         let operations = usual.into_iter().map(|operation| Operation { action: action.clone(), ..operation });
         let work = Work { bits: usual::usual_bits(), operations: operations.collect(), ..Work::default() };
@@ -40,7 +40,7 @@ impl Slider {
         for operation in &mut work.operations {
             operation.depth = Length::from_um(i64::from(depth_um));
         }
-        let scene = Scene::of(&self.board, &work);
+        let scene = PlacedBoard::of(&self.board, &work);
         let options = PlanOptions::default();
         let rapid_time = |from: Point, to: Point| motion::rapid_time_s(&self.machine, from, to);
         let means = Means { options: &options, rapid_time: &rapid_time };

@@ -8,7 +8,7 @@ use crate::{copper, layer};
 use annulus_core::board::Board;
 use annulus_core::geometry::{self, Region, grow};
 use annulus_core::job::Program;
-use annulus_core::proof::{self, Options};
+use annulus_core::proof::{self, ProofOptions};
 use annulus_core::units::Length;
 use std::sync::OnceLock;
 
@@ -77,5 +77,5 @@ fn proof() -> u64 {
         let programs = [copper::isolated(&board)];
         (board, programs)
     });
-    proof::prove(board, programs, &Options::default()).findings.len() as u64
+    proof::prove(board, programs, &ProofOptions::default()).findings.len() as u64
 }

@@ -11,11 +11,11 @@ mod raster;
 mod reader;
 mod side;
 
-use annulus_core::board::{Board, Face, Wanted, from_artwork_with};
-use annulus_core::cam::work::{Action, CutOut, Remedy, Work};
+use annulus_core::board::{Board, BoardWanted, Face, from_artwork_with};
+use annulus_core::cam::work::{CutOut, OperationKind, Remedy, Work};
 use annulus_core::geometry::{Bounds, Point, Region};
 use annulus_core::machine::{Machine, virtual_drill};
-use annulus_core::proof::{Cure, Finding, Kind};
+use annulus_core::proof::{Cure, Finding, FindingKind};
 use annulus_core::units::Length;
 use annulus_tests::{corpus, read_folder, root, rounds};
 use raster::Raster;
@@ -71,7 +71,9 @@ fn net_near(wanted: &Raster, at: [f64; 2]) -> Option<u16> {
 /// Nets that are told to be joined, put together: for each its group.
 fn told_groups(side: &Side, wanted: &Raster) -> BTreeMap<u16, u16> {
     let mut group: BTreeMap<u16, u16> = BTreeMap::new();
-    for finding in side.findings.iter().filter(|finding| matches!(finding.kind, Kind::Short | Kind::Gap)) {
+    for finding in
+        side.findings.iter().filter(|finding| matches!(finding.kind, FindingKind::Short | FindingKind::Gap))
+    {
         let nets: BTreeSet<u16> =
             behind(side, finding).into_iter().filter_map(|at| net_near(wanted, at)).collect();
         let roots: Vec<u16> = nets.iter().map(|net| *group.entry(*net).or_insert(*net)).collect();
@@ -102,7 +104,7 @@ fn untold(side: &Side, face: Face) -> Vec<String> {
     }
     // A cone is to leave the copper of the design where it is, within two dots of its edge.
     let mut touched = cut(side, 0.0, DOT, |tool| matches!(tool, Tool::Cone { .. }));
-    let told = side.findings.iter().filter(|finding| !matches!(finding.kind, Kind::Gap));
+    let told = side.findings.iter().filter(|finding| !matches!(finding.kind, FindingKind::Gap));
     for finding in told {
         for at in near(side, finding) {
             touched.stroke(at, at, finding.width.mm().abs() + 0.3, 0);
@@ -135,7 +137,7 @@ fn missing_holes(side: &Side, machine: &Machine) -> Vec<[f64; 2]> {
 /// The board of the sample.
 fn sample() -> Board {
     let artwork = read_folder(&root().join("www/examples"));
-    from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0
+    from_artwork_with(&artwork, &artwork.default_use(), BoardWanted { copper: true, aligned: true }).0
 }
 
 /// The usual job of a board's first side that has copper, changed.
@@ -159,7 +161,8 @@ fn written_programs_do_what_the_proof_says() {
         }
         let artwork = read_folder(&folder);
         let board =
-            from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0;
+            from_artwork_with(&artwork, &artwork.default_use(), BoardWanted { copper: true, aligned: true })
+                .0;
         let copper = board.copper.iter().filter_map(|copper| copper.region.bounds());
         let all = copper.chain(board.outline.bounds()).reduce(|all, next| all.with(next.min).with(next.max));
         let size = all.map(|all| (all.max.x - all.min.x).mm() * (all.max.y - all.min.y).mm());
@@ -192,9 +195,10 @@ fn written_programs_do_what_the_proof_says() {
 
 /// Puts a cure for every gap that is told into the job: the gentlest, and where there is one already the last; whether there was any.
 fn cured(work: &mut Work, side: &Side) -> bool {
-    let joined = side.findings.iter().filter(|found| matches!(found.kind, Kind::Short | Kind::Gap));
+    let joined =
+        side.findings.iter().filter(|found| matches!(found.kind, FindingKind::Short | FindingKind::Gap));
     let isolates = work.operations.iter_mut().find_map(|operation| match &mut operation.action {
-        Action::Isolate(isolate) if operation.on && operation.face == work.setup.face => Some(isolate),
+        OperationKind::Isolate(isolate) if operation.on && operation.face == work.setup.face => Some(isolate),
         _ => None,
     });
     let Some(isolate) = isolates else { return false };
@@ -224,13 +228,15 @@ fn cured_programs_do_what_the_proof_says() {
     for name in boards.iter().take(rounds(1, 4) as usize) {
         let artwork = read_folder(&corpus.join(name));
         let board =
-            from_artwork_with(&artwork, &artwork.default_use(), Wanted { copper: true, aligned: true }).0;
+            from_artwork_with(&artwork, &artwork.default_use(), BoardWanted { copper: true, aligned: true })
+                .0;
         let (work, _) = worked(&board, &machine, |_| {});
         for face in work.faces() {
             let mut work = work.clone();
             work.setup.face = face;
             let mut side = planned_side(&board, &work, &machine);
-            let joined = |side: &Side| side.findings.iter().filter(|found| found.kind == Kind::Gap).count();
+            let joined =
+                |side: &Side| side.findings.iter().filter(|found| found.kind == FindingKind::Gap).count();
             let before = joined(&side);
             for _ in 0..6 {
                 if !cured(&mut work, &side) {
@@ -361,7 +367,7 @@ fn every_copy_of_a_panel_is_cut_alike() {
 fn hangs(board: &Board, machine: &Machine, change: impl Fn(&mut CutOut)) -> (bool, Side) {
     let (work, _) = worked(board, machine, |work| {
         for operation in &mut work.operations {
-            if let Action::CutOut(cut_out) = &mut operation.action {
+            if let OperationKind::CutOut(cut_out) = &mut operation.action {
                 change(cut_out);
             }
         }

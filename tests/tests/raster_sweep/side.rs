@@ -9,7 +9,7 @@ use annulus_core::board::{Board, Face};
 use annulus_core::cam::toolpaths::{Means, Planned, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{PlanOptions, briefing};
-use annulus_core::geometry::{Path, Point, Segment};
+use annulus_core::geometry::{Path, PathSegment, Point};
 use annulus_core::machine::Machine;
 use annulus_core::motion;
 use annulus_core::post::{self, Manner};
@@ -36,8 +36,11 @@ pub(super) fn planned_side(board: &Board, work: &Work, machine: &Machine) -> Sid
         .iter()
         .map(|file| reader::read(&file.text).unwrap_or_else(|why| panic!("{}: {why}", file.name)));
     let files = files.collect();
-    let asked =
-        proof::Options { face: work.setup.face, owned: work.bits.clone(), ..proof::Options::default() };
+    let asked = proof::ProofOptions {
+        face: work.setup.face,
+        owned: work.bits.clone(),
+        ..proof::ProofOptions::default()
+    };
     let findings = proof::prove(&planned.board, std::slice::from_ref(&program), &asked).findings;
     Side { planned, files, findings }
 }
@@ -48,8 +51,8 @@ pub(super) fn places(path: &Path, zero: Point) -> Vec<[f64; 2]> {
     let (mut from, mut out) = (mm(path.start), vec![mm(path.start)]);
     for segment in &path.segments {
         match *segment {
-            Segment::Line { to } => out.push(mm(to)),
-            Segment::Arc { to, centre, clockwise } => {
+            PathSegment::Line { to } => out.push(mm(to)),
+            PathSegment::Arc { to, centre, clockwise } => {
                 let (to, centre) = (mm(to), mm(centre));
                 let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
                 let angle = |at: [f64; 2]| (at[1] - centre[1]).atan2(at[0] - centre[0]);

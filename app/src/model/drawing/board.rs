@@ -18,12 +18,12 @@ use crate::model::{Document, Effect, Lane, Model, files, frame};
 use crate::said::{Text, key};
 use annulus_core::artwork;
 use annulus_core::board::drawing;
-use annulus_core::project::saved::Said;
+use annulus_core::project::saved::SaidOfFiles;
 use std::sync::Arc;
 
 /// What a drawing is saved as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Export {
+pub enum DrawingExport {
     /// Gerber and Excellon, in one zip.
     Board,
     /// A picture.
@@ -258,22 +258,24 @@ pub(super) fn make(model: &mut Model, tab: Tab) -> Vec<Effect> {
     files.push((name, text));
     let open = draw.with_board.seen.clone().filter(|_| again);
     let (said, job) =
-        open.map_or_else(|| (Said::default(), None), |open| (open.said.clone(), open.job.clone()));
+        open.map_or_else(|| (SaidOfFiles::default(), None), |open| (open.said.clone(), open.job.clone()));
     files::read(model, Wanted { files, said, job, again, place: None })
 }
 
 /// The drawing as files.
-pub(super) fn export(model: &mut Model, what: Export) -> Vec<Effect> {
+pub(super) fn export(model: &mut Model, what: DrawingExport) -> Vec<Effect> {
     let drawing = model.draw.editor.drawing();
     let stem = drawing::stem(drawing.name());
     let saved = |name: String, kind: &'static str, bytes: Vec<u8>| vec![Effect::Save { name, kind, bytes }];
     match what {
-        Export::Svg => saved(format!("{stem}.svg"), "image/svg+xml", drawing::svg(drawing).into_bytes()),
-        Export::Drawing => {
+        DrawingExport::Svg => {
+            saved(format!("{stem}.svg"), "image/svg+xml", drawing::svg(drawing).into_bytes())
+        }
+        DrawingExport::Drawing => {
             let text = drawing::write(model.draw.editor.history());
             saved(format!("{stem}.drawing.json"), "application/json", text.into_bytes())
         }
-        Export::Board => {
+        DrawingExport::Board => {
             let files = drawing::files(drawing).into_iter();
             let files: Vec<(String, Vec<u8>)> = files.map(|(name, text)| (name, text.into_bytes())).collect();
             if files.is_empty() {

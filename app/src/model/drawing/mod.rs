@@ -13,12 +13,12 @@ mod board;
 mod kept;
 mod lying;
 
-pub use board::{Export, Using};
+pub use board::{DrawingExport, Using};
 pub(super) use board::{answered, follow};
 pub use kept::{Earlier, PLACES};
 
 use super::{Effect, Model};
-use crate::drawing::fields::{self, Field, Row};
+use crate::drawing::fields::{self, Field, FieldRow};
 use crate::drawing::keys::StepSize;
 use crate::drawing::tree::{self, TreeRow};
 use crate::drawing::{Act, Chosen, DrawKey, Editor, Marks, Pen, Pointer, Sheet, Tool, typed};
@@ -60,7 +60,7 @@ pub struct Shown {
     /// The tree.
     pub tree: Arc<Vec<TreeRow>>,
     /// The fields of what is chosen.
-    pub fields: Arc<Vec<Row>>,
+    pub fields: Arc<Vec<FieldRow>>,
     /// Of which drawing, which choice and which open groups that is.
     of: (u32, BTreeSet<Catch>, BTreeSet<Id>),
 }
@@ -188,7 +188,7 @@ pub enum DrawEvent {
     /// The drawing is saved as files.
     Export {
         /// Which.
-        what: Export,
+        what: DrawingExport,
     },
     /// The example of the manual is wanted.
     Example,
@@ -446,7 +446,7 @@ fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
             editor.take(Tool::Select);
             choose_at_aim(editor);
         }
-        DrawKey::Step(x, y, size) => {
+        DrawKey::Step { x, y, size } => {
             let step = draw.step_of(size);
             draw.editor.nudge((x, y), step);
         }
@@ -456,9 +456,9 @@ fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
         DrawKey::Back => editor.back_by_a_piece(),
         DrawKey::Act(act) => editor.act(act),
         DrawKey::Group => editor.group(group),
-        DrawKey::Side(top) => editor.pen.layer = if top { Layer::Top } else { Layer::Bottom },
+        DrawKey::Side { upper: top } => editor.pen.layer = if top { Layer::Top } else { Layer::Bottom },
         // These only move the focus: the screen does it.
-        DrawKey::Numbers | DrawKey::Rename | DrawKey::Type(_) => {}
+        DrawKey::Numbers | DrawKey::Rename | DrawKey::Type { .. } => {}
     }
 }
 

@@ -8,7 +8,7 @@
 //!
 //! Comes in: wishes, what the browser says. Goes out: effects. Does not know ports.
 
-use super::{Link, Phase, closed, connect};
+use super::{Link, LinkPhase, closed, connect};
 use crate::model::{Effect, Model};
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
@@ -124,7 +124,7 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
         }
         ControllerEvent::OtherSpeed if controller.chosen => {
             // The worker took the page's hello; nobody was there behind it.
-            model.link.phase = Phase::Connecting;
+            model.link.phase = LinkPhase::Connecting;
             connect(model)
         }
         ControllerEvent::Plugged if controller.chosen => {
@@ -148,7 +148,7 @@ fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     let before = std::mem::take(&mut model.link);
     let known = before.controller.known || chosen;
     let controller = Controller { chosen, known, who: None, ..before.controller };
-    let phase = if chosen || before.session.is_some() { Phase::Connecting } else { Phase::Unpaired };
+    let phase = if chosen || before.session.is_some() { LinkPhase::Connecting } else { LinkPhase::Unpaired };
     let (session, log) = (before.session, before.log);
     model.link = Link { phase, session, log, controller, ..Link::default() };
     model.start.preflight = None;
@@ -156,7 +156,7 @@ fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     if !chosen {
         effects.push(Effect::LeavePort);
     }
-    if phase == Phase::Connecting {
+    if phase == LinkPhase::Connecting {
         effects.extend(connect(model));
     }
     effects

@@ -7,7 +7,7 @@
 //!
 //! Comes in: presses of pointers and keys. Goes out: steps and holds; only what the machine allows when they begin. No diagonals.
 
-use super::{Link, Phase, jog};
+use super::{Link, LinkPhase, jog};
 use crate::health::Freshness;
 use crate::model::{Effect, Event, Model};
 use annulus_core::control::State;
@@ -20,13 +20,13 @@ const LONG_MS: u32 = 300;
 const IDLE_MS: u32 = 30_000;
 
 /// What a press asks for: the axis (0 X, 1 Y, 2 Z), and whether upwards.
-pub type Direction = (u8, bool);
+pub type JogDirection = (u8, bool);
 
 /// A press that was not let go yet.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Press {
     number: u32,
-    way: Direction,
+    way: JogDirection,
     distance_um: i32,
     /// Which pointer; none for a key.
     pointer: Option<i32>,
@@ -73,7 +73,7 @@ pub enum HandEvent {
     /// A pointer went down on a button; where one is down already, that is the end of it.
     Down {
         /// The button.
-        way: Direction,
+        way: JogDirection,
         /// The pointer.
         pointer: i32,
     },
@@ -92,12 +92,12 @@ pub enum HandEvent {
     /// A button was pressed by a keyboard or a screen reader.
     Clicked {
         /// The button.
-        way: Direction,
+        way: JogDirection,
     },
     /// An armed key went down.
     KeyDown {
         /// Where it moves to; none ends what is held.
-        way: Option<Direction>,
+        way: Option<JogDirection>,
         /// Ten steps at once.
         ten: bool,
         /// It is held down, and told again.
@@ -106,7 +106,7 @@ pub enum HandEvent {
     /// A key was let go.
     KeyUp {
         /// Where it moves to.
-        way: Option<Direction>,
+        way: Option<JogDirection>,
         /// It is Shift.
         shift: bool,
     },
@@ -131,13 +131,13 @@ pub enum HandEvent {
 
 impl Hand {
     /// Where the key that is held moves to.
-    pub fn key_held(&self) -> Option<Direction> {
+    pub fn key_held(&self) -> Option<JogDirection> {
         self.press.filter(|press| press.pointer.is_none()).map(|press| press.way)
     }
 }
 
 fn ready(link: &Link) -> bool {
-    link.phase == Phase::Open
+    link.phase == LinkPhase::Open
         && link.control.yours
         && link.freshness == Freshness::Fresh
         && (link.state() == Some(State::Ready) || link.controller.touches_off(link.state()))
@@ -194,7 +194,7 @@ fn wake(after_ms: u32, event: HandEvent) -> Effect {
     Effect::Wake { after_ms, event: Box::new(Event::Link(super::LinkEvent::Hand(event))) }
 }
 
-fn begin(model: &mut Model, way: Direction, distance_um: i32, pointer: Option<i32>) -> Vec<Effect> {
+fn begin(model: &mut Model, way: JogDirection, distance_um: i32, pointer: Option<i32>) -> Vec<Effect> {
     let mut effects = end(model, false);
     if !ready(&model.link) {
         return effects;
@@ -226,7 +226,7 @@ fn end(model: &mut Model, clicked: bool) -> Vec<Effect> {
     }
 }
 
-fn step(model: &mut Model, (axis, up): Direction, distance_um: i32) -> Vec<Effect> {
+fn step(model: &mut Model, (axis, up): JogDirection, distance_um: i32) -> Vec<Effect> {
     if !ready(&model.link) {
         return Vec::new();
     }
@@ -259,7 +259,7 @@ fn use_keys(model: &mut Model) -> Effect {
     wake(IDLE_MS, HandEvent::Idle { used: model.link.hand.used })
 }
 
-fn key_down(model: &mut Model, way: Option<Direction>, ten: bool, repeat: bool) -> Vec<Effect> {
+fn key_down(model: &mut Model, way: Option<JogDirection>, ten: bool, repeat: bool) -> Vec<Effect> {
     if !model.link.hand.armed {
         return Vec::new();
     }

@@ -3,7 +3,10 @@
 //! Comes in: a [`Tell`]. Goes out: what is shown, and answers that are due at once. Does not know how it travelled.
 
 use super::controller::Who;
-use super::{Armed, Control, Ended, Interrupted, Link, Noted, Phase, Queue, ask, claim, ping_if_due, stop};
+use super::{
+    Armed, Control, Interrupted, JobEnded, Link, LinkPhase, MachineQueue, Noted, ask, claim, ping_if_due,
+    stop,
+};
 use crate::health::{self, Freshness};
 use crate::model::{Effect, Model};
 use annulus_core::control::Ending;
@@ -47,9 +50,9 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         }
         Tell::Ended { job, ending, holes_done, toolpaths_done } => {
             link.interrupted = None;
-            link.note(wall_ms, Noted::Ended(ending, holes_done, toolpaths_done));
+            link.note(wall_ms, Noted::Ended { ending, holes: holes_done, toolpaths: toolpaths_done });
             let by_you = ending == Ending::Stopped && stop::pressed_here(link, model.clock.page_ms);
-            link.ended = Some(Ended { job, ending, holes_done, toolpaths_done, by_you });
+            link.ended = Some(JobEnded { job, ending, holes_done, toolpaths_done, by_you });
         }
         Tell::Interrupted { job, name, next_leg, holes_done, holes_total, .. } => {
             link.interrupted = Some(Interrupted { job, name, next_leg, holes_done, holes_total });
@@ -93,13 +96,13 @@ fn hello(model: &mut Model, nonce: &str) -> Vec<Effect> {
 /// Hello was accepted: a STOP that was kept goes out before anything else, patience starts anew, and control is taken if nobody
 /// has it.
 fn welcome(model: &mut Model) -> Vec<Effect> {
-    model.link.phase = Phase::Open;
+    model.link.phase = LinkPhase::Open;
     model.link.ever = true;
     model.link.attempt = 0;
     // The other tab let go of the drill.
     model.link.refused.take_if(|why| why.code == "drill.other_tab");
     let mut effects = stop::opened(model);
-    model.link.note(model.clock.wall_ms, Noted::Link(true));
+    model.link.note(model.clock.wall_ms, Noted::Link { open: true });
     effects.extend(ask(model, &Ask::TakeControl { force: false }));
     effects
 }
@@ -133,7 +136,7 @@ fn control(model: &mut Model, now: Control) -> Vec<Effect> {
 
 /// After hello it may be that the bridge was restarted and does not know this page any more.
 fn refused(link: &mut Link, wall_ms: f64, why: Diagnostic) {
-    if matches!(why.code.as_str(), "socket.session" | "socket.proof") && link.phase != Phase::Open {
+    if matches!(why.code.as_str(), "socket.session" | "socket.proof") && link.phase != LinkPhase::Open {
         link.unknown = true;
     }
     link.note(wall_ms, Noted::Refused(why.clone()));
@@ -141,7 +144,7 @@ fn refused(link: &mut Link, wall_ms: f64, why: Diagnostic) {
 }
 
 /// Takes the news of the queue in: all results, or those that changed.
-fn queue(queue: &mut Queue, news: QueueStatus) {
+fn queue(queue: &mut MachineQueue, news: QueueStatus) {
     (queue.phase, queue.row, queue.why) = (news.phase, news.row.map(|row| row as usize), news.why);
     if news.whole {
         queue.results.clear();

@@ -8,7 +8,7 @@
 //! Comes in: one wish of a distance, or of a direction until it is let go. Goes out: that wish, and its renewals. Knows no
 //! buttons.
 
-use super::{Phase, ask};
+use super::{LinkPhase, ask};
 use crate::model::{Effect, Model};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
@@ -56,7 +56,7 @@ pub(super) fn renew(model: &mut Model, hidden: bool) -> Vec<Effect> {
     }
     let jogs = link.state() == Some(State::Jogging);
     let begins = model.clock.page_ms - link.jog.asked_ms < BEGINS_MS;
-    if link.phase == Phase::Open && !hidden && (jogs || begins) {
+    if link.phase == LinkPhase::Open && !hidden && (jogs || begins) {
         return ask(model, &Ask::JogOn);
     }
     let_go(model)

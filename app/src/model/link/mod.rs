@@ -17,7 +17,7 @@ mod stop;
 
 use super::{Effect, Event, Model};
 use crate::health::{self, Claim, Freshness, Ousted, StopWay};
-use crate::lab::log::{Event as Noted, Log};
+use crate::lab::log::{Log, LogEvent as Noted};
 use annulus_core::control::{Ending, State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
@@ -35,7 +35,7 @@ const PING_EVERY_MS: f64 = 800.0;
 
 /// How far the connection is.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Phase {
+pub enum LinkPhase {
     /// No session: the page was opened without the link that the bridge prints.
     #[default]
     Unpaired,
@@ -86,7 +86,7 @@ pub struct Interrupted {
 
 /// How the last job ended.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Ended {
+pub struct JobEnded {
     /// Which.
     pub job: String,
     /// Why.
@@ -101,7 +101,7 @@ pub struct Ended {
 
 /// The machine's queue of work commands.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Queue {
+pub struct MachineQueue {
     /// Its text; empty where there is none.
     pub text: String,
     /// What it is doing.
@@ -118,7 +118,7 @@ pub struct Queue {
 #[derive(Clone, Debug, Default)]
 pub struct Link {
     /// How far the connection is.
-    pub phase: Phase,
+    pub phase: LinkPhase,
     /// Whether a machine was connected since the page was opened.
     pub ever: bool,
     /// How things stand.
@@ -136,7 +136,7 @@ pub struct Link {
     /// A job to be taken up.
     pub interrupted: Option<Interrupted>,
     /// How the last one ended.
-    pub ended: Option<Ended>,
+    pub ended: Option<JobEnded>,
     /// What the bridge's clock is worth; none where the drill is virtual.
     pub timing: Option<Arc<Timing>>,
     /// Why the last wish was refused.
@@ -150,7 +150,7 @@ pub struct Link {
     /// What happened so far.
     pub log: Arc<Log>,
     /// The queue of work commands that the machine has.
-    pub queue: Queue,
+    pub queue: MachineQueue,
     /// The outputs and their lock.
     pub outputs: Outputs,
     /// Who this page is to the bridge.
@@ -332,7 +332,7 @@ fn begun(model: &mut Model, token: Option<String>, kept: Option<Paired>, had: bo
     model.link.claim = Claim { had };
     match (token, kept) {
         (Some(token), _) => {
-            model.link.phase = Phase::Connecting;
+            model.link.phase = LinkPhase::Connecting;
             vec![Effect::Pair { token }]
         }
         (None, Some(kept)) => paired(model, Some(kept)),
@@ -345,7 +345,7 @@ fn paired(model: &mut Model, session: Option<Paired>) -> Vec<Effect> {
     let none = session.is_none();
     model.link.session = session;
     if none && !model.link.controller.chosen {
-        model.link.phase = Phase::Unpaired;
+        model.link.phase = LinkPhase::Unpaired;
         return Vec::new();
     }
     connect(model)
@@ -353,11 +353,11 @@ fn paired(model: &mut Model, session: Option<Paired>) -> Vec<Effect> {
 
 fn connect(model: &mut Model) -> Vec<Effect> {
     let link = &mut model.link;
-    if link.phase == Phase::Open {
+    if link.phase == LinkPhase::Open {
         return Vec::new();
     }
-    if link.phase == Phase::Unpaired {
-        link.phase = Phase::Connecting;
+    if link.phase == LinkPhase::Unpaired {
+        link.phase = LinkPhase::Connecting;
     }
     link.unknown = false;
     vec![if link.controller.chosen { Effect::ConnectController } else { Effect::Connect }]
@@ -391,18 +391,18 @@ fn claim(link: &mut Link, now: Claim) -> Option<Effect> {
 /// The socket is gone. Whoever has control from now on, it is not this connection.
 fn closed(model: &mut Model) -> Vec<Effect> {
     let link = &mut model.link;
-    let was_open = link.phase == Phase::Open;
+    let was_open = link.phase == LinkPhase::Open;
     stop::broke(link);
     link.control = Control::default();
     if was_open {
-        link.note(model.clock.wall_ms, Noted::Link(false));
+        link.note(model.clock.wall_ms, Noted::Link { open: false });
     }
     if link.unknown {
         link.session = None;
-        link.phase = Phase::Unpaired;
+        link.phase = LinkPhase::Unpaired;
         return vec![Effect::ForgetSession];
     }
-    link.phase = if was_open || link.ever { Phase::Lost } else { Phase::Connecting };
+    link.phase = if was_open || link.ever { LinkPhase::Lost } else { LinkPhase::Connecting };
     let after_ms = health::retry_ms(link.attempt);
     link.attempt = link.attempt.saturating_add(1);
     vec![Effect::Wake { after_ms, event: Box::new(Event::Link(LinkEvent::Retry)) }]
@@ -410,7 +410,7 @@ fn closed(model: &mut Model) -> Vec<Effect> {
 
 fn ping_if_due(model: &mut Model) -> Vec<Effect> {
     let now = model.clock.page_ms;
-    if model.link.phase != Phase::Open || now - model.link.pinged_ms < PING_EVERY_MS {
+    if model.link.phase != LinkPhase::Open || now - model.link.pinged_ms < PING_EVERY_MS {
         return Vec::new();
     }
     model.link.pinged_ms = now;

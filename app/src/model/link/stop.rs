@@ -2,7 +2,7 @@
 //!
 //! Comes in: the press, answers. Goes out: `Ask::Stop` and, after 250 ms of silence, the alert. Knows no buttons.
 
-use super::{Link, LinkEvent, Phase, ask};
+use super::{Link, LinkEvent, LinkPhase, ask};
 use crate::health::{STOP_PATIENCE_MS, StopWay};
 use crate::model::{Effect, Event, Model};
 use annulus_core::control::State;
@@ -21,7 +21,7 @@ pub(super) fn pressed_here(link: &Link, now_ms: f64) -> bool {
 /// Stops the machine. With no link the wish is kept and goes out first on the next one.
 pub(super) fn pressed(model: &mut Model) -> Vec<Effect> {
     model.link.pressed_ms = Some(model.clock.page_ms);
-    if model.link.phase != Phase::Open {
+    if model.link.phase != LinkPhase::Open {
         model.link.stop = StopWay::Latched;
         model.link.stop_unconfirmed = true;
         return Vec::new();

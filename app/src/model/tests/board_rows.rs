@@ -8,7 +8,7 @@ use crate::model::{Document, Unseen};
 use crate::said::Text;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::project::saved::Said;
+use annulus_core::project::saved::SaidOfFiles;
 use annulus_core::wire::DrilledReport;
 
 /// Errors of a file and of the board, what was accepted of them, and what is to be seen first.
@@ -35,7 +35,7 @@ fn what_has_to_be_seen_is_called_what_it_is() {
             diagnostics: errors(of_board),
             ..Reading::default()
         };
-        let document = Document::new(Vec::new(), Said::default(), None, reading);
+        let document = Document::new(Vec::new(), SaidOfFiles::default(), None, reading);
         let accepted = accepted.iter().map(|code| (*code).to_owned()).collect();
         assert_eq!(document.unseen(&accepted), expected, "{of_file:?} {of_board:?} {accepted:?}");
     }

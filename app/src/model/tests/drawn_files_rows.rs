@@ -4,7 +4,7 @@ use super::draw_rows::Sheet;
 use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
-use crate::model::drawing::Export;
+use crate::model::drawing::DrawingExport;
 use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, Model};
 use annulus_core::board::drawing;
 use annulus_core::diagnostic::Diagnostic;
@@ -191,9 +191,9 @@ fn a_drawing_is_saved_as_files() {
             other => panic!("{other:?}"),
         }
     };
-    let names = [Export::Board, Export::Svg, Export::Drawing].map(&mut name);
+    let names = [DrawingExport::Board, DrawingExport::Svg, DrawingExport::Drawing].map(&mut name);
     assert_eq!(names, ["my_board.zip", "my_board.svg", "my_board.drawing.json"]);
     let mut empty = Sheet::default();
-    empty.event(DrawEvent::Export { what: Export::Board });
+    empty.event(DrawEvent::Export { what: DrawingExport::Board });
     assert!(empty.out.is_empty() && empty.model.draw.editor.said.is_some());
 }

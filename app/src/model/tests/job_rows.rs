@@ -1,7 +1,7 @@
 //! Edits of the job, what was read of its findings, and what is written of it.
 
 use super::story::{Story, compare};
-use crate::model::export::Outcome;
+use crate::model::export::ExportOutcome;
 
 /// Kinds of the operations, the chosen one in brackets, steps back and on.
 fn job(story: &Story) -> String {
@@ -93,9 +93,9 @@ fn written(story: &Story) -> String {
     let export = &story.model.export;
     let outcome = match &export.outcome {
         None => String::new(),
-        Some(Outcome::Saved { names }) => format!("saved {}", names.join(" ")),
-        Some(Outcome::Unread { sides }) => format!("unread on {}", sides.len()),
-        Some(Outcome::Refused { why }) => why.code.clone(),
+        Some(ExportOutcome::Saved { names }) => format!("saved {}", names.join(" ")),
+        Some(ExportOutcome::Unread { sides }) => format!("unread on {}", sides.len()),
+        Some(ExportOutcome::Refused { why }) => why.code.clone(),
     };
     let refused = export.refused.first().map(|why| format!("refused {}", why.code)).unwrap_or_default();
     let sheet = if export.run_sheet.is_some() { "sheet" } else { "" };

@@ -1,8 +1,8 @@
 //! The Lab by rows: edits and undo, the lock, the queue's run in the page, inputs and their check.
 
 use super::line;
-use crate::lab::queue::Edit;
-use crate::lab::{LabEdits, Panel};
+use crate::lab::queue::QueueEdit;
+use crate::lab::{LabEdits, LabPanel};
 use crate::model::{Effect, Event, LabEvent, LinkEvent, Model, update};
 use crate::said::Text;
 use annulus_core::control::State;
@@ -43,7 +43,7 @@ impl Story {
             field: field.map(str::to_owned),
             bench: Box::new(bench),
         };
-        let text = |text: String| bench.with_queue(&Edit::Text(text)).0;
+        let text = |text: String| bench.with_queue(&QueueEdit::Text(text)).0;
         let event = match word {
             "edit" => change(None, bench.with_field("a", self.count.to_string())),
             "type" => change(Some("a"), bench.with_field("a", self.count.to_string())),
@@ -62,7 +62,7 @@ impl Story {
             "count-anew" => LabEvent::CountAnew,
             "check" => LabEvent::Check,
             "skip" => LabEvent::Skip,
-            "io" => LabEvent::Show { sheet: Panel::Io },
+            "io" => LabEvent::Show { sheet: LabPanel::Io },
             "kept" => LabEvent::Kept { text: LabEdits::default().with_field("a", "7".to_owned()).kept() },
             "ready" => return status(State::Ready, 0),
             "job" => return status(State::Running, 0),

@@ -3,10 +3,10 @@
 //! Comes in: words, one an event; `+250` lets so many ms go by. Goes out: what the last word asked of the outside.
 
 use crate::engine::messages::{Answer, Timed};
-use crate::lab::log::Kind;
-use crate::model::link::{Interrupted, Notice, Phase};
+use crate::lab::log::Topic;
+use crate::model::link::{Interrupted, LinkPhase, Notice};
 use crate::model::{
-    Clock, ControllerEvent, Effect, Event, HandEvent, Job, LinkEvent, Model, StartEvent, Support, update,
+    Clocks, ControllerEvent, Effect, Event, HandEvent, Job, LinkEvent, Model, StartEvent, Support, update,
 };
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
@@ -14,7 +14,7 @@ use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::Value;
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, MissingReport, Paired, PreflightRow, Status, Tell, Verdict, program};
+use annulus_core::wire::{Ask, MissingReport, Paired, PreflightRow, RowVerdict, Status, Tell, program};
 use std::sync::Arc;
 
 /// A model with a bridge beside it.
@@ -117,7 +117,7 @@ fn ended(ending: Ending) -> Event {
 }
 
 /// The bridge's verdict on `job`, whose steps have `digest`.
-fn armed(job: &str, digest: &str, verdict: Option<Verdict>) -> Event {
+fn armed(job: &str, digest: &str, verdict: Option<RowVerdict>) -> Event {
     let row = |verdict| PreflightRow { finding: Diagnostic::warning("preflight.lid"), verdict };
     let checks = verdict.map(row).into_iter().collect();
     tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), checks })
@@ -159,7 +159,7 @@ impl Line {
     }
 
     fn send(&mut self, event: Event) {
-        let clock = Clock { page_ms: self.page_ms, wall_ms: self.page_ms };
+        let clock = Clocks { page_ms: self.page_ms, wall_ms: self.page_ms };
         update(&mut self.model, Event::Clock { clock });
         self.out = update(&mut self.model, event);
         for effect in &self.out {
@@ -337,8 +337,8 @@ impl Line {
             "armed" => armed("own", "digest", None),
             "armed-other-steps" => armed("own", "other", None),
             "armed-other-job" => armed("other", "digest", None),
-            "armed-fail" => armed("own", "digest", Some(Verdict::Fail)),
-            "armed-warn" => armed("own", "digest", Some(Verdict::Warn)),
+            "armed-fail" => armed("own", "digest", Some(RowVerdict::Fail)),
+            "armed-warn" => armed("own", "digest", Some(RowVerdict::Warn)),
             _ => return None,
         })
     }
@@ -394,25 +394,25 @@ impl Line {
     /// How far the connection is, in a word.
     pub(super) fn phase(&self) -> &'static str {
         match self.model.link.phase {
-            Phase::Unpaired => "unpaired",
-            Phase::Connecting => "connecting",
-            Phase::Open => "open",
-            Phase::Lost => "lost",
+            LinkPhase::Unpaired => "unpaired",
+            LinkPhase::Connecting => "connecting",
+            LinkPhase::Open => "open",
+            LinkPhase::Lost => "lost",
         }
     }
 
     /// The kinds of what is in the log, the oldest first.
     pub(super) fn log(&self) -> String {
-        use crate::lab::log::Event as Noted;
+        use crate::lab::log::LogEvent as Noted;
         let mut entries = self.model.link.log.newest(|_| true);
         entries.reverse();
         let word = |event: &Noted| match (event, event.kind()) {
             (Noted::Settings, _) => "settings",
             (Noted::Control { .. }, _) => "control",
-            (_, Kind::Machine) => "machine",
-            (_, Kind::Trouble) => "trouble",
-            (_, Kind::Asked) => "asked",
-            (_, Kind::Link) => "link",
+            (_, Topic::Machine) => "machine",
+            (_, Topic::Trouble) => "trouble",
+            (_, Topic::Asked) => "asked",
+            (_, Topic::Link) => "link",
         };
         entries.iter().map(|entry| word(&entry.event)).collect::<Vec<_>>().join(" ")
     }

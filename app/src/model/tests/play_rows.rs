@@ -2,7 +2,7 @@
 
 use crate::engine::messages::Timed;
 use crate::keys::Stride;
-use crate::model::{Clock, Effect, Event, Model, PlayEvent, update};
+use crate::model::{Clocks, Effect, Event, Model, PlayEvent, update};
 use annulus_core::geometry::Point;
 use annulus_core::machine::virtual_drill;
 use annulus_core::motion::timeline;
@@ -27,7 +27,7 @@ fn playing(at_s: f64, speed: f64) -> Model {
 }
 
 fn frame(model: &mut Model, page_ms: f64) -> Vec<Effect> {
-    update(model, Event::Clock { clock: Clock { page_ms, wall_ms: 0.0 } });
+    update(model, Event::Clock { clock: Clocks { page_ms, wall_ms: 0.0 } });
     update(model, PlayEvent::Frame.into())
 }
 
@@ -68,7 +68,7 @@ fn another_plan_is_played_from_its_beginning() {
     let mut model = playing(3.0, 1.0);
     model.play.running = true;
     model.board.timed = Some(Arc::new(Timed::default()));
-    update(&mut model, PlayEvent::Step { stride: Stride::Hole(true) }.into());
+    update(&mut model, PlayEvent::Step { stride: Stride::Hole { onwards: true } }.into());
     assert!(model.play.at_s.abs() < 1e-9 && !model.play.running);
 }
 

@@ -4,8 +4,8 @@
 //! Goes out: what is on its way, what is known, and what the last word asked of the outside.
 
 use crate::engine::Stopped;
-use crate::engine::messages::{Answer, Exported, FileRow, Planned, Proved, Reading, Request, Timed};
-use crate::model::planning::{OnTheWay, Step};
+use crate::engine::messages::{Answer, Exported, FileRow, PlanReady, Proved, Reading, Request, Timed};
+use crate::model::planning::{OnTheWay, PlanStep};
 use crate::model::{
     Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, LinkEvent, Model, Offer,
     TemplateEvent, export, update,
@@ -19,8 +19,8 @@ use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::{Value, virtual_drill};
 use annulus_core::post::OutputFile;
-use annulus_core::project::saved::{Project, Said};
-use annulus_core::proof::{Finding, Group, Kind, Pair};
+use annulus_core::project::saved::{Project, SaidOfFiles};
+use annulus_core::proof::{Finding, FindingKind, Group, Pair};
 use annulus_core::units::Length;
 use annulus_core::wire::{Tell, program};
 
@@ -119,7 +119,7 @@ fn reading(board_key: u32, diagnostics: Vec<Diagnostic>, holes: usize) -> Readin
     }
 }
 
-fn planned(diagnostics: Vec<Diagnostic>) -> Planned {
+fn planned(diagnostics: Vec<Diagnostic>) -> PlanReady {
     let empty = Program {
         name: "a".to_owned(),
         machine: String::new(),
@@ -131,13 +131,13 @@ fn planned(diagnostics: Vec<Diagnostic>) -> Planned {
         accepted: Vec::new(),
     };
     let program = program::encode(&empty);
-    Planned { key: program::key(&program), program, diagnostics, ..Planned::default() }
+    PlanReady { key: program::key(&program), program, diagnostics, ..PlanReady::default() }
 }
 
 /// A finding that must be read.
 pub(super) fn finding(id: &str) -> Finding {
     let nets = vec!["A".to_owned(), "B".to_owned()];
-    let found = Finding::new(Kind::Gap, Point::default(), Length::from_um(100), nets);
+    let found = Finding::new(FindingKind::Gap, Point::default(), Length::from_um(100), nets);
     Finding { id: id.to_owned(), ..found }
 }
 
@@ -157,7 +157,7 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
     let read = |diagnostics, holes| Ok(Answer::Read(Box::new(reading(number, diagnostics, holes))));
     let plan = |diagnostics| Ok(Answer::Planned(Box::new(planned(diagnostics))));
     let project =
-        |job: Option<String>| Answer::Opened(Project { files: files(7), said: Said::default(), job });
+        |job: Option<String>| Answer::Opened(Project { files: files(7), said: SaidOfFiles::default(), job });
     let proof = |ids: &[&str]| {
         let findings: Vec<Finding> = ids.iter().map(|id| finding(id)).collect();
         let groups = findings.iter().map(group).collect();
@@ -267,7 +267,7 @@ impl Story {
             "open" => FilesEvent::Chosen { files: files(1) },
             "open-other" => FilesEvent::Chosen { files: files(2) },
             "open-project" => {
-                let project = Project { files: files(7), said: Said::default(), job: None };
+                let project = Project { files: files(7), said: SaidOfFiles::default(), job: None };
                 let bytes = annulus_core::project::saved::write(&project).unwrap();
                 FilesEvent::Chosen { files: vec![("a.annulus".to_owned(), bytes)] }
             }
@@ -385,9 +385,9 @@ impl Story {
             OnTheWay::Opening { .. } => "opening",
             OnTheWay::Reading { .. } => "reading",
             OnTheWay::Planning { again: true, .. } => "planning-again",
-            OnTheWay::Planning { step: Step::Plan, .. } => "planning",
-            OnTheWay::Planning { step: Step::Prove { .. }, .. } => "proving",
-            OnTheWay::Planning { step: Step::Time { .. }, .. } => "timing",
+            OnTheWay::Planning { step: PlanStep::Plan, .. } => "planning",
+            OnTheWay::Planning { step: PlanStep::Prove { .. }, .. } => "proving",
+            OnTheWay::Planning { step: PlanStep::Time { .. }, .. } => "timing",
         }
     }
 

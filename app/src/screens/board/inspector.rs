@@ -2,7 +2,7 @@
 //!
 //! Comes in: the plan. Goes out: order, first bit, accepted errors.
 
-use crate::engine::messages::Planned;
+use crate::engine::messages::PlanReady;
 use crate::format::duration;
 use crate::i18n::{key, say, sentence, t};
 use crate::keys::Tab;
@@ -10,7 +10,7 @@ use crate::model::{Event, FilesEvent, FrameEvent, JobEvent};
 use crate::page::{frame, open_board, open_job, send};
 use crate::screens::review::finding;
 use crate::widgets::{choice, fact, push, shape};
-use annulus_core::cam::Order;
+use annulus_core::cam::HoleOrder;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{div, dl, h2, header, label, option, p, section, select, span};
@@ -26,10 +26,10 @@ pub(crate) fn inspector() -> impl IntoView {
     (first, order(), gains(waits), last)
 }
 
-const ORDERS: [(Order, &str); 3] = [
-    (Order::Shortest, key!("page.plan.shortest")),
-    (Order::Fastest, key!("page.plan.fastest")),
-    (Order::File, key!("page.plan.file")),
+const ORDERS: [(HoleOrder, &str); 3] = [
+    (HoleOrder::Shortest, key!("page.plan.shortest")),
+    (HoleOrder::Fastest, key!("page.plan.fastest")),
+    (HoleOrder::File, key!("page.plan.file")),
 ];
 
 fn order() -> impl IntoView {
@@ -82,7 +82,7 @@ fn bar(class: &'static str, share: f64) -> impl IntoView {
     div().class(class).child(shape("").style(("--share", format!("{:.1}%", share.clamp(0.0, 1.0) * 100.0))))
 }
 
-fn travel(plan: &Planned) -> impl IntoView + use<> {
+fn travel(plan: &PlanReady) -> impl IntoView + use<> {
     let (before, after) = (plan.travel_before_mm, plan.travel_after_mm);
     let (slow, quick) = (plan.hop_time_before_s, plan.hop_time_after_s);
     let metres = |mm: f64| format!("{:.2}", mm / 1000.0);

@@ -2,7 +2,7 @@
 //!
 //! Comes in: a board and its plan. Goes out: [`Tool`]s and [`Row`]s. Knows no layout.
 
-use crate::engine::messages::Planned;
+use crate::engine::messages::PlanReady;
 use crate::picture;
 use crate::view::Palette;
 use annulus_core::board::Board;
@@ -40,7 +40,7 @@ fn tool(board: &Board, bit: Option<Length>, sizes: Vec<Length>, holes: Vec<u32>)
 }
 
 /// The tools of `board`, by its plan if there is one.
-pub(crate) fn tools(board: &Board, plan: Option<&Planned>) -> Vec<Tool> {
+pub(crate) fn tools(board: &Board, plan: Option<&PlanReady>) -> Vec<Tool> {
     if let Some(plan) = plan {
         let planned =
             plan.bits.iter().map(|bit| tool(board, Some(bit.diameter), bit.sizes.clone(), bit.holes.clone()));

@@ -8,7 +8,7 @@ use crate::workbench::edit;
 use annulus_core::cam::parameters::Parameter;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
-use annulus_core::machine::{Kind, Value};
+use annulus_core::machine::{Value, ValueKind};
 use leptos::ev;
 use leptos::html::{div, input, label, p, select, small, span};
 use leptos::prelude::*;
@@ -50,13 +50,13 @@ pub(super) fn entry<T: 'static>(
         let write = write.clone();
         move |text: String| refused.set(write(edit::value(row, &text)).err())
     };
-    if matches!(row.kind, Kind::Choice(["no", "yes"])) {
+    if matches!(row.kind, ValueKind::Choice(["no", "yes"])) {
         return flag(row, now, write);
     }
     let sentence = row.sentence_key();
     let id = format!("work-{}", row.key.replace('.', "-"));
     let control = match row.kind {
-        Kind::Choice(words) => {
+        ValueKind::Choice(words) => {
             let is = move |word: &str| now.with(|now| matches!(now, Some(Value::Text(now)) if now == word));
             let options =
                 words.iter().copied().map(|word| menu_word(word, move || is(word), move || word_of(word)));
@@ -69,7 +69,7 @@ pub(super) fn entry<T: 'static>(
         _ => input()
             .attr("type", "text")
             .attr("id", id.clone())
-            .attr("inputmode", if matches!(row.kind, Kind::Text(_)) { "text" } else { "decimal" })
+            .attr("inputmode", if matches!(row.kind, ValueKind::Text(_)) { "text" } else { "decimal" })
             .attr("aria-describedby", format!("{id}-help"))
             .attr("aria-invalid", move || refused.with(Option::is_some).then_some("true"))
             .prop("value", move || now.with(|now| shown(now.as_ref())))

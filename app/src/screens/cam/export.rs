@@ -4,7 +4,7 @@
 //! Comes in: the job. Goes out: what is to be written and saved; the way to the template editor.
 
 use crate::i18n::{advice, message, say, t};
-use crate::model::export::{CHORD_ERROR_MM, Outcome, Purpose};
+use crate::model::export::{CHORD_ERROR_MM, ExportOutcome, Purpose};
 use crate::model::template::OWN;
 use crate::model::{ExportEvent, TemplateEvent};
 use crate::page::{open_board, open_job, send};
@@ -77,9 +77,9 @@ fn buttons() -> impl IntoView {
     ))
 }
 
-fn told(outcome: Outcome) -> AnyView {
+fn told(outcome: ExportOutcome) -> AnyView {
     match outcome {
-        Outcome::Saved { names } => {
+        ExportOutcome::Saved { names } => {
             let lines: Vec<_> = names.into_iter().map(|name| li().child(name)).collect();
             div()
                 .class("written")
@@ -87,11 +87,11 @@ fn told(outcome: Outcome) -> AnyView {
                 .child((p().class("quiet").child(t!("page.cam.written")), ol().child(lines)))
                 .into_any()
         }
-        Outcome::Unread { sides } => {
+        ExportOutcome::Unread { sides } => {
             let lines = sides.into_iter().map(|(face, count)| unread_side(face, count));
             div().class("written").attr("role", "alert").child(lines.collect::<Vec<_>>()).into_any()
         }
-        Outcome::Refused { why } => {
+        ExportOutcome::Refused { why } => {
             let cure = why.clone();
             let text = (move || message(&why), " ", move || advice(&cure));
             p().class("refusal").attr("role", "alert").child(text).into_any()

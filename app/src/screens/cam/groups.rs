@@ -16,7 +16,7 @@ use crate::widgets::{Icon, icon, push};
 use crate::workbench::edit;
 use annulus_core::diagnostic::Severity;
 use annulus_core::locale;
-use annulus_core::proof::{Cure, Finding, Group, Kind};
+use annulus_core::proof::{Cure, Finding, FindingKind, Group};
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{button, div, input, label, li, p, span, strong, ul};
@@ -42,7 +42,9 @@ fn by_name(proved: &Proved) -> BTreeMap<&str, usize> {
 /// The groups as they are listed: what has to be read before what need not, and crumbs of copper last.
 fn listed(proved: &Proved) -> Vec<&Group> {
     let mut groups: Vec<&Group> = proved.groups.iter().collect();
-    let crumbs = |group: &Group| matches!(group.kind, Kind::Remnant | Kind::Sliver | Kind::Fragment);
+    let crumbs = |group: &Group| {
+        matches!(group.kind, FindingKind::Remnant | FindingKind::Sliver | FindingKind::Fragment)
+    };
     groups.sort_by_key(|group| (crumbs(group), !group.must_be_read));
     groups
 }
@@ -216,7 +218,12 @@ fn apply(bench: OpenJob, finding: &Finding, cure: &Cure) {
 fn text(finding: &Finding) -> String {
     let alone = matches!(
         finding.kind,
-        Kind::Still | Kind::NoBit | Kind::NotIsolated | Kind::Break | Kind::Gone | Kind::Shallow
+        FindingKind::Still
+            | FindingKind::NoBit
+            | FindingKind::NotIsolated
+            | FindingKind::Break
+            | FindingKind::Gone
+            | FindingKind::Shallow
     );
     if alone {
         return message(&finding.diagnostic());

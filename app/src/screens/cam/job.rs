@@ -17,7 +17,7 @@ use crate::widgets::{Icon, choice, fact, menu_word, picture_button_if};
 use crate::workbench::edit;
 use annulus_core::board::Face;
 use annulus_core::cam::parameters::{Parameter, SETUP};
-use annulus_core::cam::work::{Action, Operation, Setup};
+use annulus_core::cam::work::{Operation, OperationKind, Setup};
 use annulus_core::job::milled_mm;
 use leptos::ev;
 use leptos::html::{
@@ -129,7 +129,7 @@ fn operations() -> impl IntoView {
 pub(super) const ADD: &str = "cam-add";
 
 fn add() -> impl IntoView {
-    let words = Action::WORDS.map(|word| menu_word(word, || false, move || word_of(word)));
+    let words = OperationKind::WORDS.map(|word| menu_word(word, || false, move || word_of(word)));
     select()
         .attr("id", ADD)
         .attr("aria-label", t!("page.cam.add"))

@@ -47,9 +47,9 @@ pub(crate) fn act(key: CamKey) {
                 let _ = menu.focus();
             }
         }
-        CamKey::Move(up) => send(JobEvent::Shift { up }),
-        CamKey::Undo(back) => send(JobEvent::Undo { back }),
+        CamKey::Move { up } => send(JobEvent::Shift { up }),
+        CamKey::Undo { back } => send(JobEvent::Undo { back }),
         CamKey::Remove => send(JobEvent::Remove),
-        CamKey::Problem(on) => problems::walk(on),
+        CamKey::Problem { next: on } => problems::walk(on),
     }
 }

@@ -10,7 +10,7 @@ use crate::page::{OpenJob, frame, open_job};
 use crate::widgets::push;
 use crate::workbench::edit;
 use annulus_core::cam::parameters::{BIT, OPERATION, Parameter};
-use annulus_core::cam::work::{Action, Operation, Work};
+use annulus_core::cam::work::{Operation, OperationKind, Work};
 use annulus_core::job::Bit;
 use annulus_core::units::Length;
 use leptos::ev;
@@ -59,7 +59,7 @@ pub(super) fn values() -> impl IntoView {
 fn fields(bench: OpenJob, at: usize, operation: &Operation) -> impl IntoView + use<> {
     let rows = OPERATION.iter().filter(|row| !ELSEWHERE.contains(&row.key) && row.value(operation).is_some());
     let rows: Vec<AnyView> = rows.map(|row| field(bench, at, row)).collect();
-    let mills = !matches!(operation.action, Action::Drill(_));
+    let mills = !matches!(operation.action, OperationKind::Drill(_));
     div().class("setting-list").child((
         mills.then(|| (bit(bench, at), width(bench, at))),
         rows,

@@ -69,8 +69,8 @@ pub(super) fn actions() -> impl IntoView {
         button(When::Files, key!("page.draw.act.put_back"), Act::PutBack),
     ];
     let turn = vec![
-        button(When::Drawn, key!("page.draw.act.left"), Act::Turn(QUARTER_MDEG)),
-        button(When::Drawn, key!("page.draw.act.right"), Act::Turn(-QUARTER_MDEG)),
+        button(When::Drawn, key!("page.draw.act.left"), Act::Turn { mdeg: QUARTER_MDEG }),
+        button(When::Drawn, key!("page.draw.act.right"), Act::Turn { mdeg: -QUARTER_MDEG }),
         button(When::Drawn, key!("page.draw.act.mirror_x"), Act::Mirror { x: true }),
         button(When::Drawn, key!("page.draw.act.mirror_y"), Act::Mirror { x: false }),
     ];

@@ -6,7 +6,7 @@ use super::inputs::tick;
 use crate::i18n::{language, say, t};
 use crate::keys::Tab;
 use crate::model::DrawEvent;
-use crate::model::drawing::{Earlier, Export};
+use crate::model::drawing::{DrawingExport, Earlier};
 use crate::page::{open_drawing, send};
 use crate::widgets::{push, push_if};
 use js_sys::Date;
@@ -19,7 +19,7 @@ pub(super) fn board() -> impl IntoView {
     let drawing = open_drawing();
     let there = move || drawing.title.with(|(_, count)| *count > 0);
     let usable = move || there() || drawing.over.get().0;
-    let export = |what: Export| move |_| send(DrawEvent::Export { what });
+    let export = |what: DrawingExport| move |_| send(DrawEvent::Export { what });
     let over = move || {
         drawing.over.with(|(_, files)| *files).then(|| {
             tick(move || drawing.over.get().0, t!("page.draw.over"), |on| send(DrawEvent::Over { on }))
@@ -32,9 +32,9 @@ pub(super) fn board() -> impl IntoView {
         move || (there() && drawing.ahead.get()).then(|| p().class("quiet").child(t!("page.draw.ahead"))),
         h3().child(t!("page.draw.files")),
         div().class("row").child((
-            push_if("button small", there, t!("page.draw.save_board"), export(Export::Board)),
-            push_if("button small", there, t!("page.draw.save_svg"), export(Export::Svg)),
-            push_if("button small", there, t!("page.draw.save_drawing"), export(Export::Drawing)),
+            push_if("button small", there, t!("page.draw.save_board"), export(DrawingExport::Board)),
+            push_if("button small", there, t!("page.draw.save_svg"), export(DrawingExport::Svg)),
+            push_if("button small", there, t!("page.draw.save_drawing"), export(DrawingExport::Drawing)),
         )),
         h3().child(t!("page.draw.others")),
         div().class("row").child((

@@ -3,7 +3,7 @@
 //! Comes in: fields with values. Goes out: what is typed into them.
 
 use super::inputs::{LAYERS, SHAPES, labelled, length, shown, tick, typed_field, word};
-use crate::drawing::fields::{Field, Row, Value};
+use crate::drawing::fields::{Field, FieldRow, FieldValue};
 use crate::drawing::typed;
 use crate::i18n::{self, key, number, t};
 use crate::model::DrawEvent;
@@ -46,20 +46,20 @@ pub(super) fn rename() {
 fn row(field: Field) -> Option<AnyView> {
     let drawing = open_drawing();
     let value = Memo::new(move |_| {
-        let own = |row: &&Row| row.field == field;
+        let own = |row: &&FieldRow| row.field == field;
         drawing.fields.with(|rows| rows.iter().find(own).map(|row| row.value.clone()))
     });
     let id = format!("draw-{}", field.word());
     let set = move |text: String| send(DrawEvent::Set { field, text });
     let now = move || value.get();
     Some(match value.get_untracked()? {
-        Value::Length(_) => {
-            let value = move || if let Some(Value::Length(length)) = now() { length } else { None };
+        FieldValue::Length(_) => {
+            let value = move || if let Some(FieldValue::Length(length)) = now() { length } else { None };
             length(id, field, Signal::derive(value), set).into_any()
         }
-        Value::Fixed(_) => {
+        FieldValue::Fixed(_) => {
             let text = move || match now() {
-                Some(Value::Fixed(Some(length))) => number(shown(frame().unit.get(), length)),
+                Some(FieldValue::Fixed(Some(length))) => number(shown(frame().unit.get(), length)),
                 _ => String::new(),
             };
             div()
@@ -70,38 +70,38 @@ fn row(field: Field) -> Option<AnyView> {
                 ))
                 .into_any()
         }
-        Value::Turn(_) => {
+        FieldValue::Turn(_) => {
             let text = move || match now() {
-                Some(Value::Turn(Some(mdeg))) => number(crate::format::plain(f64::from(mdeg) / 1_000.0)),
+                Some(FieldValue::Turn(Some(mdeg))) => number(crate::format::plain(f64::from(mdeg) / 1_000.0)),
                 _ => String::new(),
             };
             let fits = |text: &str| typed::degrees(text).is_some();
             typed_field(id, field, Signal::derive(text), || "°".to_owned(), fits, set).into_any()
         }
-        Value::Name(_) => {
-            let text = move || if let Some(Value::Name(name)) = now() { name } else { String::new() };
+        FieldValue::Name(_) => {
+            let text = move || if let Some(FieldValue::Name(name)) = now() { name } else { String::new() };
             typed_field(id, field, Signal::derive(text), String::new, |_| true, set).into_any()
         }
-        Value::Flag(_) => {
-            let on = move || now() == Some(Value::Flag(Some(true)));
+        FieldValue::Flag(_) => {
+            let on = move || now() == Some(FieldValue::Flag(Some(true)));
             tick(on, move || i18n::text(word(field), &[]), move |on| set(on.to_string())).into_any()
         }
-        Value::Layer(_) => {
-            let layer = move || if let Some(Value::Layer(layer)) = now() { layer } else { None };
+        FieldValue::Layer(_) => {
+            let layer = move || if let Some(FieldValue::Layer(layer)) = now() { layer } else { None };
             labelled(id.clone(), field, LAYERS.menu(id, layer, set)).into_any()
         }
-        Value::Shape(_) => {
-            let shape = move || if let Some(Value::Shape(shape)) = now() { shape } else { None };
+        FieldValue::Shape(_) => {
+            let shape = move || if let Some(FieldValue::Shape(shape)) = now() { shape } else { None };
             labelled(id.clone(), field, SHAPES.menu(id, shape, set)).into_any()
         }
-        Value::Group(..) => labelled(id.clone(), field, group_menu(id, value, set)).into_any(),
+        FieldValue::Group(..) => labelled(id.clone(), field, group_menu(id, value, set)).into_any(),
     })
 }
 
 /// The groups that it can lie in.
-fn group_menu(id: String, value: Memo<Option<Value>>, act: impl Fn(String) + 'static) -> impl IntoView {
+fn group_menu(id: String, value: Memo<Option<FieldValue>>, act: impl Fn(String) + 'static) -> impl IntoView {
     let options = move || {
-        let Some(Value::Group(now, groups)) = value.get() else { return Vec::new() };
+        let Some(FieldValue::Group(now, groups)) = value.get() else { return Vec::new() };
         let one = |id: Option<Id>, name: String| {
             let word = id.map_or_else(String::new, |id| id.0.to_string());
             html::option().attr("value", word).prop("selected", now == Some(id)).child(name)

@@ -73,7 +73,7 @@ pub(crate) fn key(key: DrawKey) {
     match key {
         DrawKey::Rename => fields::rename(),
         DrawKey::Numbers => focus(".draw-fields :is(input, select)"),
-        DrawKey::Type(by) => readout::type_place(by),
+        DrawKey::Type { from_last: by } => readout::type_place(by),
         key => send(DrawEvent::Key { key }),
     }
 }

@@ -8,7 +8,7 @@ use crate::keys::Tab;
 use crate::model::DrawEvent;
 use crate::page::{frame, open_drawing, send};
 use crate::screens::canvas::{Picture, with_view};
-use crate::view::{Palette, Stroke, Touch};
+use crate::view::{Palette, PointerStroke, Touch};
 use annulus_core::board::drawing::Layer;
 use leptos::prelude::*;
 
@@ -16,8 +16,8 @@ use leptos::prelude::*;
 const LOOK_MM: f64 = 12.0;
 
 /// What a pointer does that draws.
-pub(crate) fn stroke(stroke: Stroke) {
-    let Stroke { touch, at_mm, shift, ctrl } = stroke;
+pub(crate) fn stroke(stroke: PointerStroke) {
+    let PointerStroke { touch, at_mm, shift, ctrl } = stroke;
     if touch == Touch::Down {
         super::focus_picture();
     }

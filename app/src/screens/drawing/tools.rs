@@ -64,13 +64,13 @@ fn undo() -> impl IntoView {
             Icon::Undo,
             move || can.get().0,
             t!("page.draw.undo"),
-            |_| send(DrawEvent::Act { act: Act::Undo(true) }),
+            |_| send(DrawEvent::Act { act: Act::Undo { back: true } }),
         ),
         picture_button_if(
             Icon::Redo,
             move || can.get().1,
             t!("page.draw.redo"),
-            |_| send(DrawEvent::Act { act: Act::Undo(false) }),
+            |_| send(DrawEvent::Act { act: Act::Undo { back: false } }),
         ),
     ))
 }

@@ -3,7 +3,7 @@
 //! Comes in: the link's log. Goes out: rows, and a CSV file in the browser's downloads.
 
 use crate::i18n::{advice, message, say, t};
-use crate::lab::log::{Entry, Event, Kind, csv_field};
+use crate::lab::log::{LogEntry, LogEvent, Topic, csv_field};
 use crate::model::LinkEvent;
 use crate::page::{link, send};
 use crate::screens::machine::words;
@@ -12,35 +12,35 @@ use leptos::ev;
 use leptos::html::{div, input, label, p, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 
-fn kind_name(kind: Kind) -> String {
+fn kind_name(kind: Topic) -> String {
     match kind {
-        Kind::Machine => say!("page.lab.log.machine"),
-        Kind::Trouble => say!("page.lab.log.trouble"),
-        Kind::Asked => say!("page.lab.log.asked"),
-        Kind::Link => say!("page.lab.log.link"),
+        Topic::Machine => say!("page.lab.log.machine"),
+        Topic::Trouble => say!("page.lab.log.trouble"),
+        Topic::Asked => say!("page.lab.log.asked"),
+        Topic::Link => say!("page.lab.log.link"),
     }
 }
 
-fn in_words(event: &Event) -> String {
+fn in_words(event: &LogEvent) -> String {
     match event {
-        Event::State(state) => {
+        LogEvent::State(state) => {
             let look = words::state(*state);
             format!("{}. {}", crate::i18n::text(look.word, &[]), crate::i18n::text(look.meaning, &[]))
         }
-        Event::Ended(ending, holes, toolpaths) => {
+        LogEvent::Ended { ending, holes, toolpaths } => {
             let made = crate::screens::machine::made(true, *holes, *toolpaths);
             crate::i18n::text(words::ending(*ending), &[("made", made)])
         }
-        Event::Alarm(diagnostic) | Event::Refused(diagnostic) => {
+        LogEvent::Alarm(diagnostic) | LogEvent::Refused(diagnostic) => {
             format!("{} {}", message(diagnostic), advice(diagnostic))
         }
-        Event::Asked(what) => say!("page.lab.log.asked_for", what = what.replace('_', " ")),
-        Event::Control { yours: true, .. } => say!("page.lab.log.control_yours"),
-        Event::Control { taken: true, .. } => say!("page.lab.log.control_taken"),
-        Event::Control { .. } => say!("page.lab.log.control_free"),
-        Event::Settings => say!("page.lab.log.settings"),
-        Event::Link(true) => say!("page.lab.log.link_open"),
-        Event::Link(false) => say!("page.lab.log.link_lost"),
+        LogEvent::Asked(what) => say!("page.lab.log.asked_for", what = what.replace('_', " ")),
+        LogEvent::Control { yours: true, .. } => say!("page.lab.log.control_yours"),
+        LogEvent::Control { taken: true, .. } => say!("page.lab.log.control_taken"),
+        LogEvent::Control { .. } => say!("page.lab.log.control_free"),
+        LogEvent::Settings => say!("page.lab.log.settings"),
+        LogEvent::Link { open: true } => say!("page.lab.log.link_open"),
+        LogEvent::Link { open: false } => say!("page.lab.log.link_lost"),
     }
 }
 
@@ -61,7 +61,7 @@ pub(super) fn clock(at_ms: f64) -> String {
     )
 }
 
-fn as_file(entries: &[Entry]) -> String {
+fn as_file(entries: &[LogEntry]) -> String {
     let mut out = "number,time,kind,event\n".to_owned();
     for entry in entries.iter().rev() {
         let time = date_and_clock(entry.at_ms);
@@ -75,7 +75,7 @@ fn as_file(entries: &[Entry]) -> String {
 /// The sheet.
 pub(super) fn log() -> impl IntoView {
     let log = link::link().log;
-    let hidden = RwSignal::new(Vec::<Kind>::new());
+    let hidden = RwSignal::new(Vec::<Topic>::new());
     let word = RwSignal::new(String::new());
     let entries = Memo::new(move |_| {
         let (hidden, word) = (hidden.get(), word.get().to_lowercase());
@@ -119,8 +119,8 @@ pub(super) fn log() -> impl IntoView {
     ))
 }
 
-fn kinds(hidden: RwSignal<Vec<Kind>>) -> impl IntoView {
-    let choices = Kind::ALL.map(|kind| {
+fn kinds(hidden: RwSignal<Vec<Topic>>) -> impl IntoView {
+    let choices = Topic::ALL.map(|kind| {
         let shown = move || hidden.with(|hidden| !hidden.contains(&kind));
         choice(
             shown,
@@ -144,7 +144,7 @@ fn kinds(hidden: RwSignal<Vec<Kind>>) -> impl IntoView {
     ))
 }
 
-fn rows(entries: Memo<Vec<Entry>>) -> impl IntoView {
+fn rows(entries: Memo<Vec<LogEntry>>) -> impl IntoView {
     let head = |text: fn() -> String| th().attr("scope", "col").child(text);
     table().class("log-table").child((
         thead().child(tr().child((
@@ -157,10 +157,10 @@ fn rows(entries: Memo<Vec<Entry>>) -> impl IntoView {
     ))
 }
 
-fn row(entry: Entry) -> impl IntoView {
+fn row(entry: LogEntry) -> impl IntoView {
     let kind = entry.event.kind();
     let event = entry.event;
-    tr().class(if kind == Kind::Trouble { "trouble" } else { "" }).child((
+    tr().class(if kind == Topic::Trouble { "trouble" } else { "" }).child((
         td().class("tabular").child(clock(entry.at_ms)),
         td().class("quiet").child(move || kind_name(kind)),
         td().child(move || in_words(&event)),

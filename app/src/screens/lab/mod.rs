@@ -21,7 +21,7 @@ mod servo;
 pub(crate) use queue::key as queue_key;
 
 use crate::i18n::{say, sentence, t};
-use crate::lab::Panel;
+use crate::lab::LabPanel;
 use crate::model::LabEvent;
 use crate::page::{open_lab, send};
 use crate::widgets::{Icon, icon, picture_button_if};
@@ -31,14 +31,14 @@ use leptos::prelude::*;
 use wasm_bindgen::JsCast;
 use web_sys::HtmlElement;
 
-fn name_of(sheet: Panel) -> String {
+fn name_of(sheet: LabPanel) -> String {
     match sheet {
-        Panel::Io => say!("page.lab.sheet.io"),
-        Panel::Queue => say!("page.lab.sheet.queue"),
-        Panel::Phases => say!("page.lab.sheet.phases"),
-        Panel::Motion => say!("page.lab.sheet.motion"),
-        Panel::Servo => say!("page.lab.sheet.servo"),
-        Panel::Log => say!("page.lab.sheet.log"),
+        LabPanel::Io => say!("page.lab.sheet.io"),
+        LabPanel::Queue => say!("page.lab.sheet.queue"),
+        LabPanel::Phases => say!("page.lab.sheet.phases"),
+        LabPanel::Motion => say!("page.lab.sheet.motion"),
+        LabPanel::Servo => say!("page.lab.sheet.servo"),
+        LabPanel::Log => say!("page.lab.sheet.log"),
     }
 }
 
@@ -46,12 +46,12 @@ fn name_of(sheet: Panel) -> String {
 pub(crate) fn lab() -> impl IntoView {
     let lab = open_lab();
     let sheet = move || match lab.sheet.get() {
-        Panel::Io => io::io().into_any(),
-        Panel::Queue => queue::queue().into_any(),
-        Panel::Phases => phases::phases().into_any(),
-        Panel::Motion => motion::motion().into_any(),
-        Panel::Servo => servo::servo().into_any(),
-        Panel::Log => log::log().into_any(),
+        LabPanel::Io => io::io().into_any(),
+        LabPanel::Queue => queue::queue().into_any(),
+        LabPanel::Phases => phases::phases().into_any(),
+        LabPanel::Motion => motion::motion().into_any(),
+        LabPanel::Servo => servo::servo().into_any(),
+        LabPanel::Log => log::log().into_any(),
     };
     div().class("whole").child(
         div().class("lab").child((
@@ -71,14 +71,14 @@ pub(crate) fn lab() -> impl IntoView {
     )
 }
 
-fn tab_id(sheet: Panel) -> String {
+fn tab_id(sheet: LabPanel) -> String {
     format!("lab-tab-{}", sheet.word())
 }
 
 /// The arrows go from tab to tab, Enter and Space open one.
 fn sheets() -> impl IntoView {
     let lab = open_lab();
-    let tabs = Panel::ALL.map(|this| {
+    let tabs = LabPanel::ALL.map(|this| {
         let chosen = move || lab.sheet.get() == this;
         button()
             .attr("type", "button")
@@ -99,12 +99,12 @@ fn sheets() -> impl IntoView {
         .child(Vec::from(tabs))
 }
 
-fn go_along(event: &KeyboardEvent, from: Panel) {
+fn go_along(event: &KeyboardEvent, from: LabPanel) {
     let to = match event.key().as_str() {
         "ArrowRight" => from.beside(1),
         "ArrowLeft" => from.beside(-1),
-        "Home" => Panel::ALL[0],
-        "End" => Panel::ALL[Panel::ALL.len() - 1],
+        "Home" => LabPanel::ALL[0],
+        "End" => LabPanel::ALL[LabPanel::ALL.len() - 1],
         _ => return,
     };
     event.prevent_default();

@@ -10,7 +10,7 @@
 
 use super::fields::{self, Field};
 use crate::i18n::{advice, message, say, t};
-use crate::lab::servo::{self, Run, Step, Stroke, Typed};
+use crate::lab::servo::{self, ServoRun, ServoStep, ServoStroke, Typed};
 use crate::model::LabEvent;
 use crate::page::open_board;
 use crate::page::{open_lab, send};
@@ -19,7 +19,7 @@ use crate::widgets::{choice, plotted};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
 use annulus_core::motion::profile::Limits;
-use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
+use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series};
 use annulus_core::servo::{Gains, Plant, StepMetrics, StrokeMetrics, default_plant, staged_fuzzy};
 use leptos::html::{caption, div, h3, p, section, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
@@ -45,8 +45,8 @@ struct Fields {
 /// What came of it: a column of numbers a controller.
 #[derive(Clone, Debug, PartialEq)]
 enum Found {
-    Steps(f64, Vec<(Run, Option<StepMetrics>)>),
-    Strokes(Vec<[f64; 2]>, f64, Vec<(Run, StrokeMetrics)>),
+    Steps(f64, Vec<(ServoRun, Option<StepMetrics>)>),
+    Strokes(Vec<[f64; 2]>, f64, Vec<(ServoRun, StrokeMetrics)>),
 }
 
 fn controller_name(controller: usize) -> String {
@@ -102,7 +102,7 @@ fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Diagnostic>> {
     };
     if !strokes {
         let setpoint_mm = number(fields.setpoint)?;
-        let step = Step { setpoint_mm, duration_s: number(fields.duration)? / 1000.0 };
+        let step = ServoStep { setpoint_mm, duration_s: number(fields.duration)? / 1000.0 };
         return servo::steps(&typed, step).map(|runs| Found::Steps(setpoint_mm, runs)).map_err(Some);
     }
     let (down, up) = open_board().machine.with(|machine| {
@@ -118,7 +118,7 @@ fn found(fields: Fields, strokes: bool) -> Result<Found, Option<Diagnostic>> {
         )
     });
     let (height_mm, depth_mm) = (number(fields.height)?, number(fields.depth)?);
-    let wanted = Stroke { height_mm, depth_mm, down, up, feed_forward: true };
+    let wanted = ServoStroke { height_mm, depth_mm, down, up, feed_forward: true };
     let made = servo::strokes(&typed, &wanted).map_err(Some)?;
     Ok(Found::Strokes(made.0, height_mm, made.1))
 }
@@ -203,24 +203,29 @@ fn loop_fields(fields: Fields) -> impl IntoView {
 }
 
 fn drawn(found: &Found) -> Plot {
-    let time = Axis::new(&say!("page.lab.motion.time"), "ms");
-    let runs: Vec<&Run> = match found {
+    let time = PlotAxis::new(&say!("page.lab.motion.time"), "ms");
+    let runs: Vec<&ServoRun> = match found {
         Found::Steps(_, runs) => runs.iter().map(|(run, _)| run).collect(),
         Found::Strokes(_, _, runs) => runs.iter().map(|(run, _)| run).collect(),
     };
-    let panel = |label: String, unit: &str, points: fn(&Run) -> &Vec<[f64; 2]>| {
+    let panel = |label: String, unit: &str, points: fn(&ServoRun) -> &Vec<[f64; 2]>| {
         let series =
             runs.iter().enumerate().map(|(at, run)| Series::line(&controller_name(at), points(run).clone()));
-        Panel { x: time.clone(), y: Axis::new(&label, unit), series: series.collect(), marks: Vec::new() }
+        PlotPanel {
+            x: time.clone(),
+            y: PlotAxis::new(&label, unit),
+            series: series.collect(),
+            marks: Vec::new(),
+        }
     };
     let mut place = panel(say!("page.lab.servo.place"), "mm", |run| &run.place);
     match found {
         Found::Steps(setpoint_mm, _) => {
-            place.marks.push(Mark::Level(*setpoint_mm, say!("page.lab.servo.setpoint")));
+            place.marks.push(PlotMark::Level(*setpoint_mm, say!("page.lab.servo.setpoint")));
         }
         Found::Strokes(reference, height_mm, _) => {
             place.series.push(Series::line(&say!("page.lab.servo.reference"), reference.clone()));
-            place.marks.push(Mark::Level(*height_mm, say!("page.lab.servo.surface")));
+            place.marks.push(PlotMark::Level(*height_mm, say!("page.lab.servo.surface")));
         }
     }
     let panels = vec![
@@ -248,7 +253,7 @@ fn numbers(heads: Vec<String>, rows: Vec<Vec<String>>) -> impl IntoView {
     ))
 }
 
-fn step_numbers(runs: Vec<(Run, Option<StepMetrics>)>) -> impl IntoView {
+fn step_numbers(runs: Vec<(ServoRun, Option<StepMetrics>)>) -> impl IntoView {
     let heads = vec![
         say!("page.lab.servo.overshoot"),
         say!("page.lab.servo.settling"),
@@ -272,7 +277,7 @@ fn step_numbers(runs: Vec<(Run, Option<StepMetrics>)>) -> impl IntoView {
     numbers(heads, runs.into_iter().map(|(_, metrics)| row(metrics)).collect())
 }
 
-fn stroke_numbers(runs: Vec<(Run, StrokeMetrics)>) -> impl IntoView {
+fn stroke_numbers(runs: Vec<(ServoRun, StrokeMetrics)>) -> impl IntoView {
     let heads = vec![
         say!("page.lab.servo.contact"),
         say!("page.lab.servo.error_approach"),

@@ -7,7 +7,7 @@ use crate::health::observer;
 use crate::i18n::{advice, key, message, t};
 use crate::keys::Tab;
 use crate::model::LinkEvent;
-use crate::page::link::{self, Freshness, Link, Notice, Ousted, Phase};
+use crate::page::link::{self, Freshness, Link, LinkPhase, Notice, Ousted};
 use crate::page::{frame, send};
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::Alarm;
@@ -21,7 +21,7 @@ pub(crate) fn banner() -> impl IntoView {
     // Memos, so that a button is not another one while it is being pressed: statuses come every 40 ms.
     let look = Memo::new(move |_| words::of(line));
     let known =
-        Memo::new(move |_| line.phase.get() == Phase::Open && line.freshness.get() != Freshness::Lost);
+        Memo::new(move |_| line.phase.get() == LinkPhase::Open && line.freshness.get() != Freshness::Lost);
     let buttons = move || known.get().then(|| control(line));
     // The alarm says all of it, and who has control too.
     let alarmed = alarm_of(line);

@@ -5,7 +5,7 @@
 use super::controller;
 use crate::i18n::{advice, message, say, t};
 use crate::model::LinkEvent;
-use crate::page::link::{self, Phase};
+use crate::page::link::{self, LinkPhase};
 use crate::page::{frame, send};
 use crate::widgets::{Icon, icon, push};
 use leptos::html::{code, div, h2, p};
@@ -25,15 +25,15 @@ pub(crate) fn connect() -> impl IntoView {
             .refused
             .get()
             .map_or_else(|| say!("page.connect.alone"), |why| format!("{} {}", message(&why), advice(&why))),
-        Phase::Unpaired => say!("page.connect.unpaired"),
+        LinkPhase::Unpaired => say!("page.connect.unpaired"),
         _ => say!("page.connect.looking"),
     };
     let again = move || {
-        let waits = line.phase.get() != Phase::Unpaired || chosen.get();
+        let waits = line.phase.get() != LinkPhase::Unpaired || chosen.get();
         (waits && (!frame().alone.get() || line.refused.get().is_some()))
             .then(|| push("button primary", t!("page.connect.again"), |_| send(LinkEvent::ReconnectNow)))
     };
-    let linked = move || line.phase.get() == Phase::Unpaired && !frame().alone.get() && !chosen.get();
+    let linked = move || line.phase.get() == LinkPhase::Unpaired && !frame().alone.get() && !chosen.get();
     let command = move || linked().then(|| code().child(t!("page.connect.command")));
     div().class("whole welcome").child(div().class("sheet").child(div().class("drop").child((
         icon(Icon::Plug),

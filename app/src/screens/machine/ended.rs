@@ -8,7 +8,7 @@ use crate::i18n::{key, say, sentence, t};
 use crate::keys::Tab;
 use crate::model::link::drilled;
 use crate::model::{FrameEvent, LinkEvent, StartEvent};
-use crate::page::link::{self, Ended, Link, Notice};
+use crate::page::link::{self, JobEnded, Link, Notice};
 use crate::page::{frame, send};
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::{Ending, State};
@@ -63,7 +63,7 @@ pub fn elsewhere() -> impl IntoView {
 }
 
 /// The notice with what one may do about it.
-fn as_told(ended: Ended, buttons: impl IntoView + 'static) -> impl IntoView {
+fn as_told(ended: JobEnded, buttons: impl IntoView + 'static) -> impl IntoView {
     let by_you = ended.by_you.then_some(key!("page.ended.stopped_by_you"));
     let word = by_you.unwrap_or_else(|| words::ending(ended.ending));
     let drills = link::link()
@@ -100,7 +100,7 @@ fn really_there(line: Link) -> impl IntoView {
 fn not_as_programmed(
     line: Link,
     told: DrilledReport,
-    ended: Option<&Ended>,
+    ended: Option<&JobEnded>,
     closed: RwSignal<Option<DrilledReport>>,
 ) -> impl IntoView + use<> {
     let run = ended.map(|ended| ended.holes_done);

@@ -9,7 +9,7 @@ use crate::model::{StartEvent, Unseen};
 use crate::page::link::{self, Link};
 use crate::page::send;
 use crate::page::{frame, open_board, open_job};
-use crate::parts::{self, Part};
+use crate::parts::{self, WorkPart};
 use crate::screens::shown;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
@@ -121,7 +121,7 @@ fn within(part: Memo<Option<(Named, u32)>>) -> impl Fn() -> Option<String> + Sen
 /// A part of the job in work, and what it is called.
 #[derive(Clone, PartialEq)]
 struct Named {
-    part: Part,
+    part: WorkPart,
     number: usize,
     of: usize,
     bit: String,

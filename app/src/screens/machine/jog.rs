@@ -5,7 +5,7 @@
 use crate::i18n::{key, say, t};
 use crate::keys;
 use crate::model::HandEvent;
-use crate::model::link::hand::{Direction, STEPS_UM};
+use crate::model::link::hand::{JogDirection, STEPS_UM};
 use crate::page::link::{self, Link};
 use crate::page::send;
 use crate::widgets::choice;
@@ -19,7 +19,7 @@ use web_sys::{HtmlElement, KeyboardEvent, Node, PointerEvent};
 /// The pad, for whoever puts the focus there.
 const PAD: &str = "jog-pad";
 
-fn jog_button(line: Link, way: Direction, word: &'static str, name: &'static str) -> impl IntoView {
+fn jog_button(line: Link, way: JogDirection, word: &'static str, name: &'static str) -> impl IntoView {
     let (axis, up) = way;
     let place =
         format!("button jog-{}{}", ["x", "y", "z"][usize::from(axis)], if up { "-plus" } else { "-minus" });
@@ -164,7 +164,7 @@ fn arm(line: Link) {
 }
 
 /// Which way a key moves.
-fn way(event: &KeyboardEvent) -> Option<Direction> {
+fn way(event: &KeyboardEvent) -> Option<JogDirection> {
     match event.key().as_str() {
         "ArrowLeft" => Some((0, false)),
         "ArrowRight" => Some((0, true)),

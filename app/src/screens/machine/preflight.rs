@@ -12,7 +12,7 @@ use crate::model::{StartEvent, start};
 use crate::page::link;
 use crate::page::send;
 use crate::widgets::{Dialog, dialog, icon, push, push_if};
-use annulus_core::wire::{PreflightRow, Verdict};
+use annulus_core::wire::{PreflightRow, RowVerdict};
 use leptos::ev;
 use leptos::html::{div, input, label, li, p, span, strong, ul};
 use leptos::prelude::*;
@@ -35,8 +35,8 @@ fn row(row: PreflightRow) -> impl IntoView {
     let look = words::verdict(row.verdict);
     let (word, code) = (look.word, row.finding.code.clone());
     let (what, cure) = (row.finding.clone(), row.finding);
-    let needs_tick = row.verdict == Verdict::Warn;
-    let advised = (row.verdict != Verdict::Pass).then(|| p().class("advice").child(move || advice(&cure)));
+    let needs_tick = row.verdict == RowVerdict::Warn;
+    let advised = (row.verdict != RowVerdict::Pass).then(|| p().class("advice").child(move || advice(&cure)));
     let tick = needs_tick.then(|| {
         let flip = move |_| send(StartEvent::Tick { code: code.clone() });
         label().class("tick").child((

@@ -6,7 +6,7 @@ use super::controller;
 use crate::health::{Blocked, blocked};
 use crate::i18n::{key, t};
 use crate::page::frame;
-use crate::page::link::{self, Link, Phase};
+use crate::page::link::{self, Link, LinkPhase};
 use crate::widgets::{Icon, icon, push_if};
 use annulus_core::control::State;
 use annulus_core::wire::Ask;
@@ -19,7 +19,7 @@ const HOME_IS: &str = "home-is";
 
 /// The key of the sentence why the machine cannot be initialised now; none when it can.
 fn why_not(line: Link) -> Option<&'static str> {
-    let open = line.phase.get() == Phase::Open;
+    let open = line.phase.get() == LinkPhase::Open;
     let blocked = blocked(open, line.freshness.get(), line.control.get().yours, line.state())?;
     Some(match blocked {
         Blocked::NoLink => key!("page.blocked.no_link"),

@@ -3,12 +3,12 @@
 //! Comes in: states of `control`, the line. Goes out: keys of the locale tables, classes, icons. Knows no layout.
 
 use crate::i18n::key;
-use crate::page::link::{Freshness, Link, Phase};
+use crate::page::link::{Freshness, Link, LinkPhase};
 use crate::widgets::Icon;
 use annulus_core::control::{Ending, State};
 use annulus_core::job::Input;
 use annulus_core::steps::Stage;
-use annulus_core::wire::Verdict;
+use annulus_core::wire::RowVerdict;
 use leptos::prelude::{Get, With};
 
 /// How a state is shown: word, colour class, sign.
@@ -65,15 +65,15 @@ pub fn state(state: State) -> Look {
 }
 
 /// How a connection that is not open is shown.
-pub fn phase(phase: Phase) -> Look {
+pub fn phase(phase: LinkPhase) -> Look {
     match phase {
-        Phase::Unpaired => {
+        LinkPhase::Unpaired => {
             look(key!("page.state.no_bridge"), key!("page.state.no_bridge_is"), "tone-none", Icon::Plug)
         }
-        Phase::Connecting | Phase::Open => {
+        LinkPhase::Connecting | LinkPhase::Open => {
             look(key!("page.state.connecting"), key!("page.state.connecting_is"), "tone-none", Icon::Plug)
         }
-        Phase::Lost => {
+        LinkPhase::Lost => {
             look(key!("page.state.link_lost"), key!("page.state.link_lost_is"), "tone-alarm", Icon::Warning)
         }
     }
@@ -81,16 +81,16 @@ pub fn phase(phase: Phase) -> Look {
 
 /// How things stand: the machine's state, or that it is not known.
 pub fn of(line: Link) -> Look {
-    if line.phase.get() != Phase::Open || line.freshness.get() == Freshness::Lost {
+    if line.phase.get() != LinkPhase::Open || line.freshness.get() == Freshness::Lost {
         let lost = line.ever.get();
-        return phase(if lost { Phase::Lost } else { line.phase.get() });
+        return phase(if lost { LinkPhase::Lost } else { line.phase.get() });
     }
     match line.state() {
         Some(State::Running) if mills(line) => {
             Look { word: key!("page.state.milling"), ..state(State::Running) }
         }
         Some(now) => state(now),
-        None => phase(Phase::Connecting),
+        None => phase(LinkPhase::Connecting),
     }
 }
 
@@ -154,13 +154,15 @@ pub fn ending(ending: Ending) -> &'static str {
 }
 
 /// How a row of the pre-flight is shown.
-pub fn verdict(verdict: Verdict) -> Look {
+pub fn verdict(verdict: RowVerdict) -> Look {
     match verdict {
-        Verdict::Pass => look(key!("page.verdict.pass"), key!("page.verdict.pass"), "tone-run", Icon::Check),
-        Verdict::Warn => {
+        RowVerdict::Pass => {
+            look(key!("page.verdict.pass"), key!("page.verdict.pass"), "tone-run", Icon::Check)
+        }
+        RowVerdict::Warn => {
             look(key!("page.verdict.warn"), key!("page.verdict.warn"), "tone-pause", Icon::Warning)
         }
-        Verdict::Fail => {
+        RowVerdict::Fail => {
             look(key!("page.verdict.fail"), key!("page.verdict.fail"), "tone-alarm", Icon::Cross)
         }
     }

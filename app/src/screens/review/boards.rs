@@ -4,7 +4,7 @@
 
 use super::preview;
 use crate::i18n::{say, t};
-use crate::layers::Kind;
+use crate::layers::LayerKind;
 use crate::model::Document;
 use crate::model::FilesEvent;
 use crate::page::send;
@@ -34,7 +34,7 @@ pub(super) fn boards(document: &Arc<Document>) -> Option<AnyView> {
             .collect();
         let more = if count > names.len() { " …" } else { "" };
         let names = format!("{}{more}", names.join(", "));
-        let picture = preview::picture(mesh.clone(), Kind::CopperTop.colour(&Palette::DARK));
+        let picture = preview::picture(mesh.clone(), LayerKind::CopperTop.colour(&Palette::DARK));
         button()
             .attr("type", "button")
             .class("board-choice")

@@ -7,7 +7,7 @@ use crate::i18n::{key, say, t};
 use crate::model::FilesEvent;
 use crate::page::open_board;
 use crate::page::send;
-use annulus_core::project::saved::Numbers;
+use annulus_core::project::saved::NumberReading;
 use leptos::ev;
 use leptos::html::{div, label, option, select, span};
 use leptos::prelude::*;
@@ -34,7 +34,7 @@ fn reading(drill: &DrillRow) -> String {
     parts.into_iter().flatten().collect::<Vec<_>>().join(" ")
 }
 
-fn again(change: impl FnOnce(&mut Numbers)) {
+fn again(change: impl FnOnce(&mut NumberReading)) {
     let Some(mut numbers) =
         open_board().document.with_untracked(|open| open.as_ref().map(|open| open.said.numbers.clone()))
     else {
@@ -48,7 +48,7 @@ fn pick(
     name: &'static str,
     now: Option<String>,
     choices: &'static [&'static str],
-    set: fn(&mut Numbers, Option<String>),
+    set: fn(&mut NumberReading, Option<String>),
 ) -> impl IntoView {
     let one = move |word: &'static str, now: &Option<String>| {
         option().attr("value", word).prop("selected", now.as_deref() == Some(word)).child(word)
@@ -72,7 +72,7 @@ fn digits_of(word: &str) -> Option<(u8, u8)> {
 }
 
 /// The line.
-pub(crate) fn format(numbers: Numbers, drill: DrillRow) -> impl IntoView {
+pub(crate) fn format(numbers: NumberReading, drill: DrillRow) -> impl IntoView {
     let counts = t!("page.review.counts", holes = drill.hits, slots = drill.slots, routes = drill.routes);
     let ground = grounds(&drill.evidence);
     let read = reading(&drill);

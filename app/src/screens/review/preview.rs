@@ -3,7 +3,7 @@
 //! Comes in: the triangles of the layer. Goes out: a canvas, drawn once. Knows no GPU.
 
 use crate::engine::messages::FileRow;
-use crate::layers::Kind;
+use crate::layers::LayerKind;
 use crate::model::Document;
 use crate::view::{Colour, Mesh, Palette};
 use annulus_core::geometry::Point;
@@ -24,7 +24,7 @@ const MOST: usize = 60_000;
 
 /// The picture of file `index`, if there is one.
 pub(super) fn preview(document: &Arc<Document>, index: u32, file: &FileRow) -> Option<AnyView> {
-    let colour = Kind::of(&file.role, file.side.as_deref()).colour(&Palette::DARK);
+    let colour = LayerKind::of(&file.role, file.side.as_deref()).colour(&Palette::DARK);
     let mut boards = document.reading.boards.iter().zip(&document.boards);
     if let Some((_, mesh)) = boards.find(|(board, _)| board.picture_of == Some(index)) {
         return Some(picture(mesh.clone(), colour));

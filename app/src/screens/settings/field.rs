@@ -8,7 +8,7 @@ use crate::page::link::link;
 use crate::page::{open_board, send};
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{Kind, Setting, Value, is_in_file_only};
+use annulus_core::machine::{Setting, Value, ValueKind, is_in_file_only};
 use leptos::ev;
 use leptos::html::{input, label, p, select, small, span};
 use leptos::prelude::*;
@@ -38,7 +38,7 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
     let fixed = is_in_file_only(setting.key);
     let write = move |text: String| send(SettingsEvent::Type { key: setting.key, text });
     let entry = match setting.kind {
-        Kind::Choice(words) if !fixed => {
+        ValueKind::Choice(words) if !fixed => {
             let options = words
                 .iter()
                 .copied()
@@ -54,7 +54,7 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
             .attr("type", "text")
             .attr("id", id(setting))
             .prop("readOnly", fixed)
-            .attr("inputmode", if matches!(setting.kind, Kind::Text(_)) { "text" } else { "decimal" })
+            .attr("inputmode", if matches!(setting.kind, ValueKind::Text(_)) { "text" } else { "decimal" })
             .attr("aria-describedby", described)
             .attr("aria-invalid", move || why.with(Option::is_some).then_some("true"))
             .prop("value", move || shown(setting))

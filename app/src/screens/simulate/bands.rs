@@ -12,7 +12,7 @@ use crate::i18n::{self, language, say};
 use crate::model::PlayEvent;
 use crate::page::{Play, open_board, open_job, send};
 use crate::view::Palette;
-use annulus_core::cam::work::{Action, Operation};
+use annulus_core::cam::work::{Operation, OperationKind};
 use annulus_core::job::Mark;
 use annulus_core::sim::{Fault, Warning};
 use leptos::ev;
@@ -42,7 +42,7 @@ fn operation_of(mark: Mark) -> Option<usize> {
         Mark::Hole(_) => open_job().work.with(|work| {
             let work = work.as_ref()?;
             let drills = |one: &Operation| {
-                one.on && one.face == work.setup.face && matches!(one.action, Action::Drill(_))
+                one.on && one.face == work.setup.face && matches!(one.action, OperationKind::Drill(_))
             };
             work.operations.iter().position(drills)
         }),

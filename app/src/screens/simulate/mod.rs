@@ -15,20 +15,20 @@ mod space;
 pub(crate) use space::in_space;
 
 use crate::i18n::t;
-use crate::keys::Action;
+use crate::keys::KeyAction;
 use crate::model::PlayEvent;
 use crate::page::send;
 use leptos::html::div;
 use leptos::prelude::*;
 
 /// What a key asks of the playback.
-pub(crate) fn act(action: Action) {
+pub(crate) fn act(action: KeyAction) {
     send(match action {
-        Action::Play => PlayEvent::Toggle,
-        Action::Step(stride) => PlayEvent::Step { stride },
-        Action::Beginning => PlayEvent::Seek { at_s: 0.0 },
-        Action::End => PlayEvent::End,
-        Action::Faster(more) => PlayEvent::Faster { more },
+        KeyAction::Play => PlayEvent::Toggle,
+        KeyAction::Step(stride) => PlayEvent::Step { stride },
+        KeyAction::Beginning => PlayEvent::Seek { at_s: 0.0 },
+        KeyAction::End => PlayEvent::End,
+        KeyAction::Faster { more } => PlayEvent::Faster { more },
         _ => return,
     });
 }

@@ -4,7 +4,7 @@
 
 use crate::format::{clock, plain};
 use crate::i18n::{language, say, t};
-use crate::keys::{Action, Stride};
+use crate::keys::{KeyAction, Stride};
 use crate::model::play::SPEEDS;
 use crate::model::{FrameEvent, PlayEvent};
 use crate::page::{frame, open_board, play, send};
@@ -15,7 +15,7 @@ use leptos::ev;
 use leptos::html::{button, div, input, label, option, select, span};
 use leptos::prelude::*;
 
-fn step(picture: Icon, action: Action, name: &'static str) -> impl IntoView {
+fn step(picture: Icon, action: KeyAction, name: &'static str) -> impl IntoView {
     picture_button(picture, move || crate::i18n::text(name, &[]), move |_| super::act(action))
 }
 
@@ -36,13 +36,29 @@ pub(super) fn controls() -> impl IntoView {
         move || say!("page.simulate.clock", now = clock(play.at_s.get()), total = clock(play.total_s()));
     div().class("facts-line").child((
         div().class("row").attr("role", "group").attr("aria-label", t!("page.simulate.playback")).child((
-            step(Icon::ToBeginning, Action::Beginning, key!("page.simulate.beginning")),
-            step(Icon::PreviousHole, Action::Step(Stride::Hole(false)), key!("page.simulate.hole_back")),
-            step(Icon::Previous, Action::Step(Stride::Segment(false)), key!("page.simulate.segment_back")),
+            step(Icon::ToBeginning, KeyAction::Beginning, key!("page.simulate.beginning")),
+            step(
+                Icon::PreviousHole,
+                KeyAction::Step(Stride::Hole { onwards: false }),
+                key!("page.simulate.hole_back"),
+            ),
+            step(
+                Icon::Previous,
+                KeyAction::Step(Stride::Segment { onwards: false }),
+                key!("page.simulate.segment_back"),
+            ),
             run,
-            step(Icon::Next, Action::Step(Stride::Segment(true)), key!("page.simulate.segment_on")),
-            step(Icon::NextHole, Action::Step(Stride::Hole(true)), key!("page.simulate.hole_on")),
-            step(Icon::ToEnd, Action::End, key!("page.simulate.end")),
+            step(
+                Icon::Next,
+                KeyAction::Step(Stride::Segment { onwards: true }),
+                key!("page.simulate.segment_on"),
+            ),
+            step(
+                Icon::NextHole,
+                KeyAction::Step(Stride::Hole { onwards: true }),
+                key!("page.simulate.hole_on"),
+            ),
+            step(Icon::ToEnd, KeyAction::End, key!("page.simulate.end")),
         )),
         span().class("clock tabular").child(time),
         speeds(),
@@ -73,11 +89,11 @@ fn looks() -> impl IntoView {
     ));
     let views = move || {
         let rows = [
-            (Action::HomeView, key!("page.simulate.home_view")),
-            (Action::FromAbove, key!("page.simulate.from_above")),
-            (Action::Flip, key!("page.simulate.flip")),
+            (KeyAction::HomeView, key!("page.simulate.home_view")),
+            (KeyAction::FromAbove, key!("page.simulate.from_above")),
+            (KeyAction::Flip, key!("page.simulate.flip")),
         ];
-        let view = |(action, name): (Action, &'static str)| {
+        let view = |(action, name): (KeyAction, &'static str)| {
             push(
                 "button quiet",
                 move || crate::i18n::text(name, &[]),

@@ -12,7 +12,7 @@ use crate::machine_file;
 use annulus_core::controller::{Info, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
-use annulus_drill::controller::{Entry, Told};
+use annulus_drill::controller::{AttendedJob, Told};
 use operator::Operator;
 use serde_json::{Value, json};
 use std::path::PathBuf;
@@ -139,7 +139,7 @@ fn ledger() -> Ledger {
 
 fn info(args: &PortArgs) -> Result<Answer, Refusal> {
     let port = controller::open(&args.port, args.baud).map_err(Refusal::surroundings)?;
-    let owner = Owner::new(port, ledger(), Entry::default(), 1.0);
+    let owner = Owner::new(port, ledger(), AttendedJob::default(), 1.0);
     let mut said = Diagnostic::error("grbl.no_answer");
     let since = Instant::now();
     let info = loop {
@@ -194,7 +194,7 @@ fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
         let why = Diagnostic::error("grbl.interrupted").with("holes", entry.holes);
         return Err(Refusal::content(why.with("toolpaths", entry.toolpaths)));
     }
-    let entry = Entry { files: programs.files.clone(), ..Entry::default() };
+    let entry = AttendedJob { files: programs.files.clone(), ..AttendedJob::default() };
     let mut operator = Operator::new(&args.how, &ledger, entry, json)?;
     operator.run(&programs, None, &args.job.accept)
 }

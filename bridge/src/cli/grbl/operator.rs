@@ -9,9 +9,9 @@ use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
 use crate::signals::Signals;
 use annulus_core::control::{Ending, Trust};
-use annulus_core::controller::{Ask, Info, Phase, Start, settings};
+use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_drill::controller::{Entry, Glimpse, Told};
+use annulus_drill::controller::{AttendedJob, ControllerGlimpse, Told};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -44,7 +44,7 @@ pub(super) struct Operator {
     /// What was typed and not done yet.
     lines: VecDeque<String>,
     info: Option<Info>,
-    now: Option<Glimpse>,
+    now: Option<ControllerGlimpse>,
     said: Vec<Diagnostic>,
     worst: Option<Diagnostic>,
     zero_set: bool,
@@ -57,12 +57,12 @@ pub(super) struct Operator {
 /// What a job came to.
 struct Ended {
     ending: Option<Ending>,
-    entry: Entry,
+    entry: AttendedJob,
 }
 
 impl Operator {
     /// Opens the port.
-    pub(super) fn new(how: &How, ledger: &Ledger, entry: Entry, quiet: bool) -> Result<Self, Refusal> {
+    pub(super) fn new(how: &How, ledger: &Ledger, entry: AttendedJob, quiet: bool) -> Result<Self, Refusal> {
         let port = controller::open(&how.port.port, how.port.baud).map_err(Refusal::surroundings)?;
         let owner = Owner::new(port, ledger.clone(), entry, how.speed);
         let (sends, words) = channel();
@@ -88,13 +88,13 @@ impl Operator {
     pub(super) fn run(
         &mut self,
         programs: &Programs,
-        before: Option<&Entry>,
+        before: Option<&AttendedJob>,
         accept: &[String],
     ) -> Result<Answer, Refusal> {
         programs.diagnostics.iter().for_each(|diagnostic| say(diagnostic.message("en")));
         let since = Instant::now();
         self.until(|operator| {
-            let greeted = operator.phase().is_some_and(|phase| phase != Phase::Greeting);
+            let greeted = operator.phase().is_some_and(|phase| phase != EnginePhase::Greeting);
             (operator.info.is_some() && greeted) || since.elapsed() > GREETING
         });
         if self.gone || (self.info.is_none() && !self.interrupted) {
@@ -115,13 +115,13 @@ impl Operator {
         }
         self.worst = None;
         let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
-        let start = Start { routine, from, zero_mm: zero, spin_up_s: self.how.spin_up, accepted };
-        self.owner.ask(Ask::Start(start));
+        let start = EngineStart { routine, from, zero_mm: zero, spin_up_s: self.how.spin_up, accepted };
+        self.owner.ask(EngineAsk::Start(start));
         let ended = self.until_ended(programs);
         Ok(self.answer(programs, &ended, seconds))
     }
 
-    fn phase(&self) -> Option<Phase> {
+    fn phase(&self) -> Option<EnginePhase> {
         self.now.as_ref().map(|now| now.phase)
     }
 
@@ -166,7 +166,7 @@ impl Operator {
                 Word::Signal => {
                     self.interrupted = true;
                     say("Stopping.");
-                    self.owner.ask(Ask::Stop);
+                    self.owner.ask(EngineAsk::Stop);
                 }
             }
         }
@@ -181,9 +181,9 @@ impl Operator {
             }
             self.rests();
             self.worst = None;
-            self.owner.ask(Ask::Home);
-            self.until(|operator| operator.phase() == Some(Phase::Homing) || operator.worst.is_some());
-            self.until(|operator| operator.phase() != Some(Phase::Homing));
+            self.owner.ask(EngineAsk::Home);
+            self.until(|operator| operator.phase() == Some(EnginePhase::Homing) || operator.worst.is_some());
+            self.until(|operator| operator.phase() != Some(EnginePhase::Homing));
             self.rests();
         }
         if homes && !self.trusted() {
@@ -201,8 +201,8 @@ impl Operator {
         for _ in 0..TRIES {
             (self.worst, self.zero_set) = (None, false);
             self.owner.ask(match there {
-                Some(zero) => Ask::ZeroAt(zero),
-                None => Ask::SetZero { axes: [true; 3], height_mm: 0.0 },
+                Some(zero) => EngineAsk::ZeroAt { place_mm: zero },
+                None => EngineAsk::SetZero { axes: [true; 3], height_mm: 0.0 },
             });
             self.until(|operator| operator.zero_set || operator.worst.is_some());
             self.rests();
@@ -223,7 +223,7 @@ impl Operator {
         self.until(|operator| {
             since.elapsed() > REST
                 || operator.now.as_ref().is_some_and(|now| {
-                    matches!(now.phase, Phase::Ready | Phase::Locked | Phase::ToolChange)
+                    matches!(now.phase, EnginePhase::Ready | EnginePhase::Locked | EnginePhase::ToolChange)
                         && now.place_mm.is_some()
                 })
         });
@@ -236,8 +236,8 @@ impl Operator {
         while ending.is_none() && !self.gone {
             match self.next() {
                 Some(Told::Ended(how)) => ending = Some(how),
-                Some(Told::ToolWanted(tool)) => self.change_tool(programs, tool),
-                Some(Told::Now(now)) => begun |= now.phase == Phase::Running,
+                Some(Told::ToolWanted { tool }) => self.change_tool(programs, tool),
+                Some(Told::Now(now)) => begun |= now.phase == EnginePhase::Running,
                 // A refusal: nothing was begun.
                 _ if !begun && self.interrupted => break,
                 _ if !begun && self.worst.is_some() && asked.elapsed() > Duration::from_secs(1) => break,
@@ -259,7 +259,7 @@ impl Operator {
             }
             self.measure();
             if !(0..TRIES).any(|_| self.tool_ready()) {
-                self.owner.ask(Ask::Stop);
+                self.owner.ask(EngineAsk::Stop);
             }
             return;
         }
@@ -269,7 +269,7 @@ impl Operator {
         // What was typed before the question does not answer it.
         self.hear();
         self.lines.clear();
-        while !self.gone && !self.interrupted && self.phase() == Some(Phase::ToolChange) {
+        while !self.gone && !self.interrupted && self.phase() == Some(EnginePhase::ToolChange) {
             self.next();
             self.hear();
             let Some(line) = self.lines.pop_front() else { continue };
@@ -288,7 +288,7 @@ impl Operator {
             (axis @ ("x" | "y" | "z"), Some(mm)) if mm.abs() <= 500.0 => {
                 let axis = u8::from(axis == "y") + 2 * u8::from(axis == "z");
                 let um = (mm * 1e3).round() as i32;
-                self.owner.ask(Ask::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
+                self.owner.ask(EngineAsk::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
                 self.settle();
             }
             ("zero", _) => self.zero_height(),
@@ -306,7 +306,7 @@ impl Operator {
     /// Where the tip is now is the height of the board: until it was written and read again, or refused.
     fn zero_height(&mut self) {
         (self.worst, self.zero_set) = (None, false);
-        self.owner.ask(Ask::SetZero { axes: [false, false, true], height_mm: 0.0 });
+        self.owner.ask(EngineAsk::SetZero { axes: [false, false, true], height_mm: 0.0 });
         self.until(|operator| operator.zero_set || operator.worst.is_some());
         self.rests();
     }
@@ -315,9 +315,9 @@ impl Operator {
     fn tool_ready(&mut self) -> bool {
         self.rests();
         self.worst = None;
-        self.owner.ask(Ask::ToolReady);
-        self.until(|operator| operator.phase() != Some(Phase::ToolChange) || operator.worst.is_some());
-        self.phase() != Some(Phase::ToolChange) || self.gone || self.interrupted
+        self.owner.ask(EngineAsk::ToolReady);
+        self.until(|operator| operator.phase() != Some(EnginePhase::ToolChange) || operator.worst.is_some());
+        self.phase() != Some(EnginePhase::ToolChange) || self.gone || self.interrupted
     }
 
     fn measure(&mut self) {
@@ -328,20 +328,20 @@ impl Operator {
 
     fn probe(&mut self, depth_mm: f64) {
         let (mm_per_min, up_mm) = PROBE;
-        self.owner.ask(Ask::Probe { depth_mm, mm_per_min, plate_mm: self.how.plate, up_mm });
+        self.owner.ask(EngineAsk::Probe { depth_mm, mm_per_min, plate_mm: self.how.plate, up_mm });
         self.settle();
     }
 
     /// Waits until a move by hand that was asked for is over.
     fn settle(&mut self) {
         let since = Instant::now();
-        while self.phase() == Some(Phase::ToolChange)
+        while self.phase() == Some(EnginePhase::ToolChange)
             && since.elapsed() < Duration::from_secs(1)
             && !self.gone
         {
             self.next();
         }
-        self.until(|operator| !matches!(operator.phase(), Some(Phase::Jogging | Phase::Probing)));
+        self.until(|operator| !matches!(operator.phase(), Some(EnginePhase::Jogging | EnginePhase::Probing)));
     }
 
     fn answer(&self, programs: &Programs, ended: &Ended, seconds: Option<f64>) -> Answer {

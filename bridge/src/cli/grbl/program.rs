@@ -9,7 +9,7 @@ use crate::refusal::Refusal;
 use annulus_core::controller::{self, Routine};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Briefing;
-use annulus_core::post::{self, Files, Manner};
+use annulus_core::post::{self, FileSplit, Manner};
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -41,7 +41,7 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf]) -> Result<Programs, Refusal
         return read_again(&all);
     }
     let opened = job::open(args)?;
-    let manner = Manner { files: Some(Files::Job), ..Manner::on(&opened.machine) };
+    let manner = Manner { files: Some(FileSplit::Job), ..Manner::on(&opened.machine) };
     let briefing = Briefing::of(&opened.program);
     let written =
         post::write_for("grbl", &opened.program, &manner, &briefing, 0).unwrap_or_else(|| Ok(Vec::new()));

@@ -8,7 +8,7 @@ use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::{lab, machine_file};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Dynamics, dynamics};
-use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
+use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series, SeriesLook};
 use annulus_core::steps::automaton::Automaton;
 use serde_json::json;
 use std::path::Path;
@@ -157,7 +157,7 @@ fn plot(hz: f64, changes: &[(u64, i64)], rows: &[Row]) -> Plot {
     let start = [0.0, 0.0];
     let stairs = |value: fn(&Row) -> f64| {
         let points = [start].into_iter().chain(rows.iter().map(|row| [ms(row.0), value(row)]));
-        vec![Series::line("", points.collect()).looking(Look::Stairs)]
+        vec![Series::line("", points.collect()).looking(SeriesLook::Stairs)]
     };
     // The rate over an interval is that of the takt at its end.
     let mut rate = vec![start];
@@ -167,11 +167,11 @@ fn plot(hz: f64, changes: &[(u64, i64)], rows: &[Row]) -> Plot {
         rate.extend([[ms(before), takts_per_s], [ms(row.0), takts_per_s]]);
         before = row.0;
     }
-    let marks: Vec<Mark> =
-        changes.iter().map(|(at, to)| Mark::At(ms(*at), format!("{} {to}", word("target")))).collect();
-    let panel = |quantity: &str, unit: &str, series, marks| Panel {
-        x: Axis::new(&word("time"), "ms"),
-        y: Axis::new(&word(quantity), unit),
+    let marks: Vec<PlotMark> =
+        changes.iter().map(|(at, to)| PlotMark::At(ms(*at), format!("{} {to}", word("target")))).collect();
+    let panel = |quantity: &str, unit: &str, series, marks| PlotPanel {
+        x: PlotAxis::new(&word("time"), "ms"),
+        y: PlotAxis::new(&word(quantity), unit),
         series,
         marks,
     };

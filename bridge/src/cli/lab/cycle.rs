@@ -9,11 +9,13 @@ use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Law, Machine};
-use annulus_core::motion::coordination::{Cycle, Rules, SpindleTimes, cycles, sequential_s};
+use annulus_core::motion::coordination::{Cycle, SpindleRules, SpindleTimes, cycles, sequential_s};
 use annulus_core::motion::drill_cycles;
 use annulus_core::motion::one_by_one::one_by_one;
-use annulus_core::motion::profile::{Limits, Shape, Stroke, choose, plan, point_of_no_return_s, two_speeds};
-use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
+use annulus_core::motion::profile::{
+    Limits, MotionLaw, Stroke, choose, plan, point_of_no_return_s, two_speeds,
+};
+use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series, SeriesLook};
 use serde_json::{Value, json};
 
 /// Hops without words: those of the reference.
@@ -106,7 +108,7 @@ struct Setting {
     height_mm: f64,
     depth_mm: f64,
     clear_mm: f64,
-    rules: Rules,
+    rules: SpindleRules,
     margin_s: f64,
     dwell_bottom_s: f64,
     dwell_top_s: f64,
@@ -166,7 +168,7 @@ fn reference() -> Setting {
         height_mm: 3.0,
         depth_mm: 2.0,
         clear_mm: 0.3,
-        rules: Rules { settle_s: 0.005, latency_s: 0.0002 },
+        rules: SpindleRules { settle_s: 0.005, latency_s: 0.0002 },
         margin_s: 0.003,
         dwell_bottom_s: 0.002,
         dwell_top_s: 0.001,
@@ -183,7 +185,10 @@ fn of_machine(machine: &Machine) -> Result<Setting, Diagnostic> {
         y: Limits::of_axis(machine, &machine.y),
         plane_law: machine.motion.plane,
         order: machine.motion.order,
-        rules: Rules { settle_s: 1e-3 * machine.settle_ms, latency_s: 1e-3 * machine.overlap.latency_ms },
+        rules: SpindleRules {
+            settle_s: 1e-3 * machine.settle_ms,
+            latency_s: 1e-3 * machine.overlap.latency_ms,
+        },
         spindles: machine.spindles,
         own: Some((own, drill_cycles::last_stop_s(machine, &down)?)),
         ..reference()
@@ -287,11 +292,11 @@ fn hops(texts: &[String]) -> Result<Vec<[f64; 2]>, Refusal> {
     if texts.is_empty() { Ok(HOPS_MM.to_vec()) } else { texts.iter().map(one).collect() }
 }
 
-fn shape(law: Law, order: f64, length_mm: f64, limits: Limits) -> Result<Shape, Diagnostic> {
+fn shape(law: Law, order: f64, length_mm: f64, limits: Limits) -> Result<MotionLaw, Diagnostic> {
     Ok(match law {
-        Law::Linear => Shape::Linear,
-        Law::SCurve => Shape::SCurve,
-        Law::Power => Shape::Power(order),
+        Law::Linear => MotionLaw::Linear,
+        Law::SCurve => MotionLaw::SCurve,
+        Law::Power => MotionLaw::Power(order),
         Law::Automatic => choose(length_mm, limits)?.choice,
     })
 }
@@ -446,22 +451,24 @@ fn plot(found: &Found) -> Plot {
             parts[3].extend(bar(z.bottom_s, z.up_start_s, row));
             parts[4].extend(bar(z.up_start_s, z.top_s, row));
         }
-        marks.push(Mark::At(1e3 * cycle.release_s, word("release")));
+        marks.push(PlotMark::At(1e3 * cycle.release_s, word("release")));
         if let Some(z) = cycle.spindles.first() {
-            marks.push(Mark::At(1e3 * z.trigger_s, word("trigger")));
+            marks.push(PlotMark::At(1e3 * z.trigger_s, word("trigger")));
             let last =
-                found.last_stop_s.map(|last_s| Mark::At(1e3 * (z.start_s + last_s), word("last_stop")));
+                found.last_stop_s.map(|last_s| PlotMark::At(1e3 * (z.start_s + last_s), word("last_stop")));
             marks.extend(last);
-            marks.push(Mark::At(1e3 * z.contact_s, word("contact")));
+            marks.push(PlotMark::At(1e3 * z.contact_s, word("contact")));
         }
-        marks.push(Mark::At(1e3 * cycle.clear_s, word("clear")));
+        marks.push(PlotMark::At(1e3 * cycle.clear_s, word("clear")));
     }
     let looks = ["hop", "settle", "down", "dwell", "up"];
-    let series =
-        looks.iter().zip(parts).map(|(key, points)| Series::line(&word(key), points).looking(Look::Bars));
-    let panel = Panel {
-        x: Axis::new(&word("time"), "ms"),
-        y: Axis { names, ..Axis::default() },
+    let series = looks
+        .iter()
+        .zip(parts)
+        .map(|(key, points)| Series::line(&word(key), points).looking(SeriesLook::Bars));
+    let panel = PlotPanel {
+        x: PlotAxis::new(&word("time"), "ms"),
+        y: PlotAxis { names, ..PlotAxis::default() },
         series: series.collect(),
         marks,
     };

@@ -7,8 +7,8 @@ use super::super::{Answer, Refusal};
 use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::motion::profile::{self, Choice, Limits, Profile, Shape, bounds};
-use annulus_core::plot::{Axis, Panel, Plot, Series};
+use annulus_core::motion::profile::{self, Choice, Limits, MotionLaw, Profile, bounds};
+use annulus_core::plot::{Plot, PlotAxis, PlotPanel, Series};
 use serde_json::{Value, json};
 
 /// Arguments of `annulus lab profile`.
@@ -77,9 +77,9 @@ pub(crate) fn run(args: &ProfileArgs) -> Result<Answer, Refusal> {
     let mut profiles = Vec::new();
     for law in laws {
         let shape = match law {
-            Law::Linear => Shape::Linear,
-            Law::S => Shape::SCurve,
-            Law::Power => Shape::Power(args.order),
+            Law::Linear => MotionLaw::Linear,
+            Law::S => MotionLaw::SCurve,
+            Law::Power => MotionLaw::Power(args.order),
             Law::Auto => choice.choice,
         };
         profiles.push(profile::plan(shape, args.length_mm, limits).map_err(Refusal::content)?);
@@ -107,18 +107,18 @@ fn limits(args: &ProfileArgs) -> Result<Limits, Refusal> {
 }
 
 /// The law as it is called in JSON and in the names of columns.
-fn key(shape: Shape) -> &'static str {
+fn key(shape: MotionLaw) -> &'static str {
     match shape {
-        Shape::Linear => "linear",
-        Shape::SCurve => "s",
-        Shape::Power(_) => "power",
+        MotionLaw::Linear => "linear",
+        MotionLaw::SCurve => "s",
+        MotionLaw::Power(_) => "power",
     }
 }
 
 /// The law as people read it.
-fn name(shape: Shape) -> String {
+fn name(shape: MotionLaw) -> String {
     match shape {
-        Shape::Power(order) => format!("{} α = {}", word("power"), short(order)),
+        MotionLaw::Power(order) => format!("{} α = {}", word("power"), short(order)),
         other => word(key(other)),
     }
 }
@@ -127,7 +127,7 @@ fn object(profile: &Profile) -> Value {
     json!({ "shape": key(profile.shape), "order": profile.shape.order(), "case": profile.case.name(),
         "duration_s": profile.duration_s(), "peak_speed_mm_per_s": profile.speed_mm_per_s,
         "peak_acceleration_mm_per_s2": profile.acceleration_mm_per_s2,
-        "peak_jerk_mm_per_s3": if profile.shape == Shape::Linear { Value::Null } else { json!(profile.jerk_mm_per_s3) },
+        "peak_jerk_mm_per_s3": if profile.shape == MotionLaw::Linear { Value::Null } else { json!(profile.jerk_mm_per_s3) },
         "phases_s": profile.phases() })
 }
 
@@ -177,7 +177,7 @@ fn sheet(
 
 /// Place, speed, acceleration and jerk; the linear law has no jerk, its acceleration jumps.
 fn moments(profile: &Profile, t: f64) -> [Option<f64>; 4] {
-    let jerk = (profile.shape != Shape::Linear).then(|| profile.jerk(t));
+    let jerk = (profile.shape != MotionLaw::Linear).then(|| profile.jerk(t));
     [Some(profile.position_mm(t)), Some(profile.speed(t)), Some(profile.acceleration(t)), jerk]
 }
 
@@ -201,9 +201,9 @@ fn plot(args: &ProfileArgs, profiles: &[Profile]) -> Plot {
             let at = |t: f64| [1e3 * t, moments(profile, t)[index].unwrap_or(f64::NAN)];
             Series::line(&name(profile.shape), drawn_at(profile).into_iter().map(at).collect())
         });
-        Panel {
-            x: Axis::new(&word("time"), "ms"),
-            y: Axis::new(&word(quantity), unit),
+        PlotPanel {
+            x: PlotAxis::new(&word("time"), "ms"),
+            y: PlotAxis::new(&word(quantity), unit),
             series: series.collect(),
             marks: Vec::new(),
         }

@@ -6,10 +6,11 @@
 use super::super::{Answer, Refusal};
 use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::motion::profile::{self, Limits, Profile, Shape};
-use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
+use annulus_core::motion::profile::{self, Limits, MotionLaw, Profile};
+use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series};
 use annulus_core::servo::{
-    self, Controller, Gains, Load, Moment, Plant, Reference, Rules, Stage, StepRun, StrokeRun,
+    self, CycleStage, FuzzyRules, Gains, Load, Plant, Reference, ReferenceMoment, ServoController, StepRun,
+    StrokeRun,
 };
 use serde_json::{Value, json};
 
@@ -103,7 +104,7 @@ enum RuleSet {
 struct Rival {
     key: &'static str,
     name: String,
-    controller: Controller,
+    controller: ServoController,
 }
 
 /// One curve: t, reference, place, control; V, mm, s.
@@ -118,14 +119,14 @@ pub(crate) fn run(args: &ServoArgs) -> Result<Answer, Refusal> {
 fn rivals(args: &ServoArgs) -> [Rival; 3] {
     let gains = Gains { kp: args.kp, ki: args.ki, kd: args.kd };
     let rules = match args.rules {
-        RuleSet::Even => Rules::Even,
-        RuleSet::Classic => Rules::Classic,
+        RuleSet::Even => FuzzyRules::Even,
+        RuleSet::Classic => FuzzyRules::Classic,
     };
-    let mut fuzzy = Controller { gains, sample_s: args.sample, ..servo::staged_fuzzy() };
+    let mut fuzzy = ServoController { gains, sample_s: args.sample, ..servo::staged_fuzzy() };
     if let Some(fuzzy) = &mut fuzzy.fuzzy {
         fuzzy.rules = *rules.tables();
     }
-    let retuned = Controller { sample_s: args.sample, ..servo::retuned_pid() };
+    let retuned = ServoController { sample_s: args.sample, ..servo::retuned_pid() };
     let rival = |key, controller| Rival { key, name: word(key), controller };
     [rival("fuzzy", fuzzy), rival("plain", fuzzy.plain()), rival("retuned", retuned)]
 }
@@ -136,10 +137,10 @@ fn plant(args: &ServoArgs) -> Plant {
 
 fn step(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
     let stage = match args.stage {
-        StageName::Travel => Stage::Travel,
-        StageName::Approach => Stage::Approach,
-        StageName::Cut => Stage::Cut,
-        StageName::Return => Stage::Return,
+        StageName::Travel => CycleStage::Travel,
+        StageName::Approach => CycleStage::Approach,
+        StageName::Cut => CycleStage::Cut,
+        StageName::Return => CycleStage::Return,
     };
     let load = Load { volts: args.load.unwrap_or(-0.05), from_s: args.load_from, to_s: args.load_to };
     let (mut rows, mut objects, mut curves) = (Vec::new(), Vec::new(), Vec::new());
@@ -183,9 +184,9 @@ fn step(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
         let curve = samples.iter().map(|one| [one.t_s, args.step_mm, one.y_mm, one.u_v]).collect();
         curves.push((rival, curve));
     }
-    let mut place = vec![Mark::Level(args.step_mm, String::new())];
+    let mut place = vec![PlotMark::Level(args.step_mm, String::new())];
     if args.step_mm != 0.0 {
-        place.extend([0.98, 1.02].map(|part| Mark::Level(part * args.step_mm, String::new())));
+        place.extend([0.98, 1.02].map(|part| PlotMark::Level(part * args.step_mm, String::new())));
     }
     let title = format!("{}: {} mm, {} V", word("step_title"), short(args.step_mm), short(load.volts));
     let object =
@@ -201,8 +202,8 @@ fn stroke(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
         jerk_mm_per_s3: 600_000.0,
     };
     let up = Limits { speed_mm_per_s: args.up_speed, acceleration_mm_per_s2: 10_000.0, jerk_mm_per_s3: 1e6 };
-    let down = profile::plan(Shape::Power(0.5), full_mm, down)?;
-    let up = profile::plan(Shape::SCurve, full_mm, up)?;
+    let down = profile::plan(MotionLaw::Power(0.5), full_mm, down)?;
+    let up = profile::plan(MotionLaw::SCurve, full_mm, up)?;
     let (mut rows, mut objects, mut curves, mut marks) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     for rival in rivals(args) {
         let run = StrokeRun {
@@ -226,10 +227,10 @@ fn stroke(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
             "depth_error_mm": found.depth_error_mm, "over_travel_mm": found.over_travel_mm,
             "final_error_mm": found.final_error_mm } }));
         if marks.is_empty() {
-            marks.extend(found.contact_s.map(|contact_s| Mark::At(1e3 * contact_s, word("contact"))));
+            marks.extend(found.contact_s.map(|contact_s| PlotMark::At(1e3 * contact_s, word("contact"))));
             let back_s = down.duration_s() + run.dwell_s;
-            marks.push(Mark::At(1e3 * back_s, word("return")));
-            marks.push(Mark::Level(args.height_mm, word("surface")));
+            marks.push(PlotMark::At(1e3 * back_s, word("return")));
+            marks.push(PlotMark::Level(args.height_mm, word("surface")));
         }
         let curve = samples.iter().map(|one| [one.t_s, one.r_mm, one.y_mm, one.u_v]).collect();
         curves.push((rival, curve));
@@ -240,8 +241,8 @@ fn stroke(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
     Ok(sheet(object, rows, &curves, title, marks))
 }
 
-fn moment(profile: &Profile, t: f64) -> Moment {
-    Moment {
+fn moment(profile: &Profile, t: f64) -> ReferenceMoment {
+    ReferenceMoment {
         s_mm: profile.position_mm(t),
         v_mm_per_s: profile.speed(t),
         a_mm_per_s2: profile.acceleration(t),
@@ -253,7 +254,7 @@ fn sheet(
     rows: Vec<(String, String)>,
     curves: &[(Rival, Vec<Row>)],
     title: String,
-    place: Vec<Mark>,
+    place: Vec<PlotMark>,
 ) -> Sheet {
     let mut columns = vec!["t_s".to_owned(), "r_mm".to_owned()];
     for (rival, _) in curves {
@@ -265,9 +266,9 @@ fn sheet(
         row.extend(curves.iter().flat_map(|(_, curve)| [Some(curve[index][2]), Some(curve[index][3])]));
         row
     };
-    let panel = |quantity: &str, unit: &str, marks: Vec<Mark>, value: fn(&Row) -> f64| Panel {
-        x: Axis::new(&word("time"), "ms"),
-        y: Axis::new(&word(quantity), unit),
+    let panel = |quantity: &str, unit: &str, marks: Vec<PlotMark>, value: fn(&Row) -> f64| PlotPanel {
+        x: PlotAxis::new(&word("time"), "ms"),
+        y: PlotAxis::new(&word(quantity), unit),
         series: curves
             .iter()
             .map(|(rival, curve)| {

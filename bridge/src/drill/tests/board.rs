@@ -121,14 +121,14 @@ fn a_speed_no_spindle_has_and_a_wait_for_a_bit_there_is_not_are_refused_when_arm
     ];
     for (program, code) in rows {
         let (job, stream_digest, checks) = bench.arm(&program);
-        let failed: Vec<_> = checks.iter().filter(|row| row.verdict == Verdict::Fail).collect();
+        let failed: Vec<_> = checks.iter().filter(|row| row.verdict == RowVerdict::Fail).collect();
         assert!(failed.iter().any(|row| row.finding.code == code), "{code}: {failed:?}");
         assert!(failed.iter().all(|row| !row.finding.message("en").contains('{')), "{failed:?}");
         let refused = bench.drill.ask(Ask::Start { job, stream_digest, from_leg: 0 }).unwrap_err();
         assert_eq!(refused.code, "control.not_armed");
     }
     let (.., checks) = bench.arm(&with([1, 0], Command::Spindle { rpm: 300_000 }));
-    assert!(checks.iter().all(|row| row.verdict != Verdict::Fail), "{checks:?}");
+    assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
 }
 
 #[test]

@@ -120,7 +120,7 @@ fn damaged_journals_are_moved_aside() {
     bench.drill.shutdown();
     let good = fs::read(bench.folder.path().join(JOURNAL)).unwrap();
     fs::write(&path, &good).unwrap();
-    let known = journal::open(&path).unwrap().1.job.expect("an interrupted job").1.done;
+    let known = journal::open(&path, false).unwrap().1.job.expect("an interrupted job").1.done;
     let mut chance = Chance::new(5);
     let mut damaged = 0;
     for round in 0..100_usize {
@@ -134,7 +134,8 @@ fn damaged_journals_are_moved_aside() {
             }
         }
         fs::write(&path, &bytes).unwrap();
-        let (journal, contents) = journal::open(&path).unwrap_or_else(|why| panic!("round {round}: {why:?}"));
+        let (journal, contents) =
+            journal::open(&path, false).unwrap_or_else(|why| panic!("round {round}: {why:?}"));
         let Some(damage) = contents.damage else {
             // Believed: then it is what was written, but perhaps for the last record.
             let (job, progress) =
@@ -148,11 +149,11 @@ fn damaged_journals_are_moved_aside() {
         assert_eq!(contents.job, None);
         // It is known until somebody has read it.
         drop(journal);
-        let (mut journal, again) = journal::open(&path).unwrap();
+        let (mut journal, again) = journal::open(&path, false).unwrap();
         assert!(again.damage.is_some(), "round {round}");
         journal.forget_damage().unwrap();
         drop(journal);
-        assert_eq!(journal::open(&path).unwrap().1.damage, None);
+        assert_eq!(journal::open(&path, false).unwrap().1.damage, None);
     }
     assert!(damaged > 30, "{damaged} of 100 were found damaged");
     fs::write(&path, b"not a journal at all").unwrap();

@@ -1,7 +1,7 @@
 //! The feed override of a job, as a person orders it.
 
 use super::*;
-use annulus_core::steps::Effect;
+use annulus_core::steps::Switching;
 
 #[test]
 fn the_pace_is_ordered_within_its_bounds_and_told() {
@@ -96,7 +96,9 @@ fn a_stream_made_leg_by_leg_is_the_same() {
             assert_eq!(segments, whole.segments[range.clone()]);
             assert_eq!(packed.ticks(leg), segments.iter().map(|segment| segment.duration_ticks).sum::<u64>());
             let switched = whole.segments[..range.start].iter().map(|segment| segment.effect);
-            assert!(packed.effects_before(range.start).eq(switched.filter(|effect| *effect != Effect::None)));
+            assert!(
+                packed.effects_before(range.start).eq(switched.filter(|effect| *effect != Switching::None))
+            );
             before = (range.end, segments.last().map_or(before.1, |last| last.end));
         }
     }

@@ -30,7 +30,7 @@ fn what_must_not_start_does_not() {
     let program = grid(&machine(), 3);
     let (job, stream_digest, checks) = bench.arm(&program);
     let failed: Vec<_> =
-        checks.iter().filter(|row| row.verdict == Verdict::Fail).map(|row| &row.finding.code).collect();
+        checks.iter().filter(|row| row.verdict == RowVerdict::Fail).map(|row| &row.finding.code).collect();
     assert_eq!(failed, ["preflight.not_homed", "preflight.no_zero"]);
     let start =
         |digest: &str, from_leg| Ask::Start { job: job.clone(), stream_digest: digest.into(), from_leg };
@@ -49,7 +49,7 @@ fn what_must_not_start_does_not() {
     assert!(
         checks
             .iter()
-            .any(|row| row.finding.code == "preflight.other_machine" && row.verdict == Verdict::Fail)
+            .any(|row| row.finding.code == "preflight.other_machine" && row.verdict == RowVerdict::Fail)
     );
     assert_eq!(bench.drill.upload(&"0".repeat(64), b"junk").unwrap_err().code, "control.wrong_key");
     let saved = bench.folder.path().join("machines/virtual.toml");

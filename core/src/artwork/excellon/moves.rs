@@ -8,7 +8,7 @@ use super::reader::{MOST_REPEATED, Motion, Pattern, Reader};
 use crate::artwork::drill::{Hit, Route, SlotEntry};
 use crate::artwork::number::Decimal;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::geometry::{Point, Segment};
+use crate::geometry::{PathSegment, Point};
 use crate::units::Length;
 
 impl Reader<'_> {
@@ -38,15 +38,15 @@ impl Reader<'_> {
         let segment = match self.motion {
             Motion::Clockwise => self.arc(from, to, block, true),
             Motion::Counterclockwise => self.arc(from, to, block, false),
-            Motion::Straight => Some(Segment::Line { to }),
+            Motion::Straight => Some(PathSegment::Line { to }),
             Motion::Rapid => {
                 self.say(Severity::Warning, "drill.rapid_while_down", 1, line);
-                Some(Segment::Line { to })
+                Some(PathSegment::Line { to })
             }
         };
         let segment = segment.unwrap_or_else(|| {
             self.say(Severity::Error, "drill.arc_without_centre", 1, line);
-            Segment::Line { to }
+            PathSegment::Line { to }
         });
         self.moves += 1;
         if let Some(route) = &mut self.route {
@@ -54,7 +54,7 @@ impl Reader<'_> {
         }
     }
 
-    fn arc(&self, from: Point, to: Point, block: &Block, clockwise: bool) -> Option<Segment> {
+    fn arc(&self, from: Point, to: Point, block: &Block, clockwise: bool) -> Option<PathSegment> {
         let length =
             |number: Option<Decimal>| number.map_or(Some(Length::ZERO), |number| self.scale.length(number));
         let centre = if let Some(radius) = block.radius {
@@ -65,7 +65,7 @@ impl Reader<'_> {
         } else {
             return None;
         };
-        Some(Segment::Arc { to, centre, clockwise })
+        Some(PathSegment::Arc { to, centre, clockwise })
     }
 
     /// M15: the tool goes down.
@@ -192,9 +192,9 @@ impl Reader<'_> {
         for index in from[2]..to[2] {
             let Some(route) = self.out.routes.get(index) else { break };
             let segments = route.segments.iter().map(|segment| match *segment {
-                Segment::Line { to } => Segment::Line { to: moved(to) },
-                Segment::Arc { to, centre, clockwise } => {
-                    Segment::Arc { to: moved(to), centre: moved(centre), clockwise }
+                PathSegment::Line { to } => PathSegment::Line { to: moved(to) },
+                PathSegment::Arc { to, centre, clockwise } => {
+                    PathSegment::Arc { to: moved(to), centre: moved(centre), clockwise }
                 }
             });
             let route =

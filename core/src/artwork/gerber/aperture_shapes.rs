@@ -12,7 +12,7 @@ use super::object::{Aperture, Form, Opening};
 use super::primitives::Primitive;
 use super::transform::sin_cos;
 use crate::geometry::{
-    Bounds, Enclosing, Exposure, Fuel, Path, Point, Segment, circle, enclosed, paint_within, rectangle,
+    Bounds, Enclosing, Exposure, Fuel, Path, PathSegment, Point, circle, enclosed, paint_within, rectangle,
 };
 use crate::units::Length;
 use geo::{ConvexHull, Coord, MultiPoint};
@@ -88,10 +88,10 @@ fn obround(width: Length, height: Length) -> Vec<Path> {
     let minus = |p: Point, q: Point| Point::new(p.x - q.x, p.y - q.y);
     let start = minus(a, side);
     let segments = vec![
-        Segment::Arc { to: plus(a, side), centre: a, clockwise: false },
-        Segment::Line { to: plus(b, side) },
-        Segment::Arc { to: minus(b, side), centre: b, clockwise: false },
-        Segment::Line { to: start },
+        PathSegment::Arc { to: plus(a, side), centre: a, clockwise: false },
+        PathSegment::Line { to: plus(b, side) },
+        PathSegment::Arc { to: minus(b, side), centre: b, clockwise: false },
+        PathSegment::Line { to: start },
     ];
     vec![Path { start, segments }]
 }
@@ -110,7 +110,7 @@ pub(super) fn ring(corners: impl Iterator<Item = (f64, f64)>) -> Option<Path> {
     let points: Vec<Point> = corners.map(|(x, y)| Point::from_mm(x, y)).collect();
     let mut path = Path::through(&points).filter(|path| !path.segments.is_empty())?;
     if !path.is_closed() {
-        path.segments.push(Segment::Line { to: path.start });
+        path.segments.push(PathSegment::Line { to: path.start });
     }
     Some(path)
 }
@@ -126,7 +126,7 @@ pub(super) fn hull(points: &[Point]) -> Option<Path> {
     let leftmost = corners.iter().enumerate().min_by_key(|(_, corner)| **corner)?.0;
     corners.rotate_left(leftmost);
     let (&first, rest) = corners.split_first().filter(|(_, rest)| rest.len() >= 2)?;
-    let segments = rest.iter().copied().chain([first]).map(|to| Segment::Line { to }).collect();
+    let segments = rest.iter().copied().chain([first]).map(|to| PathSegment::Line { to }).collect();
     Some(Path { start: first, segments })
 }
 

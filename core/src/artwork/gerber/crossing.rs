@@ -7,7 +7,7 @@
 //!
 //! Comes in: a contour in whole nanometres. Goes out: whether it crosses itself. Does not look at arcs, and not for ever.
 
-use crate::geometry::{Path, Point, Segment};
+use crate::geometry::{Path, PathSegment, Point};
 
 /// Pairs of edges looked at in a layer.
 pub(super) const FUEL: u32 = 2_000_000;
@@ -17,9 +17,9 @@ const SLACK_MM: f64 = 1e-3;
 
 /// Whether straight edges of `path` cross; every pair looked at costs one of `fuel`, and without any left it says no.
 pub(super) fn crosses_itself(path: &Path, fuel: &mut u32) -> bool {
-    let line = |(from, segment): (Point, Segment)| match segment {
-        Segment::Line { to } => Some((from.min(to), from.max(to))),
-        Segment::Arc { .. } => None,
+    let line = |(from, segment): (Point, PathSegment)| match segment {
+        PathSegment::Line { to } => Some((from.min(to), from.max(to))),
+        PathSegment::Arc { .. } => None,
     };
     // The lower end of an edge comes first, so its first X is its smallest.
     let mut edges: Vec<(Point, Point)> = path.pieces().filter_map(line).collect();
@@ -85,7 +85,8 @@ mod tests {
             [(&bow_tie[..], true), (&square, false), (&cut_in, false), (&rounded, false), (&touching, false)]
         {
             let points: Vec<Point> = corners.iter().map(|&(x, y)| Point::from_mm(x, y)).collect();
-            let segments = points[1..].iter().chain([&points[0]]).map(|&to| Segment::Line { to }).collect();
+            let segments =
+                points[1..].iter().chain([&points[0]]).map(|&to| PathSegment::Line { to }).collect();
             let path = Path { start: points[0], segments };
             let mut fuel = FUEL;
             assert_eq!(crosses_itself(&path, &mut fuel), crosses, "{corners:?}");

@@ -11,12 +11,12 @@
 
 use super::crossing::crosses_itself;
 use super::graphics::{Action, Interpolation, Quadrants};
-use super::object::Shape;
+use super::object::ObjectShape;
 use super::reader::Reader;
 use super::words::{At, Numbers};
 use crate::artwork::number::Decimal;
 use crate::diagnostic::Severity;
-use crate::geometry::{Point, Segment, chords};
+use crate::geometry::{PathSegment, Point, chords};
 use crate::units::Length;
 
 /// Radii at both ends of an arc may differ by this before somebody should look.
@@ -24,7 +24,7 @@ const UNEVEN_MM: f64 = 0.05;
 /// Middles are moved by no more than this to make both radii equal.
 const RECENTRED_MM: f64 = 0.02;
 /// A quarter turn with room for rounding, in radians.
-const QUARTER: f64 = 1.6;
+const QUARTER_RAD: f64 = 1.6;
 
 impl Reader {
     /// Acts on the numbers of a block. `acted` is what its D-code says, if there is one.
@@ -83,16 +83,16 @@ impl Reader {
         self.out.counts.flashes += 1;
         let at = self.graphics.image.point(at);
         match self.graphics.aperture {
-            Some(aperture) => self.put(Shape::Flash { at }, aperture, place),
+            Some(aperture) => self.put(ObjectShape::Flash { at }, aperture, place),
             None => self.tell_once(Severity::Error, "gerber.no_aperture", place, b""),
         }
     }
 
-    fn stroke(&mut self, from: Point, segment: Segment, place: At) {
+    fn stroke(&mut self, from: Point, segment: PathSegment, place: At) {
         let image = self.graphics.image;
         let segment = match segment {
-            Segment::Line { to } => Segment::Line { to: image.point(to) },
-            Segment::Arc { to, centre, clockwise } => Segment::Arc {
+            PathSegment::Line { to } => PathSegment::Line { to: image.point(to) },
+            PathSegment::Arc { to, centre, clockwise } => PathSegment::Arc {
                 to: image.point(to),
                 centre: image.point(centre),
                 clockwise: clockwise != image.flips(),
@@ -108,11 +108,11 @@ impl Reader {
             return;
         }
         match segment {
-            Segment::Line { .. } => self.out.counts.lines += 1,
-            Segment::Arc { .. } => self.out.counts.arcs += 1,
+            PathSegment::Line { .. } => self.out.counts.lines += 1,
+            PathSegment::Arc { .. } => self.out.counts.arcs += 1,
         }
         match self.graphics.aperture {
-            Some(aperture) => self.put(Shape::Stroke { from, segment }, aperture, place),
+            Some(aperture) => self.put(ObjectShape::Stroke { from, segment }, aperture, place),
             None => self.tell_once(Severity::Error, "gerber.no_aperture", place, b""),
         }
     }
@@ -126,18 +126,18 @@ impl Reader {
         self.out.counts.regions += 1;
         if !path.is_closed() {
             self.tell_once(Severity::Warning, "gerber.contour_open", place, b"");
-            path.segments.push(Segment::Line { to: path.start });
+            path.segments.push(PathSegment::Line { to: path.start });
         }
         if crosses_itself(&path, &mut self.pairs_left) {
             self.tell_once(Severity::Warning, "gerber.contour_crosses", place, b"");
         }
-        self.put(Shape::Contour(path), 0, place);
+        self.put(ObjectShape::Contour(path), 0, place);
     }
 
     /// The segment from here to there in the motion in force.
-    fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), place: At) -> Segment {
+    fn segment(&mut self, from: Point, to: Point, offset: (Length, Length), place: At) -> PathSegment {
         if self.graphics.interpolation == Interpolation::Straight {
-            return Segment::Line { to };
+            return PathSegment::Line { to };
         }
         let clockwise = self.graphics.interpolation == Interpolation::Clockwise;
         let signed = Point::new(from.x + offset.0, from.y + offset.1);
@@ -151,19 +151,19 @@ impl Reader {
         let centre = if many { signed } else { quarter_centre(from, to, offset, clockwise) };
         let (first, last) = (from.distance_mm(centre), to.distance_mm(centre));
         if from == to && !many {
-            return Segment::Line { to };
+            return PathSegment::Line { to };
         }
         if first < 1e-6 || last < 1e-6 {
             self.tell_once(Severity::Warning, "gerber.arc_without_radius", place, b"");
-            return Segment::Line { to };
+            return PathSegment::Line { to };
         }
-        if !many && chords::turn(from, to, centre, clockwise) >= QUARTER {
+        if !many && chords::turn(from, to, centre, clockwise) >= QUARTER_RAD {
             self.tell_once(Severity::Warning, "gerber.arc_over_quarter", place, b"");
         }
         if (first - last).abs() > UNEVEN_MM {
             self.tell_once(Severity::Warning, "gerber.arc_uneven", place, b"");
         }
-        Segment::Arc { to, centre: even_centre(from, to, centre), clockwise }
+        PathSegment::Arc { to, centre: even_centre(from, to, centre), clockwise }
     }
 }
 
@@ -174,7 +174,7 @@ fn quarter_centre(from: Point, to: Point, offset: (Length, Length), clockwise: b
     let fits = |centre: &Point| {
         let uneven = (from.distance_mm(*centre) - to.distance_mm(*centre)).abs();
         let turn = chords::turn(from, to, *centre, clockwise);
-        uneven + if turn < QUARTER { 0.0 } else { turn * 1_000.0 }
+        uneven + if turn < QUARTER_RAD { 0.0 } else { turn * 1_000.0 }
     };
     let signs = [(1, 1), (1, -1), (-1, 1), (-1, -1)];
     signs.map(middle).into_iter().min_by(|a, b| fits(a).total_cmp(&fits(b))).unwrap_or(from)
@@ -198,11 +198,11 @@ mod tests {
     use super::*;
     use crate::artwork::Overrides;
 
-    fn arc(mode: &str, words: &str) -> Segment {
+    fn arc(mode: &str, words: &str) -> PathSegment {
         let text = format!("%FSLAX33Y33*%%MOMM*%%ADD10C,0.1*%{mode}D10*X0Y0D02*{words}*M02*");
         let (gerber, _): (Gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());
         match gerber.objects[0].shape {
-            Shape::Stroke { segment, .. } => segment,
+            ObjectShape::Stroke { segment, .. } => segment,
             ref other => panic!("{other:?}"),
         }
     }
@@ -211,20 +211,20 @@ mod tests {
     fn arcs_find_their_middle() {
         let quarter = arc("G74*G03*", "X5000Y5000I0J5000D01");
         let centre = Point::from_mm(0.0, 5.0);
-        assert_eq!(quarter, Segment::Arc { to: Point::from_mm(5.0, 5.0), centre, clockwise: false });
+        assert_eq!(quarter, PathSegment::Arc { to: Point::from_mm(5.0, 5.0), centre, clockwise: false });
         let backwards = arc("G74*G02*", "X5000Y5000I5000J0D01");
         let centre = Point::from_mm(5.0, 0.0);
-        assert_eq!(backwards, Segment::Arc { to: Point::from_mm(5.0, 5.0), centre, clockwise: true });
+        assert_eq!(backwards, PathSegment::Arc { to: Point::from_mm(5.0, 5.0), centre, clockwise: true });
         let unsaid = arc("G03*", "X-5000Y5000I-5000J0D01");
         assert!(
-            matches!(unsaid, Segment::Arc { centre, .. } if centre == Point::from_mm(-5.0, 0.0)),
+            matches!(unsaid, PathSegment::Arc { centre, .. } if centre == Point::from_mm(-5.0, 0.0)),
             "{unsaid:?}"
         );
         let full = arc("G75*G02*", "X0Y0I5000J0D01");
-        assert!(matches!(full, Segment::Arc { to, .. } if to == Point::default()));
-        assert!(matches!(arc("G74*G02*", "X0Y0I5000J0D01"), Segment::Line { .. }));
+        assert!(matches!(full, PathSegment::Arc { to, .. } if to == Point::default()));
+        assert!(matches!(arc("G74*G02*", "X0Y0I5000J0D01"), PathSegment::Line { .. }));
         let rounded = arc("G75*G03*", "X10000Y0I5004J0D01");
-        assert!(matches!(rounded, Segment::Arc { centre, .. } if centre == Point::from_mm(5.0, 0.0)));
-        assert!(matches!(arc("G75*G02*", "X1000Y0I0J0D01"), Segment::Line { .. }));
+        assert!(matches!(rounded, PathSegment::Arc { centre, .. } if centre == Point::from_mm(5.0, 0.0)));
+        assert!(matches!(arc("G75*G02*", "X1000Y0I0J0D01"), PathSegment::Line { .. }));
     }
 }

@@ -21,7 +21,7 @@ pub(super) struct Piece {
 }
 
 /// Cells of the grid, about, from the finest: the first that is not too much work is taken.
-const SIZES: [f64; 5] = [65_536.0, 4_096.0, 256.0, 16.0, 1.0];
+const SIZES_CELLS: [f64; 5] = [65_536.0, 4_096.0, 256.0, 16.0, 1.0];
 /// Cells looked at for every piece, on average, at most.
 const CELLS_PER_PIECE: u64 = 24;
 
@@ -55,7 +55,7 @@ fn heights(pieces: &[Piece]) -> Vec<u32> {
     let Some(all) = all else { return vec![0; pieces.len()] };
     let most = CELLS_PER_PIECE * pieces.len() as u64;
     let work = |grid: &Grid| boxes.iter().flatten().map(|bounds| grid.cells(*bounds).1).sum::<u64>();
-    let mut grids = SIZES.into_iter().map(|count| Grid::over(all, count));
+    let mut grids = SIZES_CELLS.into_iter().map(|count| Grid::over(all, count));
     let grid = grids.find(|grid| work(grid) <= most).unwrap_or_else(|| Grid::over(all, 1.0));
     let mut tops: Vec<u32> = vec![0; usize::try_from(grid.columns * grid.rows).unwrap_or(1)];
     let mut heights = Vec::with_capacity(pieces.len());

@@ -3,9 +3,9 @@
 //! Comes in: a [`Gerber`]. Goes out: its objects, one by one in the order in which they are drawn; pads, tracks and boxes
 //! for those who need no areas. The reader has bounded the number of copies and the depth of blocks.
 
-use super::object::{Aperture, Form, Gerber, Object, Shape, Track};
+use super::object::{Aperture, Form, Gerber, Object, ObjectShape, Track};
 use super::transform::{Place, Transform};
-use crate::geometry::{Bounds, Path, Point, Segment, chords, path_bounds, segment_bounds};
+use crate::geometry::{Bounds, Path, PathSegment, Point, chords, path_bounds, segment_bounds};
 use crate::units::Length;
 
 /// How far a chord may be from its arc, in mm.
@@ -52,14 +52,14 @@ fn below<'a>(
         let clear = object.clear != flipped;
         let tag = if outer_tag == 0 { object.tag } else { outer_tag };
         match &object.shape {
-            Shape::Repeat { objects, columns, rows, step } => {
+            ObjectShape::Repeat { objects, columns, rows, step } => {
                 let copies = (0..*columns).flat_map(|column| (0..*rows).map(move |row| (column, row)));
                 for (column, row) in copies {
                     let at = Point::new(step.x * i64::from(column), step.y * i64::from(row));
                     below(layer, objects, place.inner(Transform::PLAIN, at), (flipped, tag), visit);
                 }
             }
-            Shape::Flash { at } => match layer.form(object) {
+            ObjectShape::Flash { at } => match layer.form(object) {
                 Some(Form::Block { objects }) => {
                     below(layer, objects, place.inner(layer.transform(object), *at), (clear, tag), visit);
                 }
@@ -88,7 +88,7 @@ impl Gerber {
     pub fn pads(&self) -> Vec<Point> {
         let mut pads = Vec::new();
         each(self, &mut |seen| {
-            if let Shape::Flash { at } = seen.object.shape {
+            if let ObjectShape::Flash { at } = seen.object.shape {
                 pads.push(seen.place.point(at));
             }
         });
@@ -96,10 +96,10 @@ impl Gerber {
     }
 
     /// Centre lines of all strokes, arcs as arcs: where each starts and how it goes on.
-    pub fn strokes(&self) -> Vec<(Point, Segment)> {
+    pub fn strokes(&self) -> Vec<(Point, PathSegment)> {
         let mut strokes = Vec::new();
         each(self, &mut |seen| {
-            if let Shape::Stroke { from, segment } = seen.object.shape {
+            if let ObjectShape::Stroke { from, segment } = seen.object.shape {
                 strokes.push((seen.place.point(from), seen.place.segment(segment)));
             }
         });
@@ -110,7 +110,7 @@ impl Gerber {
     pub fn contours(&self) -> Vec<Path> {
         let mut contours = Vec::new();
         each(self, &mut |seen| {
-            if let Shape::Contour(path) = &seen.object.shape {
+            if let ObjectShape::Contour(path) = &seen.object.shape {
                 contours.push(seen.place.path(path).into_owned());
             }
         });
@@ -122,14 +122,14 @@ impl Gerber {
         let mut tracks = Vec::new();
         let mut chords_made = 0;
         each(self, &mut |seen| {
-            let Shape::Stroke { from, segment } = seen.object.shape else { return };
+            let ObjectShape::Stroke { from, segment } = seen.object.shape else { return };
             let scale = seen.transform(self).scale;
             let half = self.form(seen.object).map_or(Length::ZERO, half_width);
             let half_width = Length::from_mm(half.mm() * scale);
             let (mut from, segment) = (seen.place.point(from), seen.place.segment(segment));
             let stops = match segment {
-                Segment::Line { to } => vec![to],
-                Segment::Arc { to, centre, clockwise } => {
+                PathSegment::Line { to } => vec![to],
+                PathSegment::Arc { to, centre, clockwise } => {
                     let error = if chords_made < MOST_CHORDS { CHORD_ERROR_MM } else { COARSE_MM };
                     chords::arc(from, to, centre, clockwise, error)
                 }
@@ -148,12 +148,12 @@ impl Gerber {
         let mut bounds: Option<Bounds> = None;
         each(self, &mut |seen| {
             let around = match &seen.object.shape {
-                Shape::Flash { at } => Bounds::of(seen.place.point(*at)),
-                Shape::Stroke { from, segment } => {
+                ObjectShape::Flash { at } => Bounds::of(seen.place.point(*at)),
+                ObjectShape::Stroke { from, segment } => {
                     segment_bounds(seen.place.point(*from), seen.place.segment(*segment))
                 }
-                Shape::Contour(path) => path_bounds(&seen.place.path(path)),
-                Shape::Repeat { .. } => return,
+                ObjectShape::Contour(path) => path_bounds(&seen.place.path(path)),
+                ObjectShape::Repeat { .. } => return,
             };
             bounds = Some(bounds.map_or(around, |bounds| bounds.with(around.min).with(around.max)));
         });
@@ -164,7 +164,7 @@ impl Gerber {
     pub fn has_only_hairlines(&self) -> bool {
         let (mut strokes, mut wide) = (false, false);
         each(self, &mut |seen| match seen.object.shape {
-            Shape::Stroke { .. } => {
+            ObjectShape::Stroke { .. } => {
                 strokes = true;
                 wide |= self.form(seen.object).is_some_and(|form| half_width(form) > Length::ZERO);
             }

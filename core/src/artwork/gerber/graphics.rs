@@ -4,7 +4,7 @@
 //! the state, and objects that carry it. Does not read coordinates.
 
 use super::image::Image;
-use super::object::{Object, Shape};
+use super::object::{Object, ObjectShape};
 use super::reader::Reader;
 use super::transform::{Held, Transform};
 use super::words::{At, Block, fields, number, plain};
@@ -15,7 +15,7 @@ use crate::units::Length;
 use std::collections::BTreeMap;
 
 /// Scales of the image and of transforms, either way.
-const MOST_SCALE: f64 = 100.0;
+const MOST_SCALE_FACTOR: f64 = 100.0;
 /// Degrees of a turn, either way.
 const MOST_TURN_DEG: f64 = 3_600.0;
 
@@ -110,8 +110,8 @@ impl Graphics {
 
 impl Reader {
     /// Keeps an object with the state in force.
-    pub(super) fn put(&mut self, shape: Shape, aperture: u32, At { line, column }: At) {
-        let tag = self.attributes.tag_now(matches!(shape, Shape::Contour(_)), &mut self.out.tags);
+    pub(super) fn put(&mut self, shape: ObjectShape, aperture: u32, At { line, column }: At) {
+        let tag = self.attributes.tag_now(matches!(shape, ObjectShape::Contour(_)), &mut self.out.tags);
         let transform = self.graphics.transform_now(&mut self.out.transforms);
         let clear = self.graphics.clear;
         self.keep(Object { shape, clear, aperture, transform, tag, line, column });
@@ -223,5 +223,5 @@ impl Reader {
 }
 
 fn is_scale(factor: f64) -> bool {
-    (1.0 / MOST_SCALE..=MOST_SCALE).contains(&factor)
+    (1.0 / MOST_SCALE_FACTOR..=MOST_SCALE_FACTOR).contains(&factor)
 }

@@ -10,11 +10,11 @@
 //! which layers are used, and not what the holes are for.
 
 use super::flatten::{Seen, each};
-use super::object::{Form, Gerber, Shape};
+use super::object::{Form, Gerber, ObjectShape};
 use crate::artwork::drill::{DrillFile, Hit, Route, SlotEntry, ToolEntry};
 use crate::artwork::findings::Findings;
 use crate::diagnostic::{Diagnostic, Severity};
-use crate::geometry::{Point, Segment};
+use crate::geometry::{PathSegment, Point};
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -75,7 +75,7 @@ impl Reader<'_> {
         let Some(tool) = self.tool(seen) else {
             let code = self.layer.aperture(seen.object).map(|aperture| format!("D{}", aperture.code));
             let what = match &seen.object.shape {
-                Shape::Contour(_) => "G36".to_owned(),
+                ObjectShape::Contour(_) => "G36".to_owned(),
                 _ if seen.clear => "LPC".to_owned(),
                 _ => code.unwrap_or_default(),
             };
@@ -83,14 +83,14 @@ impl Reader<'_> {
             return self.end_route();
         };
         match seen.object.shape {
-            Shape::Flash { at } => {
+            ObjectShape::Flash { at } => {
                 self.end_route();
                 self.hit(Hit { at: seen.place.point(at), line, tool });
             }
-            Shape::Stroke { from, segment } => {
+            ObjectShape::Stroke { from, segment } => {
                 self.stroke(seen.place.point(from), seen.place.segment(segment), tool, line);
             }
-            Shape::Contour(_) | Shape::Repeat { .. } => {}
+            ObjectShape::Contour(_) | ObjectShape::Repeat { .. } => {}
         }
     }
 
@@ -98,7 +98,7 @@ impl Reader<'_> {
     fn tool(&mut self, seen: &Seen<'_>) -> Option<u16> {
         let aperture = self.layer.aperture(seen.object)?;
         let Form::Circle { diameter } = aperture.form else { return None };
-        let drawn = matches!(seen.object.shape, Shape::Flash { .. } | Shape::Stroke { .. });
+        let drawn = matches!(seen.object.shape, ObjectShape::Flash { .. } | ObjectShape::Stroke { .. });
         let diameter = Length::from_mm(diameter.mm() * seen.transform(self.layer).scale);
         if !drawn || seen.clear || aperture.opening.is_some() || diameter <= Length::ZERO {
             return None;
@@ -129,7 +129,7 @@ impl Reader<'_> {
         }
     }
 
-    fn stroke(&mut self, from: Point, segment: Segment, tool: u16, line: u32) {
+    fn stroke(&mut self, from: Point, segment: PathSegment, tool: u16, line: u32) {
         if self.is_far(from, line) || self.is_far(segment.to(), line) {
             return self.end_route();
         }
@@ -148,8 +148,8 @@ impl Reader<'_> {
         let Some(route) = self.route.take() else { return };
         let Route { from, line, tool, .. } = route;
         match route.segments[..] {
-            [Segment::Line { to }] if to == from => self.hit(Hit { at: from, line, tool }),
-            [Segment::Line { to }] => {
+            [PathSegment::Line { to }] if to == from => self.hit(Hit { at: from, line, tool }),
+            [PathSegment::Line { to }] => {
                 let after_hits = self.out.hits.len() as u32;
                 self.out.slots.push(SlotEntry { from, to, line, tool, after_hits });
             }
@@ -196,10 +196,10 @@ mod tests {
         assert_eq!(hits, [(at(1.0, 2.0), 0, 7), (at(0.0, 0.0), 1, 12)]);
         let slot = SlotEntry { from: at(5.0, 0.0), to: at(7.0, 0.0), line: 10, tool: 1, after_hits: 1 };
         assert_eq!(drill.slots, [slot]);
-        let arc = Segment::Arc { to: at(4.0, 11.0), centre: at(4.0, 10.0), clockwise: false };
+        let arc = PathSegment::Arc { to: at(4.0, 11.0), centre: at(4.0, 10.0), clockwise: false };
         let route = Route {
             from: at(0.0, 9.0),
-            segments: vec![Segment::Line { to: at(4.0, 9.0) }, arc],
+            segments: vec![PathSegment::Line { to: at(4.0, 9.0) }, arc],
             line: 14,
             tool: 1,
         };

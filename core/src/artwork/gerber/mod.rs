@@ -39,7 +39,7 @@ mod words;
 pub(super) use holes::{holes, says_holes};
 pub use measure::{PaintedMeasures, painted_measures};
 pub use nets::{Nets, nets};
-pub use object::{Aperture, Form, Gerber, GerberObjects, Object, Opening, Shape, Tag, Track};
+pub use object::{Aperture, Form, Gerber, GerberObjects, Object, ObjectShape, Opening, Tag, Track};
 pub use paint::{TooMuch, painted};
 pub(super) use reader::read;
 pub use transform::Transform;

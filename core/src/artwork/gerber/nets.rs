@@ -10,8 +10,8 @@
 //! ```
 
 use super::flatten::each;
-use super::object::{Gerber, Shape, Tag};
-use crate::geometry::{Index, Point, Region, Segment};
+use super::object::{Gerber, ObjectShape, Tag};
+use crate::geometry::{Index, PathSegment, Point, Region};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What the islands are.
@@ -38,14 +38,14 @@ pub fn nets(layer: &Gerber, region: &Region) -> Nets {
             let Some(tag) = tag else { return };
             let inner = |point: Point| index.island_at(seen.place.point(point));
             let island = match &seen.object.shape {
-                Shape::Flash { at } => inner(*at),
-                Shape::Stroke { from, segment } => inner(*from).or_else(|| inner(segment.to())),
-                Shape::Contour(path) => path
+                ObjectShape::Flash { at } => inner(*at),
+                ObjectShape::Stroke { from, segment } => inner(*from).or_else(|| inner(segment.to())),
+                ObjectShape::Contour(path) => path
                     .pieces()
                     .zip(path.pieces().skip(1))
                     .take(CORNERS_LOOKED_AT)
                     .find_map(|((from, first), (_, second))| inner(inside(from, first, second))),
-                Shape::Repeat { .. } => None,
+                ObjectShape::Repeat { .. } => None,
             };
             let Some(island) = island else { return };
             let net = tag.net.as_deref().filter(|net| !net.is_empty());
@@ -96,7 +96,7 @@ fn pad_name(tag: &Tag) -> Option<String> {
 const CORNERS_LOOKED_AT: usize = 16;
 
 /// A point near the corner between two segments, on the chord that cuts it off.
-fn inside(from: Point, first: Segment, second: Segment) -> Point {
+fn inside(from: Point, first: PathSegment, second: PathSegment) -> Point {
     let (corner, to) = (first.to(), second.to());
     let near = |a: f64, b: f64, c: f64| b + ((a + c) / 2.0 - b) * 0.01;
     Point::from_mm(near(from.x.mm(), corner.x.mm(), to.x.mm()), near(from.y.mm(), corner.y.mm(), to.y.mm()))

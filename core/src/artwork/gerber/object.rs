@@ -10,7 +10,7 @@
 
 use super::transform::Transform;
 use crate::artwork::{Digits, Units, Zeros};
-use crate::geometry::{Path, Point, Segment};
+use crate::geometry::{Path, PathSegment, Point};
 use crate::units::Length;
 
 /// How many objects of each kind a layer draws, as written: copies by blocks and repeats are not counted.
@@ -46,7 +46,7 @@ pub struct Track {
 
 /// What an object is.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
+pub enum ObjectShape {
     /// The aperture, put down once.
     Flash {
         /// Where its origin lies.
@@ -57,7 +57,7 @@ pub enum Shape {
         /// Where it starts.
         from: Point,
         /// Where and how it goes.
-        segment: Segment,
+        segment: PathSegment,
     },
     /// A filled contour (G36 … G37), closed. Needs no aperture.
     Contour(Path),
@@ -78,7 +78,7 @@ pub enum Shape {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Object {
     /// What it is.
-    pub shape: Shape,
+    pub shape: ObjectShape,
     /// Whether it takes away what lies below it (`%LPC`) instead of adding to it.
     pub clear: bool,
     /// Which of the layer's apertures draws it, for flashes and strokes.

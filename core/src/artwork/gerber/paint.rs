@@ -14,11 +14,11 @@
 use super::aperture_shapes::{hull, outlines};
 use super::exposures::{Piece, exposures};
 use super::flatten::{Seen, each};
-use super::object::{Form, Gerber, Object, Shape};
+use super::object::{Form, Gerber, Object, ObjectShape};
 use super::transform::{Place, Transform};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{
-    Bounds, Enclosing, Fuel, Path, Point, Region, Segment, chords, enclosed, paint_within, stroke,
+    Bounds, Enclosing, Fuel, Path, PathSegment, Point, Region, chords, enclosed, paint_within, stroke,
 };
 use crate::units::Length;
 use std::collections::BTreeMap;
@@ -134,12 +134,12 @@ impl Brush<'_> {
         let place = self.home.inner(seen.place.transform, seen.place.at);
         let object = seen.object;
         match &object.shape {
-            Shape::Flash { at } => self.stamp(object, seen.transform(self.layer), place.point(*at)),
-            Shape::Contour(path) => {
+            ObjectShape::Flash { at } => self.stamp(object, seen.transform(self.layer), place.point(*at)),
+            ObjectShape::Contour(path) => {
                 self.fuel.spend(path.segments.len() as u64).then_some(())?;
                 enclosed(&place.path(path), Enclosing::Odd, &mut self.fuel)
             }
-            Shape::Stroke { from, segment } => {
+            ObjectShape::Stroke { from, segment } => {
                 let (from, segment) = (place.point(*from), place.segment(*segment));
                 let transform = seen.transform(self.layer);
                 match self.layer.aperture(object).map(|aperture| &aperture.form) {
@@ -152,7 +152,7 @@ impl Brush<'_> {
                     None => Some(Vec::new()),
                 }
             }
-            Shape::Repeat { .. } => Some(Vec::new()),
+            ObjectShape::Repeat { .. } => Some(Vec::new()),
         }
     }
 
@@ -181,7 +181,7 @@ impl Brush<'_> {
         object: &Object,
         transform: Transform,
         from: Point,
-        segment: Segment,
+        segment: PathSegment,
     ) -> Option<Vec<Path>> {
         let form: Vec<Point> = self
             .stamp(object, transform, Point::default())?
@@ -189,8 +189,8 @@ impl Brush<'_> {
             .flat_map(|path| path.flattened(CHORD_ERROR_MM))
             .collect();
         let stops = match segment {
-            Segment::Line { to } => vec![to],
-            Segment::Arc { to, centre, clockwise } => {
+            PathSegment::Line { to } => vec![to],
+            PathSegment::Arc { to, centre, clockwise } => {
                 chords::arc(from, to, centre, clockwise, CHORD_ERROR_MM)
             }
         };

@@ -13,7 +13,7 @@
 use super::aperture_shapes::ring;
 use super::transform::sin_cos;
 use crate::artwork::Units;
-use crate::geometry::{Path, Point, Segment, circle};
+use crate::geometry::{Path, PathSegment, Point, circle};
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 
 /// Closed paths whose non-zero union is dark or (`false`) taken away from what the macro drew before.
@@ -137,14 +137,14 @@ fn thermal((x, y): (f64, f64), outer: f64, inner: f64, gap: f64, turn: Turn) -> 
         };
         let centre = at((0.0, 0.0));
         let mut path = Path { start: at((far, half)), segments: Vec::new() };
-        path.segments.push(Segment::Arc { to: at((half, far)), centre, clockwise: false });
+        path.segments.push(PathSegment::Arc { to: at((half, far)), centre, clockwise: false });
         if near > half {
-            path.segments.push(Segment::Line { to: at((half, near)) });
-            path.segments.push(Segment::Arc { to: at((near, half)), centre, clockwise: true });
+            path.segments.push(PathSegment::Line { to: at((half, near)) });
+            path.segments.push(PathSegment::Arc { to: at((near, half)), centre, clockwise: true });
         } else {
-            path.segments.push(Segment::Line { to: at((half, half)) });
+            path.segments.push(PathSegment::Line { to: at((half, half)) });
         }
-        path.segments.push(Segment::Line { to: path.start });
+        path.segments.push(PathSegment::Line { to: path.start });
         path
     };
     Some(vec![(true, [0.0, 90.0, 180.0, 270.0].map(piece).to_vec())])

@@ -9,7 +9,7 @@
 //!  %SRX3Y2I5J4*% … %SR*%  ⠿  rows first, then columns
 //! ```
 
-use super::object::{Aperture, Form, Object, Shape};
+use super::object::{Aperture, Form, Object, ObjectShape};
 use super::reader::Reader;
 use super::words::{At, Block, fields};
 use crate::artwork::number::Decimal;
@@ -55,12 +55,14 @@ impl Reader {
     /// Keeps an object where objects go now, unless it makes too many copies or holds blocks too deep.
     pub(super) fn keep(&mut self, object: Object) {
         let aperture = match object.shape {
-            Shape::Flash { .. } => self.out.apertures.get(object.aperture as usize),
+            ObjectShape::Flash { .. } => self.out.apertures.get(object.aperture as usize),
             _ => None,
         };
         // A contour that is copied counts by its corners.
         let corners = match &object.shape {
-            Shape::Contour(path) if !self.copies.open.is_empty() => path.segments.len() as u64 / CORNERS,
+            ObjectShape::Contour(path) if !self.copies.open.is_empty() => {
+                path.segments.len() as u64 / CORNERS
+            }
             _ => 0,
         };
         let (copies, depth) = aperture.map_or((1 + corners, 0), |aperture| (aperture.copies, aperture.depth));
@@ -171,7 +173,7 @@ impl Reader {
                 if too_many {
                     self.tell(Severity::Error, "gerber.too_many_copies", at, b"");
                 }
-                let shape = Shape::Repeat { objects, columns, rows, step };
+                let shape = ObjectShape::Repeat { objects, columns, rows, step };
                 // The polarity of a repeat is that of its objects.
                 let At { line, column } = at;
                 let object = Object { shape, clear: false, aperture: 0, transform: 0, tag: 0, line, column };
@@ -192,7 +194,7 @@ mod tests {
         let (gerber, diagnostics) = super::super::read("t", text.as_bytes(), &Overrides::default());
         let mut found = Vec::new();
         super::super::flatten::each(&gerber, &mut |seen| {
-            if let Shape::Flash { at } = seen.object.shape {
+            if let ObjectShape::Flash { at } = seen.object.shape {
                 let at = seen.place.point(at);
                 found.push((at.x.nm() / 1_000, at.y.nm() / 1_000, seen.clear));
             }

@@ -7,7 +7,7 @@
 //! Comes in: points and paths in whole nanometres. Goes out: the same, moved, rounded to whole nanometres. Does not know
 //! what is moved.
 
-use crate::geometry::{Path, Point, Segment};
+use crate::geometry::{Path, PathSegment, Point};
 use crate::units::Length;
 use std::borrow::Cow;
 use std::f64::consts::PI;
@@ -121,10 +121,10 @@ impl Place {
     }
 
     /// A segment of the copy.
-    pub(super) fn segment(&self, segment: Segment) -> Segment {
+    pub(super) fn segment(&self, segment: PathSegment) -> PathSegment {
         match segment {
-            Segment::Line { to } => Segment::Line { to: self.point(to) },
-            Segment::Arc { to, centre, clockwise } => Segment::Arc {
+            PathSegment::Line { to } => PathSegment::Line { to: self.point(to) },
+            PathSegment::Arc { to, centre, clockwise } => PathSegment::Arc {
                 to: self.point(to),
                 centre: self.point(centre),
                 clockwise: clockwise != self.transform.mirrored,

@@ -9,7 +9,7 @@
 //! imported layers, which are cut into chords.
 
 use super::{Drawing, Entry, PadShape, Thing};
-use crate::geometry::{Bounds, Path, Placement, Point, Segment, circle, stroke};
+use crate::geometry::{Bounds, Path, PathSegment, Placement, Point, circle, stroke};
 use crate::units::Length;
 use std::f64::consts::PI;
 
@@ -73,9 +73,9 @@ impl Body {
         if rest.is_empty() {
             return vec![circle(*first, self.radius * 2)];
         }
-        let mut segments: Vec<Segment> = rest.iter().map(|to| Segment::Line { to: *to }).collect();
+        let mut segments: Vec<PathSegment> = rest.iter().map(|to| PathSegment::Line { to: *to }).collect();
         if self.closed {
-            segments.push(Segment::Line { to: *first });
+            segments.push(PathSegment::Line { to: *first });
             return vec![Path { start: *first, segments }];
         }
         stroke(&Path { start: *first, segments }, self.radius * 2)

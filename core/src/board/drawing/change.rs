@@ -16,7 +16,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 /// The end of a track, the middle of a pad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum End {
+pub enum TrackEnd {
     /// A node that is there.
     Node(Id),
     /// A place; the node that is exactly there, or a new one.
@@ -62,10 +62,12 @@ impl<'a> Draft<'a> {
         id
     }
 
-    fn end(&mut self, end: End) -> Id {
+    fn end(&mut self, end: TrackEnd) -> Id {
         match end {
-            End::Node(id) => id,
-            End::At(at) => self.drawing.node_at(at).unwrap_or_else(|| self.add(Thing::Node { at }, None)),
+            TrackEnd::Node(id) => id,
+            TrackEnd::At(at) => {
+                self.drawing.node_at(at).unwrap_or_else(|| self.add(Thing::Node { at }, None))
+            }
         }
     }
 }
@@ -73,12 +75,12 @@ impl<'a> Draft<'a> {
 /// A node by itself; nothing where one is there already.
 pub fn node(drawing: &Drawing, at: Point) -> Edit {
     let mut draft = Draft::new(drawing);
-    draft.end(End::At(at));
+    draft.end(TrackEnd::At(at));
     draft.edit
 }
 
 /// A track from one end to the other, and the id of the node where it ends.
-pub fn track(drawing: &Drawing, ends: (End, End), width: Length, layer: Layer) -> (Edit, Id) {
+pub fn track(drawing: &Drawing, ends: (TrackEnd, TrackEnd), width: Length, layer: Layer) -> (Edit, Id) {
     let mut draft = Draft::new(drawing);
     let (from, to) = (draft.end(ends.0), draft.end(ends.1));
     draft.add(Thing::Track { from, to, width, layer }, None);
@@ -88,7 +90,7 @@ pub fn track(drawing: &Drawing, ends: (End, End), width: Length, layer: Layer) -
 /// A pad, with a hole in it where `drill` says how wide.
 pub fn pad(
     drawing: &Drawing,
-    at: End,
+    at: TrackEnd,
     (shape, size): (PadShape, Length),
     drill: Option<Length>,
     layer: Layer,
@@ -103,7 +105,7 @@ pub fn pad(
 }
 
 /// A hole.
-pub fn hole(drawing: &Drawing, at: End, diameter: Length, plated: bool) -> Edit {
+pub fn hole(drawing: &Drawing, at: TrackEnd, diameter: Length, plated: bool) -> Edit {
     let mut draft = Draft::new(drawing);
     let node = draft.end(at);
     draft.add(Thing::Hole { node, diameter, plated }, None);

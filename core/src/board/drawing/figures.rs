@@ -37,7 +37,7 @@ pub struct Smallest {
 
 /// What is near to what, which net it is of, and what is small.
 #[derive(Clone, Debug, Default)]
-pub struct Figures {
+pub struct DrawingFigures {
     /// What is near to what, by nanometres.
     pairs: BTreeMap<Catch, BTreeMap<Catch, i64>>,
     /// The number of the net of what is copper.
@@ -49,7 +49,7 @@ pub struct Figures {
     sizes: Sizes,
 }
 
-impl Figures {
+impl DrawingFigures {
     /// The figures of all of `drawing`.
     pub fn new(drawing: &Drawing, finder: &Finder) -> Self {
         let mut figures = Self::default();

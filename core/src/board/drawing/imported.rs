@@ -13,11 +13,11 @@ use super::body::shifted;
 use super::text::{is_one, read};
 use super::{Body, Drawing, Layer, Thing, files};
 use crate::artwork::{
-    self, Aperture, Artwork, DrillFile, FileRead, Form, Gerber, Object, Overrides, Role, Shape, Side,
+    self, Aperture, Artwork, DrillFile, FileRead, Form, Gerber, Object, ObjectShape, Overrides, Role, Side,
 };
 use crate::board::copper;
 use crate::diagnostic::Diagnostic;
-use crate::geometry::{Placement, Point, Segment};
+use crate::geometry::{PathSegment, Placement, Point};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
@@ -83,7 +83,7 @@ pub fn imported(artwork: &Artwork, used: &[usize]) -> Vec<Imported> {
             if let Some((at, body)) = place_of(&drawn.shape).zip(body(gerber, drawn))
                 && found.len() < MOST_IMPORTED
             {
-                let is_area = matches!(drawn.shape, Shape::Contour(_)) || !dark;
+                let is_area = matches!(drawn.shape, ObjectShape::Contour(_)) || !dark;
                 let layer = Some(layer);
                 found.push(Imported { file: file.name.clone(), object, at, body, layer, is_area });
             }
@@ -121,12 +121,12 @@ fn taken(artwork: &Artwork, used: &[usize], role: Role, side: Option<Side>) -> O
     artwork.files.iter().position(|file| std::ptr::eq(file, first))
 }
 
-fn place_of(shape: &Shape) -> Option<Point> {
+fn place_of(shape: &ObjectShape) -> Option<Point> {
     match shape {
-        Shape::Flash { at } => Some(*at),
-        Shape::Stroke { from, .. } => Some(*from),
-        Shape::Contour(path) => Some(path.start),
-        Shape::Repeat { .. } => None,
+        ObjectShape::Flash { at } => Some(*at),
+        ObjectShape::Stroke { from, .. } => Some(*from),
+        ObjectShape::Contour(path) => Some(path.start),
+        ObjectShape::Repeat { .. } => None,
     }
 }
 
@@ -134,8 +134,8 @@ fn place_of(shape: &Shape) -> Option<Point> {
 fn body(gerber: &Gerber, object: &Object) -> Option<Body> {
     let form = gerber.aperture(object).map(|aperture: &Aperture| &aperture.form);
     match &object.shape {
-        Shape::Flash { at } => Some(flash(form?)?.moved(*at)),
-        Shape::Stroke { from, segment } => {
+        ObjectShape::Flash { at } => Some(flash(form?)?.moved(*at)),
+        ObjectShape::Stroke { from, segment } => {
             let radius = match form? {
                 Form::Circle { diameter } => Length::from_nm(diameter.nm() / 2),
                 Form::Rectangle { width, height } => Length::from_nm((*width).min(*height).nm() / 2),
@@ -143,17 +143,17 @@ fn body(gerber: &Gerber, object: &Object) -> Option<Body> {
             };
             let path = crate::geometry::Path { start: *from, segments: vec![*segment] };
             let points = match segment {
-                Segment::Line { to } => vec![*from, *to],
-                Segment::Arc { .. } => path.flattened(CHORD_ERROR_MM),
+                PathSegment::Line { to } => vec![*from, *to],
+                PathSegment::Arc { .. } => path.flattened(CHORD_ERROR_MM),
             };
             Some(Body { points, closed: false, radius })
         }
-        Shape::Contour(path) => {
+        ObjectShape::Contour(path) => {
             let mut points = path.flattened(CHORD_ERROR_MM);
             points.pop();
             (points.len() > 2).then_some(Body { points, closed: true, radius: Length::ZERO })
         }
-        Shape::Repeat { .. } => None,
+        ObjectShape::Repeat { .. } => None,
     }
 }
 
@@ -356,16 +356,16 @@ fn made<T>(
     missed
 }
 
-fn move_shape(shape: &mut Shape, by: Point) {
+fn move_shape(shape: &mut ObjectShape, by: Point) {
     match shape {
-        Shape::Flash { at } => *at = shifted(*at, by),
-        Shape::Stroke { from, segment } => {
+        ObjectShape::Flash { at } => *at = shifted(*at, by),
+        ObjectShape::Stroke { from, segment } => {
             let path = crate::geometry::Path { start: *from, segments: vec![*segment] };
             let moved = Placement::shifted(by).path(&path);
             *from = moved.start;
             moved.segments.into_iter().for_each(|now| *segment = now);
         }
-        Shape::Contour(path) => *path = Placement::shifted(by).path(path),
-        Shape::Repeat { .. } => {}
+        ObjectShape::Contour(path) => *path = Placement::shifted(by).path(path),
+        ObjectShape::Repeat { .. } => {}
     }
 }

@@ -29,12 +29,12 @@ mod text;
 
 pub use body::Body;
 pub use change::{
-    Align, End, Sides, array, bounds, grouped, hole, moved, node, pad, placed, put, regrouped, removed,
+    Align, Sides, TrackEnd, array, bounds, grouped, hole, moved, node, pad, placed, put, regrouped, removed,
     renamed, track, turned, ungrouped,
 };
 pub use clip::{copied, pasted};
 pub use edit::{Edit, whole_turn};
-pub use figures::{Figures, Smallest, WINDOW};
+pub use figures::{DrawingFigures, Smallest, WINDOW};
 pub use files::{files, stem};
 pub use find::{Catch, Finder, Snap, whole};
 pub use history::History;

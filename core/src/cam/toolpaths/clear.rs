@@ -10,14 +10,14 @@ use super::fill::{Field, Stopped, fill, without};
 use super::isolate::turned;
 use super::narrow::{NEARER, half};
 use super::route::{Rules, arranged};
-use super::{Part, PlanContext};
+use super::{PlanContext, PlannedOperation};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Region, grow, rectangle, union};
 use crate::units::Length;
 
 /// Plans the operation.
-pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<Part, Diagnostic> {
-    let mut part = Part::default();
+pub(super) fn plan(context: &mut PlanContext<'_>, clear: &Clear) -> Result<PlannedOperation, Diagnostic> {
+    let mut part = PlannedOperation::default();
     let Some(copper) = context.scene.copper(context.operation.face) else {
         context.report(Diagnostic::note("cam.no_copper"));
         return Ok(part);

@@ -11,7 +11,7 @@
 //! Comes in: paths, lengths in mm, an [`Area`]. Goes out: paths. Ends of pieces are on the line or circle that was cut to
 //! a nanometre. Does not know what the pieces are for.
 
-use crate::geometry::{Index, Path, Point, Region, Segment, chords, segment_bounds};
+use crate::geometry::{Index, Path, PathSegment, Point, Region, chords, segment_bounds};
 use crate::units::Length;
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ const CRUMB_MM: f64 = 1e-5;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Piece {
     pub(crate) from: Point,
-    pub(crate) segment: Segment,
+    pub(crate) segment: PathSegment,
     pub(crate) begin_mm: f64,
     pub(crate) end_mm: f64,
 }
@@ -47,24 +47,24 @@ impl Area {
 }
 
 /// How long a segment is, in mm.
-pub(super) fn length(from: Point, segment: Segment) -> f64 {
+pub(super) fn length(from: Point, segment: PathSegment) -> f64 {
     match segment {
-        Segment::Line { to } => from.distance_mm(to),
-        Segment::Arc { to, centre, clockwise } => {
+        PathSegment::Line { to } => from.distance_mm(to),
+        PathSegment::Arc { to, centre, clockwise } => {
             from.distance_mm(centre) * chords::turn(from, to, centre, clockwise)
         }
     }
 }
 
-/// The point at the share `t` of a segment.
-pub(crate) fn point_on(from: Point, segment: Segment, t: f64) -> Point {
+/// The point at this share of a segment.
+pub(crate) fn point_on(from: Point, segment: PathSegment, share: f64) -> Point {
     match segment {
-        Segment::Line { to } => {
-            let mix = |a: Length, b: Length| a.mm() + (b.mm() - a.mm()) * t;
+        PathSegment::Line { to } => {
+            let mix = |a: Length, b: Length| a.mm() + (b.mm() - a.mm()) * share;
             Point::from_mm(mix(from.x, to.x), mix(from.y, to.y))
         }
-        Segment::Arc { to, centre, clockwise } => {
-            let turn = chords::turn(from, to, centre, clockwise) * t;
+        PathSegment::Arc { to, centre, clockwise } => {
+            let turn = chords::turn(from, to, centre, clockwise) * share;
             let angle = if clockwise { -turn } else { turn };
             let (x, y) = ((from.x - centre.x).mm(), (from.y - centre.y).mm());
             let (sin, cos) = (libm::sin(angle), libm::cos(angle));
@@ -74,15 +74,19 @@ pub(crate) fn point_on(from: Point, segment: Segment, t: f64) -> Point {
 }
 
 /// The same kind of segment, ending at `to`.
-fn ending(segment: Segment, to: Point) -> Segment {
+fn ending(segment: PathSegment, to: Point) -> PathSegment {
     match segment {
-        Segment::Line { .. } => Segment::Line { to },
-        Segment::Arc { centre, clockwise, .. } => Segment::Arc { to, centre, clockwise },
+        PathSegment::Line { .. } => PathSegment::Line { to },
+        PathSegment::Arc { centre, clockwise, .. } => PathSegment::Arc { to, centre, clockwise },
     }
 }
 
 /// The segment cut at ascending shares: the parts with their starts, and the shares at which they begin and end.
-pub(crate) fn parted(from: Point, segment: Segment, shares: &[f64]) -> Vec<(Point, Segment, f64, f64)> {
+pub(crate) fn parted(
+    from: Point,
+    segment: PathSegment,
+    shares: &[f64],
+) -> Vec<(Point, PathSegment, f64, f64)> {
     let whole = length(from, segment).max(1e-9);
     let mut parts = Vec::new();
     let (mut start, mut begin) = (from, 0.0);
@@ -119,11 +123,11 @@ pub(crate) fn cut_at(path: &Path, lengths: &[f64]) -> Vec<Piece> {
 }
 
 /// The part of `path` between two lengths along it.
-pub(crate) fn between(path: &Path, begin: f64, end: f64) -> Option<Path> {
-    let pieces = cut_at(path, &[begin, end]);
+pub(crate) fn between(path: &Path, begin_mm: f64, end_mm: f64) -> Option<Path> {
+    let pieces = cut_at(path, &[begin_mm, end_mm]);
     let mut kept = pieces.iter().filter(|piece| {
         let middle = (piece.begin_mm + piece.end_mm) / 2.0;
-        middle > begin && middle < end
+        middle > begin_mm && middle < end_mm
     });
     let first = kept.next()?;
     let segments = std::iter::once(first.segment).chain(kept.map(|piece| piece.segment)).collect();
@@ -141,7 +145,7 @@ pub(crate) fn started_at(path: &Path, corner: usize) -> Path {
 }
 
 /// The share of a segment at which it is nearest to `at`.
-pub(crate) fn nearest_share(from: Point, segment: Segment, at: Point) -> f64 {
+pub(crate) fn nearest_share(from: Point, segment: PathSegment, at: Point) -> f64 {
     let found = share(from, segment, (at.x.mm(), at.y.mm()));
     if (0.0..=1.0).contains(&found) {
         return found;
@@ -152,7 +156,7 @@ pub(crate) fn nearest_share(from: Point, segment: Segment, at: Point) -> f64 {
 
 /// A closed path started at its place nearest to `at`.
 pub(crate) fn started_near(path: &Path, at: Point) -> Path {
-    let away = |(from, segment): &(Point, Segment)| {
+    let away = |(from, segment): &(Point, PathSegment)| {
         point_on(*from, *segment, nearest_share(*from, *segment, at)).distance_mm(at)
     };
     let nearest = path.pieces().enumerate().min_by(|a, b| away(&a.1).total_cmp(&away(&b.1)));
@@ -170,12 +174,14 @@ pub(crate) fn started_near(path: &Path, at: Point) -> Path {
 }
 
 /// Where the carriers of two segments meet: at most two points, in mm.
-fn meetings(a: (Point, Segment), b: (Point, Segment)) -> Vec<(f64, f64)> {
+fn meetings(a: (Point, PathSegment), b: (Point, PathSegment)) -> Vec<(f64, f64)> {
     match (a.1, b.1) {
-        (Segment::Line { to: a1 }, Segment::Line { to: b1 }) => lines((a.0, a1), (b.0, b1)),
-        (Segment::Line { to }, Segment::Arc { centre, .. }) => line_circle((a.0, to), centre, b.0),
-        (Segment::Arc { centre, .. }, Segment::Line { to }) => line_circle((b.0, to), centre, a.0),
-        (Segment::Arc { centre: c, .. }, Segment::Arc { centre: d, .. }) => circles((c, a.0), (d, b.0)),
+        (PathSegment::Line { to: a1 }, PathSegment::Line { to: b1 }) => lines((a.0, a1), (b.0, b1)),
+        (PathSegment::Line { to }, PathSegment::Arc { centre, .. }) => line_circle((a.0, to), centre, b.0),
+        (PathSegment::Arc { centre, .. }, PathSegment::Line { to }) => line_circle((b.0, to), centre, a.0),
+        (PathSegment::Arc { centre: c, .. }, PathSegment::Arc { centre: d, .. }) => {
+            circles((c, a.0), (d, b.0))
+        }
     }
 }
 
@@ -216,14 +222,14 @@ fn circles((c, on_c): (Point, Point), (d, on_d): (Point, Point)) -> Vec<(f64, f6
 }
 
 /// The share of a segment at which a point of its carrier lies; outside 0 … 1 where it is not on the segment.
-fn share(from: Point, segment: Segment, at: (f64, f64)) -> f64 {
+fn share(from: Point, segment: PathSegment, at: (f64, f64)) -> f64 {
     match segment {
-        Segment::Line { to } => {
+        PathSegment::Line { to } => {
             let (ux, uy) = ((to.x - from.x).mm(), (to.y - from.y).mm());
             let square = (ux * ux + uy * uy).max(1e-18);
             ((at.0 - from.x.mm()) * ux + (at.1 - from.y.mm()) * uy) / square
         }
-        Segment::Arc { to, centre, clockwise } => {
+        PathSegment::Arc { to, centre, clockwise } => {
             let angle = |x: f64, y: f64| libm::atan2(y - centre.y.mm(), x - centre.x.mm());
             let (start, here) = (angle(from.x.mm(), from.y.mm()), angle(at.0, at.1));
             let turned = if clockwise { start - here } else { here - start };
@@ -234,7 +240,7 @@ fn share(from: Point, segment: Segment, at: (f64, f64)) -> f64 {
 }
 
 /// The shares at which a segment crosses edges of `area`, ascending.
-fn crossings(from: Point, segment: Segment, area: &Area) -> Vec<f64> {
+fn crossings(from: Point, segment: PathSegment, area: &Area) -> Vec<f64> {
     let near = segment_bounds(from, segment).grown(Length::from_nm(10));
     let mut shares = Vec::new();
     for (_, edge_from, edge) in area.index.edges_in(near) {

@@ -23,9 +23,9 @@ use super::hand_tabs;
 use super::isolate::turned;
 use super::narrow::{self, NEARER, half};
 use super::route::{Rules, arranged};
-use super::{Entry, Part, PlanContext, Stroke, Task, Toolpath};
+use super::{BitTask, DrillCycle, EntryMove, PlanContext, PlannedOperation, Toolpath};
 use crate::diagnostic::Diagnostic;
-use crate::geometry::{Path, Point, Segment, grow, path_area_mm2, path_bounds};
+use crate::geometry::{Path, PathSegment, Point, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
 use crate::locale;
 use crate::units::Length;
@@ -35,9 +35,9 @@ use std::f64::consts::PI;
 type Tabs = Vec<(f64, f64)>;
 
 /// Plans the operation.
-pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Part, Diagnostic> {
+pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<PlannedOperation, Diagnostic> {
     context.go_on()?;
-    let mut part = Part::default();
+    let mut part = PlannedOperation::default();
     let outline = &context.scene.board.outline;
     if outline.is_empty() {
         context.report(Diagnostic::warning("cam.no_outline"));
@@ -66,7 +66,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pa
     let (inner, outer): (Vec<Path>, Vec<Path>) =
         turned(region.paths().cloned().collect(), cut_out.direction).into_iter().partition(|path| {
             let area = path_area_mm2(path);
-            (area < 0.0) != (cut_out.direction == super::super::work::Direction::Climb)
+            (area < 0.0) != (cut_out.direction == super::super::work::CutDirection::Climb)
         });
     let first =
         if cut_out.side == CutSide::Outside { narrower(context, cut_out, bit, smaller)? } else { Vec::new() };
@@ -93,7 +93,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, cut_out: &CutOut) -> Result<Pa
     }
     part.tasks.extend(bite_task(context, cut_out, bites));
     part.tasks.extend(first);
-    part.tasks.extend((!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) }));
+    part.tasks.extend((!toolpaths.is_empty()).then(|| BitTask { toolpaths, ..BitTask::with(bit) }));
     Ok(part)
 }
 
@@ -104,7 +104,7 @@ fn narrower(
     cut_out: &CutOut,
     bit: &Bit,
     smaller: &[Bit],
-) -> Result<Vec<Task>, Diagnostic> {
+) -> Result<Vec<BitTask>, Diagnostic> {
     let (outline, mut wider) = (&context.scene.board.outline, bit.diameter);
     let mut tasks = Vec::new();
     for thin in smaller {
@@ -118,7 +118,7 @@ fn narrower(
         for path in arranged(paths, &rules) {
             contour(context, cut_out, path, &[], closed.as_ref(), thin, (&mut toolpaths, &mut Vec::new()));
         }
-        tasks.extend((!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(thin) }));
+        tasks.extend((!toolpaths.is_empty()).then(|| BitTask { toolpaths, ..BitTask::with(thin) }));
         wider = thin.diameter;
     }
     Ok(tasks)
@@ -182,7 +182,7 @@ fn contour(
     let tab_depth = (thickness - cut_out.tab_height).max(Length::ZERO);
     for (path, tabs) in paths {
         let slope = libm::tan(cut_out.ramp_deg * PI / 180.0);
-        let entry = if path.is_closed() && slope > 0.0 { Entry::Ramp(slope) } else { Entry::Plunge };
+        let entry = if path.is_closed() && slope > 0.0 { EntryMove::Ramp(slope) } else { EntryMove::Plunge };
         toolpaths.push(Toolpath { path, depths: depths.clone(), entry, tabs, tab_depth, clears: None });
     }
 }
@@ -309,8 +309,8 @@ fn spans(path: &Path, middles: &[f64], wide: f64) -> Vec<(f64, f64)> {
     apart
 }
 
-/// How far `path` is from `at` where it is nearest, and the length along it there, if that is within `reach`; all in mm.
-pub(super) fn nearest(path: &Path, at: Point, reach: f64) -> Option<(f64, f64)> {
+/// How far `path` is from `at` where it is nearest, and the length along it there, if that is within `reach_mm`; all in mm.
+pub(super) fn nearest(path: &Path, at: Point, reach_mm: f64) -> Option<(f64, f64)> {
     let pieces = cut::cut_at(path, &[]);
     let mut best: Option<(f64, f64)> = None;
     for piece in pieces {
@@ -323,7 +323,7 @@ pub(super) fn nearest(path: &Path, at: Point, reach: f64) -> Option<(f64, f64)> 
             }
         }
     }
-    best.filter(|(away, _)| *away <= reach)
+    best.filter(|(away, _)| *away <= reach_mm)
 }
 
 /// `path` without the spans of tabs.
@@ -349,7 +349,7 @@ fn without(path: &Path, tabs: &[(f64, f64)]) -> Vec<Path> {
 /// Rows of holes along the board's edge within the tabs. What stays is on the right of a climbing way.
 fn bite_places(cut_out: &CutOut, path: &Path, tabs: &[(f64, f64)], bit: &Bit, inwards: Length) -> Vec<Point> {
     let whole = path.length_mm();
-    let right = cut_out.direction == super::super::work::Direction::Climb;
+    let right = cut_out.direction == super::super::work::CutDirection::Climb;
     let mut places = Vec::new();
     for &(begin, end) in tabs {
         // The bit's radius at both ends is cut away: the tab itself lies between.
@@ -372,8 +372,8 @@ fn beside(path: &Path, by: Length, right: bool) -> Option<Point> {
     let (from, segment) = path.pieces().last()?;
     let to = segment.to();
     let (x, y) = match segment {
-        Segment::Line { .. } => ((to.x - from.x).mm(), (to.y - from.y).mm()),
-        Segment::Arc { centre, clockwise, .. } => {
+        PathSegment::Line { .. } => ((to.x - from.x).mm(), (to.y - from.y).mm()),
+        PathSegment::Arc { centre, clockwise, .. } => {
             let (x, y) = ((to.x - centre.x).mm(), (to.y - centre.y).mm());
             if clockwise { (y, -x) } else { (-y, x) }
         }
@@ -384,7 +384,7 @@ fn beside(path: &Path, by: Length, right: bool) -> Option<Point> {
 }
 
 /// The drilling of mouse-bites with the nearest drill of the rack.
-fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>) -> Option<Task> {
+fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>) -> Option<BitTask> {
     if places.is_empty() {
         return None;
     }
@@ -397,7 +397,7 @@ fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>
         return None;
     };
     let process = &context.machine.process;
-    let strokes = places.into_iter().map(|at| Stroke { at, hole: None }).collect();
+    let strokes = places.into_iter().map(|at| DrillCycle { at, hole: None }).collect();
     let depth = rack::through(process, process.breakthrough, diameter, POINT_DEG);
-    Some(Task { strokes, depth, ..Task::with(&rack::drill(diameter)) })
+    Some(BitTask { strokes, depth, ..BitTask::with(&rack::drill(diameter)) })
 }

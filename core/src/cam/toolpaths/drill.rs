@@ -11,17 +11,17 @@
 use super::super::places::{Places, Twice};
 use super::super::tour::Effort;
 use super::super::work::{Drill, Holes};
-use super::super::{Order, default_iterations, loaded_first, order, rack};
+use super::super::{HoleOrder, default_iterations, loaded_first, order, rack};
 use super::checks::outside_outline::Beside;
-use super::{Part, PlanContext, Stroke, Task, WHOLE};
+use super::{BitTask, DrillCycle, PlanContext, PlannedOperation, WHOLE};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
 /// Plans the operation.
-pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<Part, Diagnostic> {
-    let mut part = Part::default();
+pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<PlannedOperation, Diagnostic> {
+    let mut part = PlannedOperation::default();
     let mut by_bit: BTreeMap<Length, Vec<(u32, Point)>> = BTreeMap::new();
     let mut missing = 0_usize;
     for (index, hole) in (0..).zip(&context.scene.board.holes) {
@@ -63,7 +63,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<Part,
         context.report(Diagnostic::note("cam.no_holes"));
     }
     let kicks = match drill.order {
-        Order::File => 0,
+        HoleOrder::File => 0,
         _ => context.means.options.iterations.unwrap_or_else(|| default_iterations(total)),
     };
     let mut holes_done = 0;
@@ -87,7 +87,11 @@ fn share(whole: u64, part: u64, all: u64) -> u64 {
 }
 
 /// Takes holes away that the same bit makes at the same place, but for the first in the file; they count as made.
-fn once(context: &mut PlanContext<'_>, part: &mut Part, by_bit: &mut BTreeMap<Length, Vec<(u32, Point)>>) {
+fn once(
+    context: &mut PlanContext<'_>,
+    part: &mut PlannedOperation,
+    by_bit: &mut BTreeMap<Length, Vec<(u32, Point)>>,
+) {
     let (mut places, mut twice) = (Places::default(), Twice::default());
     for (bit, holes) in by_bit {
         holes.retain(|(index, at)| {
@@ -127,7 +131,7 @@ fn task(
     diameter: Length,
     holes: &[(u32, Point)],
     (made, until, all): (u64, u64, u64),
-) -> Result<Task, Diagnostic> {
+) -> Result<BitTask, Diagnostic> {
     let effort = Effort { kicks: until - made, seed: context.means.options.seed };
     let (rapid_time, origin, tick, before) =
         (context.means.rapid_time, context.scene.origin, &mut *context.tick, context.done);
@@ -135,10 +139,11 @@ fn task(
     let order = order::arrange(holes, origin, drill.order, rapid_time, effort, &mut tick);
     let order = order.ok_or_else(|| Diagnostic::error("plan.cancelled"))?;
     let places: BTreeMap<u32, Point> = holes.iter().copied().collect();
-    let stroke = |hole: u32| Stroke { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };
+    let stroke =
+        |hole: u32| DrillCycle { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };
     let bit = rack::drill(diameter);
     let strokes = order.into_iter().map(stroke).collect();
-    Ok(Task { strokes, depth: depth(context, drill, diameter), peck: drill.peck, ..Task::with(&bit) })
+    Ok(BitTask { strokes, depth: depth(context, drill, diameter), peck: drill.peck, ..BitTask::with(&bit) })
 }
 
 /// How deep a drill goes: as the operation says, else through, and pins into the bed.

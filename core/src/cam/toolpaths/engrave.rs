@@ -4,12 +4,12 @@
 
 use super::super::work::{Engrave, Lines};
 use super::route::arranged;
-use super::{Part, PlanContext};
+use super::{PlanContext, PlannedOperation};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Path;
 
 /// Plans the operation.
-pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<Part, Diagnostic> {
+pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<PlannedOperation, Diagnostic> {
     context.go_on()?;
     let (board, face) = (&context.scene.board, context.operation.face);
     let lines: Vec<Path> = match engrave.of {
@@ -23,7 +23,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, engrave: &Engrave) -> Result<P
             legends.flat_map(|legend| &legend.strokes).cloned().collect()
         }
     };
-    let mut part = Part::default();
+    let mut part = PlannedOperation::default();
     let stamped = board.legend.iter().filter(|legend| legend.face == face).map(|legend| legend.flashes);
     let stamped: u32 = if engrave.of == Lines::Legend { stamped.sum() } else { 0 };
     if stamped > 0 {

@@ -14,7 +14,7 @@
 use super::cut::{self, Area};
 use super::narrow::{NEARER, half, is_fragment};
 use crate::geometry::{
-    Exposure, Island, Path, Point, Region, Rule, combine, grow, island_area_mm2, paint, path_bounds,
+    CombineRule, Exposure, Island, Path, Point, Region, combine, grow, island_area_mm2, paint, path_bounds,
     rectangle, sweep, union,
 };
 use crate::units::Length;
@@ -73,11 +73,11 @@ pub(super) fn fill(
     let near = half(width) - NEARER;
     let first = grow(field.kept, near);
     let around = grow(field.board, field.margin.min(half(width)));
-    let open = combine(&around, &first, Rule::Difference);
+    let open = combine(&around, &first, CombineRule::Difference);
     // What the bit does not reach is what is closed to its middle, shrunk again by half of its width.
-    let beyond = combine(&frame(&around, width), &around, Rule::Difference);
-    let unreached = grow(&combine(&first, &beyond, Rule::Union), -near);
-    let mut reached = combine(wanted.unwrap_or(field.board), &unreached, Rule::Difference);
+    let beyond = combine(&frame(&around, width), &around, CombineRule::Difference);
+    let unreached = grow(&combine(&first, &beyond, CombineRule::Union), -near);
+    let mut reached = combine(wanted.unwrap_or(field.board), &unreached, CombineRule::Difference);
     if wanted.is_some() {
         reached = whole(pieces(&reached));
     }
@@ -87,7 +87,7 @@ pub(super) fn fill(
     // A ring after the first is wanted beside the area only where the one before leaves something.
     let beside = [half(width), (step - half(width)).max(Length::ZERO) + BESIDE];
     let area = if wanted.is_some() { &reached } else { field.board };
-    let zones = beside.map(|by| combine(&grow(area, by), &around, Rule::Intersection));
+    let zones = beside.map(|by| combine(&grow(area, by), &around, CombineRule::Intersection));
     let mut paths = rings(first, step, &zones, go_on)?;
     let mut swept = outlines(&paths, width);
     let mut rest = pieces(&without(&reached, &swept));
@@ -151,7 +151,7 @@ fn rings(
         }
         let ring: Vec<Path> = region.paths().flat_map(|path| cut::parts(path, &area, true)).collect();
         segments += ring.iter().map(|path| path.segments.len()).sum::<usize>();
-        let covered = ring.is_empty() && is_fragment(&combine(next, &region, Rule::Difference));
+        let covered = ring.is_empty() && is_fragment(&combine(next, &region, CombineRule::Difference));
         paths.extend(ring);
         if covered {
             return Ok(paths);

@@ -12,14 +12,14 @@
 //! 2 µm: 1 µm of the offset itself, and 1 µm that they run nearer, so that a gap exactly as wide as the bit stays open.
 //! Does not know what was left uncut: the proof tells.
 
-use super::super::work::{Cure, Direction, Isolate, Remedy};
+use super::super::work::{CutDirection, Isolate, LocalIsolation, Remedy};
 use super::cut::{self, Area};
 use super::narrow::{self, NEARER, Necks, half};
 use super::route::{Rules, arranged};
-use super::{Part, PlanContext, Task};
+use super::{BitTask, PlanContext, PlannedOperation};
 use super::{shared, slivers};
 use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
-use crate::diagnostic::{Diagnostic, Severity};
+use crate::diagnostic::Diagnostic;
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, voronoi};
 use crate::job::{Bit, Cutter};
 use crate::locale;
@@ -31,8 +31,8 @@ use std::rc::Rc;
 const LINK_SLACK: Length = Length::from_um(4);
 
 /// Plans the operation.
-pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<Part, Diagnostic> {
-    let mut part = Part::default();
+pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<PlannedOperation, Diagnostic> {
+    let mut part = PlannedOperation::default();
     let Some(copper) = context.scene.copper(context.operation.face) else {
         context.report(Diagnostic::note("cam.no_copper"));
         return Ok(part);
@@ -157,10 +157,10 @@ fn between_islands(context: &PlanContext<'_>, copper: &Region, width: Length) ->
 }
 
 /// Outlines as regions have them, what is inside on their left, turned so that the cut goes as wanted.
-pub(super) fn turned(paths: Vec<Path>, direction: Direction) -> Vec<Path> {
+pub(super) fn turned(paths: Vec<Path>, direction: CutDirection) -> Vec<Path> {
     match direction {
-        Direction::Conventional => paths,
-        Direction::Climb => paths.iter().map(Path::reversed).collect(),
+        CutDirection::Conventional => paths,
+        CutDirection::Climb => paths.iter().map(Path::reversed).collect(),
     }
 }
 
@@ -172,7 +172,7 @@ fn finished(
     bit: &Bit,
     width: Length,
     isolate: &Isolate,
-) -> Option<Task> {
+) -> Option<BitTask> {
     let closed = context.scene.closed_to(width);
     let (paths, touched) = context.scene.trimmed(paths, closed.as_ref());
     if touched {
@@ -201,7 +201,7 @@ fn fitting_depth(bit: &Bit, gap: Length, depth: Length) -> Length {
 
 /// What one cure has done, to be done with others that are done alike.
 struct Remedied<'c> {
-    cure: &'c Cure,
+    cure: &'c LocalIsolation,
     bit: Bit,
     depth: Length,
     /// The necks that it is looked for in: those that a cut of this width gets into.
@@ -212,7 +212,7 @@ struct Remedied<'c> {
 fn remedied<'c>(
     context: &mut PlanContext<'_>,
     (own, thin): (&Bit, &Bit),
-    cure: &'c Cure,
+    cure: &'c LocalIsolation,
 ) -> Option<Remedied<'c>> {
     let depth = context.depth();
     let gap = Length::from_mm(cure.from.distance_mm(cure.to));
@@ -235,10 +235,11 @@ fn cured(
     isolated: &mut Isolated<'_>,
     isolate: &Isolate,
     bits: (&Bit, &Bit),
-) -> Result<Vec<Task>, Diagnostic> {
+) -> Result<Vec<BitTask>, Diagnostic> {
     let wider = bits.0.width_at(context.depth());
     let mut alike: Vec<(Bit, Length, Vec<Path>)> = Vec::new();
     let mut fitted: Vec<(Bit, Length, BTreeSet<Island>)> = Vec::new();
+    let mut taken = Vec::new();
     for cure in &isolate.cures {
         context.go_on()?;
         let Some(Remedied { cure, bit, depth, fits }) = remedied(context, bits, cure) else { continue };
@@ -259,17 +260,17 @@ fn cured(
         let toolpaths = narrow::centred(isolated.copper, isolated.islands(), neck, cure);
         let gap = Length::from_mm(cure.from.distance_mm(cure.to));
         let lost = (half(bit.width_at(depth)) - half(gap)).max(Length::ZERO);
-        let (code, severity) = match toolpaths.is_empty() {
-            true => ("cam.cure_in_vain", Severity::Warning),
-            false => ("cam.cure_takes", Severity::Note),
-        };
-        let said = Diagnostic::new(severity, code).with("x", x).with("y", y);
-        context.report(said.with("lost", format!("{:.3}", lost.mm())));
+        if toolpaths.is_empty() {
+            context.report(Diagnostic::warning("cam.cure_in_vain").with("x", x).with("y", y));
+        } else {
+            taken.push((lost, x, y));
+        }
         match alike.iter_mut().find(|(known, deep, _)| (known, *deep) == (&bit, depth)) {
             Some((_, _, known)) => known.extend(toolpaths),
             None => alike.push((bit, depth, toolpaths)),
         }
     }
+    tell_taken(context, taken);
     let fitted = fitted.into_iter().map(|(bit, depth, necks)| {
         let necks: Vec<Island> = necks.into_iter().collect();
         let toolpaths = narrow::paths_in(isolated.copper, &necks, bit.width_at(depth));
@@ -279,13 +280,22 @@ fn cured(
     Ok(all.into_iter().filter_map(|cut| at_depth(context, isolated, isolate, cut)).collect())
 }
 
+/// Tells once of all the places where a centred pass takes copper on each side: how many, and the worst.
+fn tell_taken(context: &mut PlanContext<'_>, taken: Vec<(Length, String, String)>) {
+    let count = taken.len();
+    if let Some((most, x, y)) = taken.into_iter().rev().max_by_key(|(lost, ..)| *lost) {
+        let note = Diagnostic::note("cam.cure_takes").with("count", count);
+        context.report(note.with("lost", format!("{:.3}", most.mm())).with("x", x).with("y", y));
+    }
+}
+
 /// Single toolpaths of a bit at a depth of their own.
 fn at_depth(
     context: &mut PlanContext<'_>,
     isolated: &Isolated<'_>,
     isolate: &Isolate,
     (bit, depth, paths): (Bit, Length, Vec<Path>),
-) -> Option<Task> {
+) -> Option<BitTask> {
     let single = Isolate { passes: 1, loop_overlap: Length::ZERO, ..isolate.clone() };
     let mut task = finished(context, isolated, paths, &bit, bit.width_at(depth), &single)?;
     let depths = context.depths(depth);

@@ -15,8 +15,8 @@
 use super::super::limits;
 use super::super::work::{Operation, Work};
 use super::cut::{self, Piece};
-use super::{Entry, Planned, Stroke, Task, Toolpath};
-use crate::geometry::{Path, Point, Segment};
+use super::{BitTask, DrillCycle, EntryMove, Planned, Toolpath};
+use crate::geometry::{Path, PathSegment, Point};
 use crate::job::{Bit, Command, Gate, Input, Leg, Mark, Otherwise, Program};
 use crate::machine::{Machine, StrokeEnd};
 use crate::units::Length;
@@ -126,7 +126,7 @@ impl Writer<'_> {
     }
 
     /// One hole: down, perhaps in pecks, and up.
-    fn stroke(&self, stroke: &Stroke, task: &Task, operation: &Operation) -> Vec<Command> {
+    fn stroke(&self, stroke: &DrillCycle, task: &BitTask, operation: &Operation) -> Vec<Command> {
         let process = &self.machine.process;
         let counted = self.machine.stroke_end == StrokeEnd::Counted;
         let gate = (!counted).then(|| Gate {
@@ -201,8 +201,8 @@ impl Pen<'_> {
             return;
         }
         match self.way.entry {
-            Entry::Ramp(slope) if path.is_closed() => self.ramped(slope, whole),
-            Entry::Helix if path.is_closed() => self.ramped(0.0, whole),
+            EntryMove::Ramp(slope) if path.is_closed() => self.ramped(slope, whole),
+            EntryMove::Helix if path.is_closed() => self.ramped(0.0, whole),
             _ => self.plunged(whole),
         }
     }
@@ -286,8 +286,8 @@ impl Pen<'_> {
         self.height = end;
         let (height, feed_um_per_s) = (end, self.feed);
         self.commands.push(match piece.segment {
-            Segment::Line { to } => Command::Mill { to: self.writer.at(to), height, feed_um_per_s },
-            Segment::Arc { to, centre, clockwise } => Command::MillArc {
+            PathSegment::Line { to } => Command::Mill { to: self.writer.at(to), height, feed_um_per_s },
+            PathSegment::Arc { to, centre, clockwise } => Command::MillArc {
                 to: self.writer.at(to),
                 height,
                 center: self.writer.at(centre),

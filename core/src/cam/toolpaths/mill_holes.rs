@@ -14,12 +14,12 @@
 
 use super::super::places::Twice;
 use super::super::rack;
-use super::super::work::{Direction, MillHoles};
+use super::super::work::{CutDirection, MillHoles};
 use super::checks::duplicates::Milled;
 use super::checks::no_tool::Missing;
 use super::checks::outside_outline::Beside;
 use super::route::{Rules, arranged};
-use super::{Entry, Part, PlanContext, Shape, Task, Toolpath};
+use super::{BitTask, EntryMove, HoleOrSlot, PlanContext, PlannedOperation, Toolpath};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Point, circle, grow, path_bounds, sweep};
 use crate::job::Bit;
@@ -28,7 +28,7 @@ use crate::units::Length;
 /// A bit is not too wide for what it is wider than by no more than this.
 const SLACK: Length = Length::from_um(2);
 /// Neighbouring rings share so much of the bit's width.
-const SHARED: f64 = 0.55;
+const OVERLAP_SHARE: f64 = 0.55;
 /// More rings than this are not made in one hole.
 const MOST_RINGS: usize = 200;
 
@@ -36,18 +36,18 @@ const MOST_RINGS: usize = 200;
 struct Wanted {
     middle: Vec<Point>,
     width: Length,
-    shape: Shape,
+    shape: HoleOrSlot,
 }
 
 /// Plans the operation.
-pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<Part, Diagnostic> {
-    let mut part = Part::default();
+pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<PlannedOperation, Diagnostic> {
+    let mut part = PlannedOperation::default();
     let names: Vec<&str> = std::iter::once(context.operation.bit.as_str())
         .chain(bore.further.iter().map(String::as_str))
         .collect();
     let bits = context.mills(&names, true);
     let tolerance = context.scene.tolerance(context.work, context.machine);
-    let mut by_bit: Vec<Vec<(Shape, Vec<Path>)>> = bits.iter().map(|_| Vec::new()).collect();
+    let mut by_bit: Vec<Vec<(HoleOrSlot, Vec<Path>)>> = bits.iter().map(|_| Vec::new()).collect();
     let (mut no_hole, mut no_slot) = (Missing::default(), Missing::default());
     let (mut beside, mut twice) = (Beside::default(), Twice::default());
     let mut milled = Milled::default();
@@ -60,11 +60,11 @@ pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<Pa
         let Some((bit, paths)) = fits.and_then(|fits| bits.get(fits).zip(by_bit.get_mut(fits))) else {
             let at = wanted.middle.first().copied().unwrap_or_default();
             match wanted.shape {
-                Shape::Hole(hole) => {
+                HoleOrSlot::Hole(hole) => {
                     no_hole.add(wanted.width, at);
                     part.left_holes.push(hole);
                 }
-                Shape::Slot(slot) => {
+                HoleOrSlot::Slot(slot) => {
                     no_slot.add(wanted.width, at);
                     part.left_slots.push(slot);
                 }
@@ -79,8 +79,8 @@ pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<Pa
             }
         }
         match wanted.shape {
-            Shape::Hole(hole) => part.holes.push(hole),
-            Shape::Slot(slot) => part.slots.push(slot),
+            HoleOrSlot::Hole(hole) => part.holes.push(hole),
+            HoleOrSlot::Slot(slot) => part.slots.push(slot),
         }
     }
     let errors = no_hole
@@ -101,22 +101,22 @@ fn wanted(context: &PlanContext<'_>, bore: &MillHoles, tolerance: Length) -> Vec
     let board = &context.scene.board;
     let holes = (0..).zip(&board.holes).filter(|_| bore.holes).filter_map(|(index, hole)| {
         let width = hole.diameter.filter(|size| undrilled(*size) && !context.scene.pins.contains(&index))?;
-        Some(Wanted { middle: vec![hole.at], width, shape: Shape::Hole(index) })
+        Some(Wanted { middle: vec![hole.at], width, shape: HoleOrSlot::Hole(index) })
     });
     let slots = (0..).zip(&board.slots).filter(|_| bore.slots).filter_map(|(index, slot)| {
-        Some(Wanted { middle: slot.path.clone(), width: slot.width?, shape: Shape::Slot(index) })
+        Some(Wanted { middle: slot.path.clone(), width: slot.width?, shape: HoleOrSlot::Slot(index) })
     });
     holes.chain(slots).collect()
 }
 
 /// The toolpaths that `bit` clears `wanted` with, the innermost first.
-fn rings(wanted: &Wanted, bit: &Bit, direction: Direction) -> Vec<Path> {
+fn rings(wanted: &Wanted, bit: &Bit, direction: CutDirection) -> Vec<Path> {
     let room = wanted.width - bit.diameter;
-    let around = |path: Path| if direction == Direction::Climb { path } else { path.reversed() };
+    let around = |path: Path| if direction == CutDirection::Climb { path } else { path.reversed() };
     if room <= SLACK {
         return Path::through(&wanted.middle).into_iter().map(around).collect();
     }
-    let step = Length::from_mm(bit.diameter.mm() * (1.0 - SHARED));
+    let step = Length::from_mm(bit.diameter.mm() * (1.0 - OVERLAP_SHARE));
     if let [at] = wanted.middle.as_slice() {
         let count = ((room.nm() + 2 * step.nm() - 1) / (2 * step.nm())).clamp(1, MOST_RINGS as i64);
         let ring = |ring: i64| around(circle(*at, Length::from_nm(room.nm() * ring / count)));
@@ -136,7 +136,7 @@ fn rings(wanted: &Wanted, bit: &Bit, direction: Direction) -> Vec<Path> {
 }
 
 /// What `bit` mills: shapes that are one plunge first, then the others.
-fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)>) -> Option<Task> {
+fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(HoleOrSlot, Vec<Path>)>) -> Option<BitTask> {
     let closed = context.scene.closed_to(bit.diameter);
     let mut touched = false;
     let mut free = |path: &Path| {
@@ -162,14 +162,14 @@ fn task(context: &mut PlanContext<'_>, bit: &Bit, shapes: Vec<(Shape, Vec<Path>)
     }
     let depth = context.depth();
     let depths = context.depths(depth);
-    let way = |(clears, path): (Option<Shape>, Path)| {
-        let entry = if path.is_closed() { Entry::Helix } else { Entry::Plunge };
+    let way = |(clears, path): (Option<HoleOrSlot>, Path)| {
+        let entry = if path.is_closed() { EntryMove::Helix } else { EntryMove::Plunge };
         Toolpath { path, depths: depths.clone(), entry, tabs: Vec::new(), tab_depth: Length::ZERO, clears }
     };
     let rules = context.free();
     let mut toolpaths: Vec<Toolpath> = points.into_iter().map(way).collect();
     toolpaths.extend(grouped(rings, &rules).into_iter().map(way));
-    (!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) })
+    (!toolpaths.is_empty()).then(|| BitTask { toolpaths, ..BitTask::with(bit) })
 }
 
 /// Whether a toolpath keeps out of a zone altogether.
@@ -178,7 +178,10 @@ fn whole(path: &Path, zone: &super::cut::Area) -> bool {
 }
 
 /// Rings of one shape follow each other from the inside out; the shapes are put in order by their last rings.
-fn grouped(mut shapes: Vec<(Option<Shape>, Vec<Path>)>, rules: &Rules<'_>) -> Vec<(Option<Shape>, Path)> {
+fn grouped(
+    mut shapes: Vec<(Option<HoleOrSlot>, Vec<Path>)>,
+    rules: &Rules<'_>,
+) -> Vec<(Option<HoleOrSlot>, Path)> {
     let outer: Vec<Path> = shapes.iter().filter_map(|(_, rings)| rings.last().cloned()).collect();
     let mut out = Vec::new();
     for outer in arranged(outer, rules) {

@@ -7,7 +7,7 @@
 //!                         └─ cut out ─────────┘
 //! ```
 //!
-//! Every operation is planned by itself from the same [`Scene`], so that a caller can keep the parts of those that did not
+//! Every operation is planned by itself from the same [`PlacedBoard`], so that a caller can keep the parts of those that did not
 //! change: [`key`] tells whether one did.
 //!
 //! Comes in: a board, a [`Work`], a machine. Goes out: [`Planned`] and what there is to say. Lengths in whole nanometres in
@@ -33,10 +33,10 @@ mod slivers;
 mod tests;
 
 pub use lower::lower_work;
-pub use scene::Scene;
+pub use scene::PlacedBoard;
 
-use super::work::{Action, Operation, Work};
-use super::{PlanOptions, Progress, limits};
+use super::work::{Operation, OperationKind, Work};
+use super::{PlanOptions, PlanningProgress, limits};
 use crate::board::Board;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Path, Point};
@@ -54,18 +54,18 @@ pub struct Toolpath {
     /// Depths of the passes, positive downwards, shallow first.
     pub depths: Vec<Length>,
     /// How the bit goes down.
-    pub entry: Entry,
+    pub entry: EntryMove,
     /// Lengths along the path, in mm, between which the bit stays above `tab_depth`.
     pub tabs: Vec<(f64, f64)>,
     /// Greatest depth over a tab.
     pub tab_depth: Length,
     /// The hole or slot of the board as it lies that it clears, if it does.
-    pub clears: Option<Shape>,
+    pub clears: Option<HoleOrSlot>,
 }
 
 /// A hole or a slot, by its number on the board as it lies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Shape {
+pub enum HoleOrSlot {
     /// A round hole.
     Hole(u32),
     /// A slot.
@@ -74,7 +74,7 @@ pub enum Shape {
 
 /// How a bit goes down to a depth.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum Entry {
+pub enum EntryMove {
     /// Straight down.
     #[default]
     Plunge,
@@ -86,7 +86,7 @@ pub enum Entry {
 
 /// A place to drill.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Stroke {
+pub struct DrillCycle {
     /// Where.
     pub at: Point,
     /// The hole of the board that it makes, if it is one.
@@ -95,11 +95,11 @@ pub struct Stroke {
 
 /// What one bit does in an operation: first it drills, then it mills.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Task {
+pub struct BitTask {
     /// The bit.
     pub bit: Bit,
     /// Places to drill, in order.
-    pub strokes: Vec<Stroke>,
+    pub strokes: Vec<DrillCycle>,
     /// How deep it drills, positive downwards.
     pub depth: Length,
     /// Depth after which it comes up to clear itself; 0 for never.
@@ -110,11 +110,11 @@ pub struct Task {
 
 /// One operation as planned.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Part {
+pub struct PlannedOperation {
     /// Which operation, as index into [`Work::operations`].
     pub operation: u32,
     /// What its bits do, in order.
-    pub tasks: Vec<Task>,
+    pub tasks: Vec<BitTask>,
     /// What there is to say about it.
     pub diagnostics: Vec<Diagnostic>,
     /// Holes of the board as it lies that it makes.
@@ -137,7 +137,7 @@ pub struct Planned {
     /// The place in its coordinates that becomes the work zero.
     pub origin: Point,
     /// The operations, in order.
-    pub parts: Vec<Part>,
+    pub parts: Vec<PlannedOperation>,
     /// Codes of errors that it and its files have and that were accepted. Where it has others too, nobody may export or run it yet.
     pub accepted: Vec<String>,
     /// The spindles that work, one bit each (bit 0 is Z1).
@@ -157,7 +157,7 @@ impl Planned {
         let leg = leg as usize;
         program.legs.get(leg).filter(does)?;
         let mut before = program.legs.iter().take(leg).filter(does).count();
-        let count = |task: &Task| task.strokes.len() + task.toolpaths.len();
+        let count = |task: &BitTask| task.strokes.len() + task.toolpaths.len();
         self.parts.iter().find_map(|part| {
             let own = part.tasks.iter().map(count).sum();
             let here = before < own;
@@ -200,7 +200,7 @@ pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
 /// The tolerance with which a drilling operation takes the holes of the board.
 fn board_tolerance(operation: &Operation) -> Option<Length> {
     match &operation.action {
-        Action::Drill(drill) if operation.on && drill.holes == super::work::Holes::Board => {
+        OperationKind::Drill(drill) if operation.on && drill.holes == super::work::Holes::Board => {
             Some(drill.tolerance)
         }
         _ => None,
@@ -218,23 +218,23 @@ pub fn planned_operations(work: &Work) -> impl Iterator<Item = (usize, &Operatio
 /// Plans operation `index` of `work` on `scene`. `tick` is told now and then how many [`WHOLE`]ths are done, and says whether to
 /// go on.
 pub fn plan_operation(
-    scene: &Scene,
+    scene: &PlacedBoard,
     work: &Work,
     index: usize,
     machine: &Machine,
     means: &Means<'_>,
     tick: &mut dyn FnMut(u64) -> bool,
-) -> Result<Part, Diagnostic> {
-    let Some(operation) = work.operations.get(index) else { return Ok(Part::default()) };
+) -> Result<PlannedOperation, Diagnostic> {
+    let Some(operation) = work.operations.get(index) else { return Ok(PlannedOperation::default()) };
     let mut context =
         PlanContext { scene, work, operation, machine, means, tick, done: 0, diagnostics: Vec::new() };
     let mut part = match &operation.action {
-        Action::Isolate(isolate) => isolate::plan(&mut context, isolate),
-        Action::Clear(clear) => clear::plan(&mut context, clear),
-        Action::Engrave(engrave) => engrave::plan(&mut context, engrave),
-        Action::Drill(drill) => drill::plan(&mut context, drill),
-        Action::MillHoles(bore) => mill_holes::plan(&mut context, bore),
-        Action::CutOut(cut_out) => cut_out::plan(&mut context, cut_out),
+        OperationKind::Isolate(isolate) => isolate::plan(&mut context, isolate),
+        OperationKind::Clear(clear) => clear::plan(&mut context, clear),
+        OperationKind::Engrave(engrave) => engrave::plan(&mut context, engrave),
+        OperationKind::Drill(drill) => drill::plan(&mut context, drill),
+        OperationKind::MillHoles(bore) => mill_holes::plan(&mut context, bore),
+        OperationKind::CutOut(cut_out) => cut_out::plan(&mut context, cut_out),
     }?;
     holding::depths(&mut context, &part);
     limits::bounded(operation, machine).into_iter().for_each(|note| context.report(note));
@@ -253,13 +253,13 @@ pub fn plan_work(
     work: &Work,
     machine: &Machine,
     means: &Means<'_>,
-    progress: &mut dyn FnMut(Progress) -> bool,
+    progress: &mut dyn FnMut(PlanningProgress) -> bool,
 ) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
-    let scene = Scene::of(board, work);
+    let scene = PlacedBoard::of(board, work);
     let total = planned_operations(work).count() as u64 * WHOLE;
     let mut parts = Vec::new();
     for (before, (index, _)) in (0..).zip(planned_operations(work)) {
-        let mut tick = |done| progress(Progress { done: before * WHOLE + done, total });
+        let mut tick = |done| progress(PlanningProgress { done: before * WHOLE + done, total });
         parts.push(plan_operation(&scene, work, index, machine, means, &mut tick).map_err(|why| vec![why])?);
     }
     assemble(scene, work, machine, means, parts)
@@ -268,11 +268,11 @@ pub fn plan_work(
 /// Puts parts together that were planned on `scene`, perhaps at different times, in the order of the operations. What two
 /// of them drill or bore, or one drills twice, is made once. Diagnostics and failures as those of [`plan_work`].
 pub fn assemble(
-    scene: Scene,
+    scene: PlacedBoard,
     work: &Work,
     machine: &Machine,
     means: &Means<'_>,
-    mut parts: Vec<Part>,
+    mut parts: Vec<PlannedOperation>,
 ) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
     let spindles = super::spindles(means.options.spindles, machine)?;
     let mut diagnostics: Vec<Diagnostic> =
@@ -302,10 +302,10 @@ pub fn assemble(
 
 /// Where the bits of an operation that mills holes may go in any order, the one that is in goes first, and the one with which the
 /// next operation begins goes last: so it goes in once.
-fn once_in(work: &Work, parts: &mut [Part]) {
-    let mills_holes = |part: &Part| {
+fn once_in(work: &Work, parts: &mut [PlannedOperation]) {
+    let mills_holes = |part: &PlannedOperation| {
         let operation = work.operations.get(part.operation as usize);
-        operation.is_some_and(|operation| matches!(operation.action, Action::MillHoles(_)))
+        operation.is_some_and(|operation| matches!(operation.action, OperationKind::MillHoles(_)))
     };
     for index in 0..parts.len() {
         let (before, rest) = parts.split_at_mut(index);
@@ -319,9 +319,14 @@ fn once_in(work: &Work, parts: &mut [Part]) {
 }
 
 /// What holes and slots no operation makes or tells, where holes of the board are drilled, or slots milled, at all.
-fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Vec<Diagnostic> {
+fn left_out(
+    scene: &PlacedBoard,
+    work: &Work,
+    machine: &Machine,
+    parts: &[PlannedOperation],
+) -> Vec<Diagnostic> {
     let holes_wanted = planned_operations(work).any(|(_, o)| board_tolerance(o).is_some());
-    let mills_slots = |o: &Operation| matches!(&o.action, Action::MillHoles(bore) if bore.slots);
+    let mills_slots = |o: &Operation| matches!(&o.action, OperationKind::MillHoles(bore) if bore.slots);
     if !holes_wanted && !planned_operations(work).any(|(_, o)| mills_slots(o)) {
         return Vec::new();
     }
@@ -346,7 +351,7 @@ fn left_out(scene: &Scene, work: &Work, machine: &Machine, parts: &[Part]) -> Ve
 
 /// What planning one operation has at hand.
 struct PlanContext<'a> {
-    scene: &'a Scene,
+    scene: &'a PlacedBoard,
     work: &'a Work,
     operation: &'a Operation,
     machine: &'a Machine,
@@ -412,22 +417,22 @@ impl PlanContext<'_> {
     }
 
     /// A task that mills `paths` in this order straight down at each start.
-    fn milling(&self, bit: &Bit, paths: Vec<Path>, depth: Length) -> Option<Task> {
+    fn milling(&self, bit: &Bit, paths: Vec<Path>, depth: Length) -> Option<BitTask> {
         let depths = self.depths(depth);
         let way = |path| Toolpath {
             path,
             depths: depths.clone(),
-            entry: Entry::Plunge,
+            entry: EntryMove::Plunge,
             tabs: Vec::new(),
             tab_depth: Length::ZERO,
             clears: None,
         };
         let toolpaths: Vec<Toolpath> = paths.into_iter().map(way).collect();
-        (!toolpaths.is_empty()).then(|| Task { toolpaths, ..Task::with(bit) })
+        (!toolpaths.is_empty()).then(|| BitTask { toolpaths, ..BitTask::with(bit) })
     }
 }
 
-impl Task {
+impl BitTask {
     /// Nothing yet with this bit.
     fn with(bit: &Bit) -> Self {
         Self {

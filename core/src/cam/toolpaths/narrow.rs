@@ -15,11 +15,11 @@
 //! Comes in: copper and the width of a cut. Goes out: necks and inlets, and toolpaths of a thinner bit through them. Does not know
 //! operations.
 
-use super::super::work::Cure;
+use super::super::work::LocalIsolation;
 use super::cut::{self, Area};
 use crate::geometry::{
-    Island, Path, Point, Region, Rule, area_mm2, combine, grow, island_area_mm2, path_bounds, rectangle,
-    union,
+    CombineRule, Island, Path, Point, Region, area_mm2, combine, grow, island_area_mm2, path_bounds,
+    rectangle, union,
 };
 use crate::units::Length;
 
@@ -36,7 +36,7 @@ const CRUMB: Length = Length::from_um(2);
 /// Toolpaths of a thinner cut lie this deep in the necks that they are for.
 const WITHIN: Length = Length::from_um(4);
 /// What is left in a corner is no longer than so many times what the wider bit's radius is greater: that of a corner of 60°.
-const CORNER: f64 = 2.0;
+const CORNER_FACTOR: f64 = 2.0;
 
 /// Half of a width.
 pub(super) fn half(width: Length) -> Length {
@@ -49,7 +49,7 @@ pub(super) fn inlets(outline: &Region, width: Length) -> Vec<Island> {
     let radius = half(width) - NEARER;
     let edges = Area::of(outline);
     let closed = grow(&grow(outline, radius), -radius);
-    let solid = grow(&grow(&combine(&closed, outline, Rule::Difference), -CRUMB), CRUMB);
+    let solid = grow(&grow(&combine(&closed, outline, CombineRule::Difference), -CRUMB), CRUMB);
     let corner = radius.mm() * radius.mm();
     let whole = |place: &Island| {
         let around = path_bounds(&place.outer).grown(TOUCH);
@@ -84,14 +84,14 @@ impl Necks {
             return Self { islands: Vec::new(), area: Area::of(&Region::default()) };
         }
         let closed = grow(grown, inner - outer);
-        let rest = combine(&closed, &grow(copper, inner), Rule::Difference);
+        let rest = combine(&closed, &grow(copper, inner), CombineRule::Difference);
         let necks = grow(&grow(&rest, -CRUMB), CRUMB);
         Self { area: Area::of(&necks), islands: necks.islands }
     }
 
     /// The neck that a cure is for: the one that holds the middle of its gap, else the nearest within the gap's width.
-    pub(super) fn at(&self, cure: &Cure) -> Option<&Island> {
-        let middle = cut::point_on(cure.from, crate::geometry::Segment::Line { to: cure.to }, 0.5);
+    pub(super) fn at(&self, cure: &LocalIsolation) -> Option<&Island> {
+        let middle = cut::point_on(cure.from, crate::geometry::PathSegment::Line { to: cure.to }, 0.5);
         let reach = Length::from_mm(cure.from.distance_mm(cure.to)) + TOUCH;
         let near = || Some(self.area.index().nearest(middle, reach)?.edge.island as usize);
         self.islands.get(self.area.index().island_at(middle).or_else(near)?)
@@ -99,7 +99,7 @@ impl Necks {
 
     /// Those between islands of the copper, and those that are more than what a cut of width `wider` leaves in a corner.
     pub(super) fn of_a_bit(&self, islands: &Area, (wider, width): (Length, Length)) -> Vec<Island> {
-        let corner = Length::from_mm((half(wider) - half(width)).mm() * CORNER);
+        let corner = Length::from_mm((half(wider) - half(width)).mm() * CORNER_FACTOR);
         let large = |neck: &Island| {
             let bounds = path_bounds(&neck.outer);
             (bounds.max.x - bounds.min.x).max(bounds.max.y - bounds.min.y) > corner
@@ -163,7 +163,7 @@ fn alone(place: &Island) -> Region {
 
 /// One way through the middle of the gap of a cure: half of its width beside the island on that side of it that has less of an
 /// edge. None where nothing is found.
-pub(super) fn centred(copper: &Region, islands: &Area, neck: &Island, cure: &Cure) -> Vec<Path> {
+pub(super) fn centred(copper: &Region, islands: &Area, neck: &Island, cure: &LocalIsolation) -> Vec<Path> {
     let gap = Length::from_mm(cure.from.distance_mm(cure.to));
     let island = |at: Point| {
         let near = islands.index().nearest(at, gap + TOUCH)?;
@@ -175,7 +175,7 @@ pub(super) fn centred(copper: &Region, islands: &Area, neck: &Island, cure: &Cur
     };
     let zone = Area::of(&grow(&alone(neck), TOUCH));
     let around = path_bounds(&neck.outer).grown(gap + ROOM);
-    let near = combine(&alone(side), &union(&[rectangle(around)]), Rule::Intersection);
+    let near = combine(&alone(side), &union(&[rectangle(around)]), CombineRule::Intersection);
     let beside = grow(&near, half(gap));
     beside.paths().flat_map(|path| cut::parts(path, &zone, true)).collect()
 }
@@ -192,7 +192,7 @@ pub(super) fn is_fragment(region: &Region) -> bool {
 }
 
 /// The middle of a cure's gap, for people.
-pub(super) fn middle_text(cure: &Cure) -> (String, String) {
-    let middle: Point = cut::point_on(cure.from, crate::geometry::Segment::Line { to: cure.to }, 0.5);
+pub(super) fn middle_text(cure: &LocalIsolation) -> (String, String) {
+    let middle: Point = cut::point_on(cure.from, crate::geometry::PathSegment::Line { to: cure.to }, 0.5);
     (format!("{:.3}", middle.x.mm()), format!("{:.3}", middle.y.mm()))
 }

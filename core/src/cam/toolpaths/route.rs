@@ -15,7 +15,7 @@
 use super::super::order::{straight_mm, straight_rapid};
 use super::super::tour::{self, Effort};
 use super::cut::{self, Area};
-use crate::geometry::{Path, Point, Segment, path_bounds};
+use crate::geometry::{Path, PathSegment, Point, path_bounds};
 use crate::units::Length;
 use std::collections::BTreeSet;
 
@@ -113,7 +113,7 @@ fn entered(path: &Path, here: Point, rules: &Rules<'_>) -> Path {
         return if turned { path.reversed() } else { path.clone() };
     }
     let turned = match path.segments.as_slice() {
-        [Segment::Arc { centre, clockwise, .. }] => circle_from(path.start, *centre, *clockwise, here),
+        [PathSegment::Arc { centre, clockwise, .. }] => circle_from(path.start, *centre, *clockwise, here),
         segments => {
             let stride = segments.len().div_ceil(ENTRIES);
             let corners = path.corners().enumerate().take(segments.len()).step_by(stride.max(1));
@@ -140,7 +140,7 @@ fn circle_from(start: Point, centre: Point, clockwise: bool, here: Point) -> Pat
     let places = quarters.map(|(x, y)| Point::new(centre.x + x, centre.y + y));
     let nearest = places.into_iter().min_by(|a, b| straight_mm(here, *a).total_cmp(&straight_mm(here, *b)));
     let to = nearest.unwrap_or(start);
-    Path { start: to, segments: vec![Segment::Arc { to, centre, clockwise }] }
+    Path { start: to, segments: vec![PathSegment::Arc { to, centre, clockwise }] }
 }
 
 /// A closed path that goes on beyond its start, at most once more round.
@@ -158,7 +158,7 @@ fn joined(paths: Vec<Path>, rules: &Rules<'_>) -> Vec<Path> {
         match out.last_mut() {
             Some(last) if may_link(last.end(), path.start, reach, keep, copper) => {
                 if last.end() != path.start {
-                    last.segments.push(Segment::Line { to: path.start });
+                    last.segments.push(PathSegment::Line { to: path.start });
                 }
                 last.segments.extend(path.segments);
             }
@@ -176,7 +176,7 @@ fn may_link(from: Point, to: Point, reach: Length, keep: Length, copper: &Area) 
     let looks = (length / LOOK_MM) as u32 + 1;
     let free = |look: u32| {
         let share = f64::from(look) / f64::from(looks);
-        let at = cut::point_on(from, Segment::Line { to }, share);
+        let at = cut::point_on(from, PathSegment::Line { to }, share);
         !copper.contains(at) && copper.index().nearest(at, keep).is_none()
     };
     (0..=looks).all(free)

@@ -1,6 +1,6 @@
 //! The board as it lies, made ready for planning: copies, pins, turned over, zero, and where no bit may go.
 //!
-//! Comes in: a board and a [`Work`]. Goes out: a [`Scene`]. Does not know operations.
+//! Comes in: a board and a [`Work`]. Goes out: a [`PlacedBoard`]. Does not know operations.
 
 use super::super::Corner;
 use super::super::work::{Flip, Work, Zero};
@@ -13,7 +13,7 @@ use crate::units::Length;
 use std::ops::Range;
 
 /// A board as it lies.
-pub struct Scene {
+pub struct PlacedBoard {
     /// With its copies and pins, turned over where its bottom is up.
     pub board: Board,
     /// The holes for pins among its holes.
@@ -28,7 +28,7 @@ pub struct Scene {
     body: Option<Area>,
 }
 
-impl Scene {
+impl PlacedBoard {
     /// The scene of `board` as `work` lays it.
     pub fn of(board: &Board, work: &Work) -> Self {
         let setup = &work.setup;

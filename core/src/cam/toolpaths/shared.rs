@@ -12,7 +12,7 @@
 //! Does not know copper.
 
 use super::cut;
-use crate::geometry::{Path, Point, Segment, chords};
+use crate::geometry::{Path, PathSegment, Point, chords};
 use crate::units::Length;
 use std::collections::BTreeSet;
 use std::f64::consts::TAU;
@@ -29,9 +29,9 @@ const JOINED_MM: f64 = 0.02;
 /// Carriers this near to each other may have edges that run over each other: [`SAME`] across a slanting line.
 const NEAR: Length = Length::from_um(8);
 /// Lines whose slopes differ by less than one part in so many are looked at together.
-const SLOPES: f64 = 1e3;
+const SLOPE_PARTS: f64 = 1e3;
 /// The steeper slope from which on a line is taken for an upright one; not 1, which many lines have.
-const STEEP: f64 = 0.84;
+const STEEP_SLOPE: f64 = 0.84;
 /// Where the boxes begin, in nm, into which centres of arcs are put: centres stand on whole micrometres more often than not.
 const BESIDE: i64 = 1_700;
 
@@ -107,26 +107,26 @@ fn pairs(toolpaths: &[Path]) -> Vec<(Edge, Edge)> {
 }
 
 /// What an edge lies on; none for what is too short to look at.
-fn row(edge: Edge, (from, segment): (Point, Segment)) -> Option<Row> {
+fn row(edge: Edge, (from, segment): (Point, PathSegment)) -> Option<Row> {
     match segment {
-        Segment::Line { to } => {
+        PathSegment::Line { to } => {
             let (dx, dy) = ((to.x - from.x).mm(), (to.y - from.y).mm());
             if dx.abs().max(dy.abs()) < JOINED_MM {
                 return None;
             }
-            let upright = dy.abs() > STEEP * dx.abs();
+            let upright = dy.abs() > STEEP_SLOPE * dx.abs();
             let (along, across, slope) =
                 if upright { ((from.y, to.y), from.x, dx / dy) } else { ((from.x, to.x), from.y, dy / dx) };
             let foot = across.mm() - slope * along.0.mm();
             Some(Row {
-                carrier: (u8::from(upright), libm::round(slope * SLOPES) as i64, 0),
+                carrier: (u8::from(upright), libm::round(slope * SLOPE_PARTS) as i64, 0),
                 at: Length::from_mm(foot).nm(),
                 from: along.0.min(along.1).nm(),
                 to: along.0.max(along.1).nm(),
                 edge,
             })
         }
-        Segment::Arc { centre, .. } => {
+        PathSegment::Arc { centre, .. } => {
             let cell = |length: Length| (length.nm() + BESIDE).div_euclid(NEAR.nm());
             let radius = Length::from_mm(from.distance_mm(centre)).nm();
             let carrier = (2, cell(centre.x), cell(centre.y));
@@ -164,12 +164,14 @@ fn doubled(
 }
 
 /// The shares of a piece between which another one runs back beside it.
-fn covered(one: (Point, Segment), other: (Point, Segment)) -> Vec<(f64, f64)> {
+fn covered(one: (Point, PathSegment), other: (Point, PathSegment)) -> Vec<(f64, f64)> {
     let found = match (one.1, other.1) {
-        (Segment::Line { to }, Segment::Line { to: others }) => beside_line((one.0, to), (other.0, others)),
+        (PathSegment::Line { to }, PathSegment::Line { to: others }) => {
+            beside_line((one.0, to), (other.0, others))
+        }
         (
-            Segment::Arc { to, centre, clockwise },
-            Segment::Arc { to: others, centre: middle, clockwise: turned },
+            PathSegment::Arc { to, centre, clockwise },
+            PathSegment::Arc { to: others, centre: middle, clockwise: turned },
         ) if clockwise != turned => {
             let far = one.0.distance_mm(centre) - other.0.distance_mm(middle);
             let same = SAME.mm();

@@ -17,7 +17,7 @@
 
 use super::cut;
 use crate::board::THINNEST;
-use crate::geometry::{Edge, Near, Path, Point, Region, Segment, Strip, strips};
+use crate::geometry::{Edge, Near, Path, PathSegment, Point, Region, Strip, strips};
 use crate::units::Length;
 
 /// Strips wider than what is a sliver by this are taken too: the proof measures along chords.
@@ -105,7 +105,7 @@ fn with_detours(path: &Path, detours: &[Detour]) -> Path {
 /// Goes from where `out` ends to `detour`, along it, and back the same way.
 fn there_and_back(out: &mut Path, detour: &Path) {
     let from = out.end();
-    let line = |to: Point| Segment::Line { to };
+    let line = |to: Point| PathSegment::Line { to };
     out.segments.extend([line(detour.start)].into_iter().filter(|_| detour.start != from));
     out.segments.extend(detour.segments.iter().chain(&detour.reversed().segments).copied());
     out.segments.extend([line(from)].into_iter().filter(|_| detour.start != from));

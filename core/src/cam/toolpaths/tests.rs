@@ -12,9 +12,11 @@ mod slivers;
 use super::cut::{self, Area};
 use super::*;
 use crate::board::{Copper, Face, Hole, Slot};
-use crate::cam::work::{Clear, Cure, CutOut, CutSide, Direction, Holes, Isolate, MillHoles, Remedy, Zero};
+use crate::cam::work::{
+    Clear, CutDirection, CutOut, CutSide, Holes, Isolate, LocalIsolation, MillHoles, Remedy, Zero,
+};
 use crate::chance::Chance;
-use crate::geometry::{Bounds, Region, Segment, circle, grow, rectangle, sweep, union, winding};
+use crate::geometry::{Bounds, PathSegment, Region, circle, grow, rectangle, sweep, union, winding};
 use crate::job::{Command, Mark, Program};
 use crate::machine::virtual_drill;
 
@@ -100,7 +102,7 @@ fn mill(name: &str, width: f64) -> Bit {
 fn isolation(board: &Board, width: f64, change: impl FnOnce(&mut Isolate)) -> Work {
     let mut work = only(board, "isolate", |operation| {
         operation.bit = "m".to_owned();
-        if let Action::Isolate(isolate) = &mut operation.action {
+        if let OperationKind::Isolate(isolate) = &mut operation.action {
             change(isolate);
         }
     });
@@ -172,7 +174,7 @@ fn islands_exactly_a_cut_apart_share_a_way() {
         let left = crate::geometry::combine(
             &whole,
             &union(&[pads, cut.paths().cloned().collect()].concat()),
-            crate::geometry::Rule::Difference,
+            crate::geometry::CombineRule::Difference,
         );
         let left = grow(&grow(&left, mm(-0.003)), mm(0.003));
         assert!(left.is_empty(), "{places:?}: {left:?}");
@@ -194,7 +196,9 @@ fn a_pad_in_a_pour_exactly_a_cut_apart_is_cut_round_once() {
 #[test]
 fn isolation_never_cuts_copper_and_encloses_every_island() {
     let board = coupon();
-    for (direction, passes) in [(Direction::Climb, 1), (Direction::Conventional, 1), (Direction::Climb, 3)] {
+    for (direction, passes) in
+        [(CutDirection::Climb, 1), (CutDirection::Conventional, 1), (CutDirection::Climb, 3)]
+    {
         let work = isolation(&board, 0.2, |isolate| {
             (isolate.passes, isolate.direction, isolate.loop_overlap) = (passes, direction, Length::ZERO);
         });
@@ -212,7 +216,7 @@ fn isolation_never_cuts_copper_and_encloses_every_island() {
             assert!(encloses(&toolpaths, place), "nothing goes round {place:?}");
             let round = toolpaths.iter().find(|way| winding(way, place) != 0).unwrap();
             let climbs = winding(round, place) < 0;
-            assert_eq!(climbs, direction == Direction::Climb);
+            assert_eq!(climbs, direction == CutDirection::Climb);
         }
     }
 }
@@ -268,7 +272,7 @@ fn voronoi_cuts_once_midway() {
 fn cures_open_a_gap_each_in_its_way() {
     let board = with_copper(&[boxed(0.0, 0.0, 2.0, 5.0), boxed(2.15, 0.0, 4.0, 5.0)]);
     for remedy in [Remedy::Bit("thin".to_owned()), Remedy::Centred] {
-        let cure = Cure { from: at(2.0, 2.5), to: at(2.15, 2.5), with: remedy.clone() };
+        let cure = LocalIsolation { from: at(2.0, 2.5), to: at(2.15, 2.5), with: remedy.clone() };
         let work = isolation(&board, 0.2, |isolate| (isolate.passes, isolate.cures) = (1, vec![cure]));
         let (planned, diagnostics) = planned(&board, &work);
         let cured = &planned.parts[0].tasks[1];
@@ -285,7 +289,7 @@ fn cures_open_a_gap_each_in_its_way() {
             assert_eq!(cured.bit.name, "thin");
         }
     }
-    let nowhere = Cure { from: at(9.0, 9.0), to: at(9.1, 9.0), with: Remedy::Centred };
+    let nowhere = LocalIsolation { from: at(9.0, 9.0), to: at(9.1, 9.0), with: Remedy::Centred };
     let work = isolation(&board, 0.2, |isolate| (isolate.passes, isolate.cures) = (1, vec![nowhere]));
     assert!(planned(&board, &work).1.iter().any(|diagnostic| diagnostic.code == "cam.cure_without_gap"));
 }
@@ -305,10 +309,10 @@ fn a_cure_with_a_vee_goes_as_deep_as_fits_its_gap() {
         (Remedy::Bit("sharp".to_owned()), sharp.fitting(mm(0.12), mm(0.05)).unwrap()),
         (Remedy::Centred, least(&usual())),
     ] {
-        let cure = Cure { from: at(2.0, 2.5), to: at(2.12, 2.5), with: remedy.clone() };
+        let cure = LocalIsolation { from: at(2.0, 2.5), to: at(2.12, 2.5), with: remedy.clone() };
         let mut work = only(&board, "isolate", |operation| {
             operation.depth = mm(0.2);
-            if let Action::Isolate(isolate) = &mut operation.action {
+            if let OperationKind::Isolate(isolate) = &mut operation.action {
                 (isolate.passes, isolate.cures) = (1, vec![cure]);
             }
         });
@@ -335,10 +339,10 @@ fn usual() -> Bit {
 #[test]
 fn a_shallow_cure_has_its_own_depth() {
     let board = with_copper(&[boxed(0.0, 0.0, 2.0, 5.0), boxed(2.15, 0.0, 4.0, 5.0)]);
-    let cure = Cure { from: at(2.0, 2.5), to: at(2.15, 2.5), with: Remedy::Depth(mm(0.05)) };
+    let cure = LocalIsolation { from: at(2.0, 2.5), to: at(2.15, 2.5), with: Remedy::Depth(mm(0.05)) };
     let work = only(&board, "isolate", |operation| {
         operation.depth = mm(0.2);
-        if let Action::Isolate(isolate) = &mut operation.action {
+        if let OperationKind::Isolate(isolate) = &mut operation.action {
             (isolate.passes, isolate.cures) = (1, vec![cure]);
         }
     });
@@ -361,9 +365,9 @@ fn a_cure_cuts_a_neck_that_the_bit_reaches_from_both_sides_and_cannot_pass() {
     let (from, to) = (at(3.0635, 0.0), at(3.1995, 0.0));
     let least = 0.005;
     for remedy in [Remedy::Depth(mm(0.05)), Remedy::Centred] {
-        let cure = Cure { from, to, with: remedy.clone() };
+        let cure = LocalIsolation { from, to, with: remedy.clone() };
         let work = only(&board, "isolate", |operation| {
-            if let Action::Isolate(isolate) = &mut operation.action {
+            if let OperationKind::Isolate(isolate) = &mut operation.action {
                 (isolate.passes, isolate.cures) = (1, vec![cure]);
             }
         });
@@ -397,7 +401,7 @@ fn clearing_leaves_nothing_but_the_picture() {
     };
     let mut work = only(&board, "clear", |operation| {
         operation.bit = "m".to_owned();
-        if let Action::Clear(clear) = &mut operation.action {
+        if let OperationKind::Clear(clear) = &mut operation.action {
             *clear = Clear { stepover_percent: 60.0, ..clear.clone() };
         }
     });
@@ -407,7 +411,7 @@ fn clearing_leaves_nothing_but_the_picture() {
     let toolpaths: Vec<Path> = planned.toolpaths().map(|way| way.path.clone()).collect();
     assert!(toolpaths.len() < 16, "{} starts", toolpaths.len());
     let cut = sweep(&toolpaths, mm(0.8));
-    let left = crate::geometry::combine(&board.outline, &cut, crate::geometry::Rule::Difference);
+    let left = crate::geometry::combine(&board.outline, &cut, crate::geometry::CombineRule::Difference);
     let copper = crate::geometry::area_mm2(&board.copper[0].region);
     let area = crate::geometry::area_mm2(&left);
     assert!((area - copper).abs() < 0.02 * copper, "{area} mm² are left of {copper} mm²");

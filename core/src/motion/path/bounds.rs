@@ -24,27 +24,27 @@
 //! braked or sped up with up to P = v²/r, too, which comes or goes with it, if no axis gets another acceleration by more
 //! than A; the arc has none there.
 
-use super::curve::{Curve, Place};
-use super::plan::Rules;
+use super::curve::{Curve, PathPoint};
+use super::plan::PathRules;
 use crate::motion::profile::Limits;
 
 /// Share of the acceleration that may pull to the centre of an arc.
-const ACROSS: f64 = 0.9;
+const ACROSS_SHARE: f64 = 0.9;
 
 /// Shares of the jerk of an arc: what turning the pull may take; what it takes at least with the change of the acceleration,
 /// which both point along the arc; and what is kept for that change in any case. The rest is for changing the pull.
-const JERK_OF_TURNING: f64 = 0.8;
-const JERK_ALONG: f64 = 0.8;
-const JERK_OF_CHANGE: f64 = 0.1;
+const JERK_OF_TURNING_SHARE: f64 = 0.8;
+const JERK_ALONG_SHARE: f64 = 0.8;
+const JERK_OF_CHANGE_SHARE: f64 = 0.1;
 
 /// Share of the acceleration with which many small corners may change the direction.
-pub(super) const OF_CORNERS: f64 = 0.6;
+pub(super) const OF_CORNERS_SHARE: f64 = 0.6;
 
 /// Parts of directions that differ by less than this are no corner, where a line goes over into an arc.
-const SMOOTH: f64 = 1e-3;
+const SMOOTH_SINE: f64 = 1e-3;
 
 /// Parts of directions that differ by less than this are the same.
-const STRAIGHT: f64 = 1e-12;
+const STRAIGHT_SINE: f64 = 1e-12;
 
 /// How hard a path may be braked into a corner or a change of curves, and sped up behind it, mm/s².
 #[derive(Clone, Copy, Debug, Default)]
@@ -54,9 +54,12 @@ pub(super) struct Pulls {
 }
 
 /// The limits along a piece, an arc at the given share of its greatest speed.
-pub(super) fn along(curve: &Curve, feed: f64, axes: &[Limits; 3], slower: f64) -> Limits {
-    let mut limits =
-        Limits { speed_mm_per_s: feed, acceleration_mm_per_s2: f64::INFINITY, jerk_mm_per_s3: f64::INFINITY };
+pub(super) fn along(curve: &Curve, feed_mm_per_s: f64, axes: &[Limits; 3], slower_share: f64) -> Limits {
+    let mut limits = Limits {
+        speed_mm_per_s: feed_mm_per_s,
+        acceleration_mm_per_s2: f64::INFINITY,
+        jerk_mm_per_s3: f64::INFINITY,
+    };
     for (axis, own) in axes.iter().enumerate() {
         let share = curve.greatest_share(axis);
         if share > 0.0 {
@@ -75,13 +78,13 @@ pub(super) fn along(curve: &Curve, feed: f64, axes: &[Limits; 3], slower: f64) -
         axes[0].acceleration_mm_per_s2.min(axes[1].acceleration_mm_per_s2),
         axes[0].jerk_mm_per_s3.min(axes[1].jerk_mm_per_s3),
     );
-    let by_pull = libm::sqrt(ACROSS * a * radius_mm);
-    let by_turning = libm::cbrt(JERK_OF_TURNING * j * radius_mm * radius_mm);
-    let speed = slower * (limits.speed_mm_per_s * level).min(by_pull).min(by_turning);
+    let by_pull = libm::sqrt(ACROSS_SHARE * a * radius_mm);
+    let by_turning = libm::cbrt(JERK_OF_TURNING_SHARE * j * radius_mm * radius_mm);
+    let speed = slower_share * (limits.speed_mm_per_s * level).min(by_pull).min(by_turning);
     let pull = speed * speed / radius_mm;
     let left = libm::sqrt((a - pull) * (a + pull));
     let turning = pull * speed / (radius_mm * j);
-    let along = JERK_ALONG.max(turning + JERK_OF_CHANGE);
+    let along = JERK_ALONG_SHARE.max(turning + JERK_OF_CHANGE_SHARE);
     let across = libm::sqrt((1.0 - along) * (1.0 + along));
     let by_change = across * j * radius_mm / (3.0 * speed);
     Limits {
@@ -92,14 +95,14 @@ pub(super) fn along(curve: &Curve, feed: f64, axes: &[Limits; 3], slower: f64) -
 }
 
 /// How the direction changes from one curve to the next: nothing where it is less than rounding.
-pub(super) fn turn(before: &Curve, after: &Curve) -> Place {
+pub(super) fn turn(before: &Curve, after: &Curve) -> PathPoint {
     let (from, to) = (before.tangent(before.length_mm()), after.tangent(0.0));
-    let change: Place = core::array::from_fn(|axis| to[axis] - from[axis]);
-    if change.iter().all(|part| part.abs() < STRAIGHT) { [0.0; 3] } else { change }
+    let change: PathPoint = core::array::from_fn(|axis| to[axis] - from[axis]);
+    if change.iter().all(|part| part.abs() < STRAIGHT_SINE) { [0.0; 3] } else { change }
 }
 
 /// The greatest speed in a corner with the given change of direction and the shorter side.
-pub(super) fn corner(change: Place, shorter_mm: f64, axes: &[Limits; 3], rules: &Rules) -> f64 {
+pub(super) fn corner(change: PathPoint, shorter_mm: f64, axes: &[Limits; 3], rules: &PathRules) -> f64 {
     let size = libm::sqrt(change.iter().map(|part| part * part).sum());
     if size == 0.0 {
         return f64::INFINITY;
@@ -110,17 +113,17 @@ pub(super) fn corner(change: Place, shorter_mm: f64, axes: &[Limits; 3], rules: 
     let (mut pull, mut curve) = (f64::INFINITY, f64::INFINITY);
     for (part, axis) in change.iter().map(|part| part.abs()).zip(axes).filter(|(part, _)| *part > 0.0) {
         pull = pull.min(axis.acceleration_mm_per_s2 * size / part);
-        curve = curve.min(OF_CORNERS * axis.acceleration_mm_per_s2 * shorter_mm / part);
+        curve = curve.min(OF_CORNERS_SHARE * axis.acceleration_mm_per_s2 * shorter_mm / part);
     }
     libm::sqrt((pull * radius_mm).min(curve))
 }
 
-/// How hard a path may be braked and sped up where two curves meet, at `speed` mm/s.
-pub(super) fn pulls(before: &Curve, after: &Curve, speed: f64, axes: &[Limits; 3]) -> Pulls {
+/// How hard a path may be braked and sped up where two curves meet, at `speed_mm_per_s`.
+pub(super) fn pulls(before: &Curve, after: &Curve, speed_mm_per_s: f64, axes: &[Limits; 3]) -> Pulls {
     let pull = pull(before, after, axes);
     let arcs = [before, after].map(|curve| matches!(curve, Curve::Arc { .. }));
     let change = turn(before, after);
-    if arcs[0] == arcs[1] || change.iter().any(|part| part.abs() > SMOOTH) {
+    if arcs[0] == arcs[1] || change.iter().any(|part| part.abs() > SMOOTH_SINE) {
         return Pulls { before_mm_per_s2: pull, after_mm_per_s2: pull };
     }
     let (way, bend) = if arcs[0] {
@@ -128,9 +131,9 @@ pub(super) fn pulls(before: &Curve, after: &Curve, speed: f64, axes: &[Limits; 3
     } else {
         (before.tangent(before.length_mm()), after.curvature(0.0))
     };
-    let across = speed * speed * libm::sqrt(bend.iter().map(|part| part * part).sum());
+    let across = speed_mm_per_s * speed_mm_per_s * libm::sqrt(bend.iter().map(|part| part * part).sum());
     let left = |(axis, own): (usize, &Limits)| {
-        (own.acceleration_mm_per_s2 - speed * speed * bend[axis].abs())
+        (own.acceleration_mm_per_s2 - speed_mm_per_s * speed_mm_per_s * bend[axis].abs())
             / way[axis].abs().max(f64::MIN_POSITIVE)
     };
     let of_line = axes.iter().enumerate().map(left).fold(across, f64::min).max(0.0);

@@ -12,7 +12,7 @@
 //! know how steps are stored.
 
 use super::curve::Stretch;
-use super::{Path, Planned};
+use super::{PlannedPath, PlannedPiece};
 
 /// Steps one way, one after the other.
 #[derive(Clone, Debug, PartialEq)]
@@ -41,7 +41,7 @@ struct Part {
 /// The steps of `axis` (0 X, 1 Y, 2 Z) along `path`, in the order of time. Where an axis turns, its last step one way
 /// and its first one back are at least `turn_s` apart. In all, the axis goes from the step next to its start to the step
 /// next to its end.
-pub fn sweeps(path: &Path, axis: usize, mm_per_step: f64, turn_s: f64) -> Vec<Sweep> {
+pub fn sweeps(path: &PlannedPath, axis: usize, mm_per_step: f64, turn_s: f64) -> Vec<Sweep> {
     if axis > 2 {
         return Vec::new();
     }
@@ -52,7 +52,7 @@ pub fn sweeps(path: &Path, axis: usize, mm_per_step: f64, turn_s: f64) -> Vec<Sw
 /// The same from the step at which the axis stands to the one at which it is to stand, which are the ones next to the
 /// path's ends. Half-way between two steps either is as near.
 pub fn sweeps_between(
-    path: &Path,
+    path: &PlannedPath,
     axis: usize,
     mm_per_step: f64,
     turn_s: f64,
@@ -63,7 +63,7 @@ pub fn sweeps_between(
         return found;
     }
     let step = |mm: f64| libm::floor(mm / mm_per_step + 0.5) as i64;
-    let of_piece = |(piece, planned): (usize, &Planned)| {
+    let of_piece = |(piece, planned): (usize, &PlannedPiece)| {
         planned.curve.stretches(axis).into_iter().map(move |stretch| (piece, stretch)).collect::<Vec<_>>()
     };
     let mut stretches = path.pieces.iter().enumerate().flat_map(of_piece).peekable();
@@ -91,7 +91,7 @@ fn add(found: &mut Vec<Sweep>, next: Sweep) {
 }
 
 /// Leaves out turns that come back too soon.
-fn settle(found: &mut Vec<Sweep>, path: &Path, turn_s: f64) {
+fn settle(found: &mut Vec<Sweep>, path: &PlannedPath, turn_s: f64) {
     while let Some(mut back) = found.pop() {
         let Some(there) = found.last_mut() else { return found.push(back) };
         let gap_s = back.time_s(path, 1) - there.time_s(path, there.count);
@@ -136,7 +136,7 @@ impl Sweep {
 
     /// The second, from the start of `path`, at which its step number `step` is made, 1 … count: when the axis is
     /// half-way between the steps.
-    pub fn time_s(&self, path: &Path, step: u64) -> f64 {
+    pub fn time_s(&self, path: &PlannedPath, step: u64) -> f64 {
         let to = self.after(step);
         let found = self.parts.partition_point(|part| if self.forward { part.to < to } else { part.to > to });
         let Some(part) = self.parts.get(found) else { return path.duration_s() };

@@ -28,7 +28,7 @@ const LEAST_RADIUS_MM: f64 = 1e-6;
 const FLAT_MM: f64 = 1e-7;
 
 /// A place, mm: X, Y, Z.
-pub type Place = [f64; 3];
+pub type PathPoint = [f64; 3];
 
 /// A line or an arc, as long as it says.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -37,9 +37,9 @@ pub enum Curve {
     /// A straight line in space.
     Line {
         /// Start.
-        from: Place,
+        from: PathPoint,
         /// End.
-        to: Place,
+        to: PathPoint,
         /// mm.
         length_mm: f64,
     },
@@ -56,7 +56,7 @@ pub enum Curve {
         /// How far it rises, evenly along its length, mm; negative where it falls.
         rise_mm: f64,
         /// End.
-        to: Place,
+        to: PathPoint,
     },
 }
 
@@ -65,13 +65,18 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// A straight line.
-pub(super) fn line(from: Place, to: Place) -> Curve {
+pub(super) fn line(from: PathPoint, to: PathPoint) -> Curve {
     Curve::Line { from, to, length_mm: distance(&from, &to) }
 }
 
 /// An arc or a helix around `center`, as one or two pieces. It ends where it says exactly: where its ends are not equally
 /// far from the centre, the centre is moved onto the line between them that is.
-pub(super) fn arc(from: Place, end: Place, center: [f64; 2], ccw: bool) -> Result<Vec<Curve>, Diagnostic> {
+pub(super) fn arc(
+    from: PathPoint,
+    end: PathPoint,
+    center: [f64; 2],
+    ccw: bool,
+) -> Result<Vec<Curve>, Diagnostic> {
     let (start, to) = ([from[0], from[1]], [end[0], end[1]]);
     let (r0, r1) = (distance(&start, &center), distance(&to, &center));
     if !(r0 >= LEAST_RADIUS_MM && r1 >= LEAST_RADIUS_MM && (r0 - r1).abs() <= ARC_MISMATCH_MM) {
@@ -101,7 +106,7 @@ pub(super) fn arc(from: Place, end: Place, center: [f64; 2], ccw: bool) -> Resul
     Ok(vec![one_arc(from, middle, center, half, ccw, false), one_arc(middle, end, center, half, ccw, false)])
 }
 
-fn one_arc(from: Place, to: Place, center: [f64; 2], turn: f64, ccw: bool, exact: bool) -> Curve {
+fn one_arc(from: PathPoint, to: PathPoint, center: [f64; 2], turn: f64, ccw: bool, exact: bool) -> Curve {
     let mut center = center;
     if !exact {
         let chord = [to[0] - from[0], to[1] - from[1]];
@@ -111,7 +116,7 @@ fn one_arc(from: Place, to: Place, center: [f64; 2], turn: f64, ccw: bool, exact
         center = [center[0] + beside / squared * chord[0], center[1] + beside / squared * chord[1]];
     }
     let radius_mm = distance(&[from[0], from[1]], &center);
-    let angle = |at: Place| libm::atan2(at[1] - center[1], at[0] - center[0]);
+    let angle = |at: PathPoint| libm::atan2(at[1] - center[1], at[0] - center[0]);
     let from_rad = angle(from);
     let mut sweep_rad = turn;
     if !exact {
@@ -167,8 +172,8 @@ impl Curve {
     }
 
     /// The same somewhere else.
-    pub(super) fn shifted(&self, by: Place) -> Self {
-        let moved = |place: Place| core::array::from_fn(|axis| place[axis] + by[axis]);
+    pub(super) fn shifted(&self, by: PathPoint) -> Self {
+        let moved = |place: PathPoint| core::array::from_fn(|axis| place[axis] + by[axis]);
         match *self {
             Self::Line { from, to, length_mm } => Self::Line { from: moved(from), to: moved(to), length_mm },
             Self::Arc { center, radius_mm, from_rad, sweep_rad, rise_mm, to } => {
@@ -179,7 +184,7 @@ impl Curve {
     }
 
     /// Where it ends.
-    pub fn end(&self) -> Place {
+    pub fn end(&self) -> PathPoint {
         match *self {
             Self::Line { to, .. } | Self::Arc { to, .. } => to,
         }
@@ -191,7 +196,7 @@ impl Curve {
     }
 
     /// The place at the length `s_mm`: exactly the end at the whole length and beyond.
-    pub fn at(&self, s_mm: f64) -> Place {
+    pub fn at(&self, s_mm: f64) -> PathPoint {
         let length = self.length_mm();
         if s_mm >= length {
             return self.end();
@@ -211,7 +216,7 @@ impl Curve {
     }
 
     /// The direction at the length `s_mm`, of length 1.
-    pub fn tangent(&self, s_mm: f64) -> Place {
+    pub fn tangent(&self, s_mm: f64) -> PathPoint {
         match *self {
             Self::Line { from, to, length_mm } => {
                 core::array::from_fn(|axis| (to[axis] - from[axis]) / length_mm)
@@ -225,7 +230,7 @@ impl Curve {
     }
 
     /// How the direction changes with the length at `s_mm`, 1/mm: towards the centre of an arc, nothing on a line.
-    pub fn curvature(&self, s_mm: f64) -> Place {
+    pub fn curvature(&self, s_mm: f64) -> PathPoint {
         match *self {
             Self::Line { .. } => [0.0; 3],
             Self::Arc { radius_mm, from_rad, sweep_rad, .. } => {
@@ -296,18 +301,18 @@ impl Curve {
         found
     }
 
-    /// The length at which `axis` is at `value` in `stretch`.
-    pub(super) fn length_at(&self, axis: usize, stretch: &Stretch, value: f64) -> f64 {
+    /// The length at which `axis` is at `value_mm` in `stretch`.
+    pub(super) fn length_at(&self, axis: usize, stretch: &Stretch, value_mm: f64) -> f64 {
         let s = match *self {
             _ if stretch.axis_from_mm == stretch.axis_to_mm => stretch.from_mm,
             Self::Arc { center, radius_mm, .. } if axis < 2 => {
-                let within = libm::acos(((value - center[axis]) / radius_mm).clamp(-1.0, 1.0));
+                let within = libm::acos(((value_mm - center[axis]) / radius_mm).clamp(-1.0, 1.0));
                 let rest = if stretch.half_turn % 2 == 0 { within } else { PI - within };
                 let psi = PI * f64::from(stretch.half_turn) + rest;
                 (psi - self.psi(axis).0).abs() * radius_mm / self.level_share()
             }
             Self::Line { .. } | Self::Arc { .. } => {
-                let share = (value - stretch.axis_from_mm) / (stretch.axis_to_mm - stretch.axis_from_mm);
+                let share = (value_mm - stretch.axis_from_mm) / (stretch.axis_to_mm - stretch.axis_from_mm);
                 stretch.from_mm + share * (stretch.to_mm - stretch.from_mm)
             }
         };

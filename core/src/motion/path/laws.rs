@@ -11,21 +11,21 @@
 //! by √(8·A·d) at most, and squared and related to the shorter side by 0.6·A. There, and where
 //! a line goes over into an arc, alone it may be braked or pulled at the end of a run.
 
-use super::bounds::{OF_CORNERS, pulls, turn};
-use super::plan::Rules;
-use super::{Curve, Path, Place, Planned, Run};
+use super::bounds::{OF_CORNERS_SHARE, pulls, turn};
+use super::plan::PathRules;
+use super::{Curve, PathPoint, PathRun, PlannedPath, PlannedPiece};
 use crate::diagnostic::Diagnostic;
 use crate::machine::axis_name;
 use crate::motion::profile::{Limits, Span};
 
 /// Room for rounding, as a share of the limit.
-const ROUNDING: f64 = 1e-9;
+const ROUNDING_SHARE: f64 = 1e-9;
 
 /// Places that should be the same may differ by so much: a thousandth of a nanometre for each metre.
-const SAME: f64 = 1e-9;
+const SAME_SHARE: f64 = 1e-9;
 
 /// The first broken law, with the number of the piece in the chain, from 1.
-pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagnostic> {
+pub fn laws(path: &PlannedPath, axes: &[Limits; 3], rules: &PathRules) -> Result<(), Diagnostic> {
     let axes = &axes
         .map(|axis| Limits { acceleration_mm_per_s2: axis.acceleration_mm_per_s2 * rules.share, ..axis });
     let diagnostic = |code: &str, source: u32| Diagnostic::error(code).with("piece", source + 1);
@@ -34,7 +34,7 @@ pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagno
         let pieces = path.pieces_of(run);
         let Some(first) = pieces.first() else { return Err(diagnostic("motion.path_broken", 0)) };
         let (from, to) = end_speeds(run);
-        let smooth = (from - speed).abs() <= ROUNDING * (from + speed) + SAME;
+        let smooth = (from - speed).abs() <= ROUNDING_SHARE * (from + speed) + SAME_SHARE;
         if !(smooth && run.start_s == now && run.first as usize == counted && whole(run, pieces, index)) {
             return Err(diagnostic("motion.path_broken", first.source));
         }
@@ -54,7 +54,7 @@ pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagno
     }
     let first = path.runs.first().and_then(|run| run.spans.first()).map_or(0.0, |span| span.end_pulls().0);
     let last = path.runs.last().and_then(|run| run.spans.last()).map_or(0.0, |span| span.end_pulls().1);
-    if speed > SAME || first != 0.0 || last != 0.0 || counted != path.pieces.len() {
+    if speed > SAME_SHARE || first != 0.0 || last != 0.0 || counted != path.pieces.len() {
         return Err(diagnostic("motion.path_broken", path.pieces.last().map_or(0, |last| last.source)));
     }
     if let Some(source) = path.runs.windows(2).find_map(|pair| pulled(path, pair, axes)) {
@@ -70,7 +70,7 @@ pub fn laws(path: &Path, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagno
 /// How fast the rate of a path may change, in parts of the full rate a second, so that with what the plan has left no axis
 /// gets more than its whole acceleration: at a rate r that changes by r′ an axis has r²·a + r′·v, at most
 /// share·A + r′·v. Infinite for a path that goes nowhere.
-pub fn override_change_per_s(path: &Path, axes: &[Limits; 3], rules: &Rules) -> f64 {
+pub fn override_change_per_s(path: &PlannedPath, axes: &[Limits; 3], rules: &PathRules) -> f64 {
     let mut least = f64::INFINITY;
     for run in &path.runs {
         let top =
@@ -86,12 +86,12 @@ pub fn override_change_per_s(path: &Path, axes: &[Limits; 3], rules: &Rules) -> 
     least
 }
 
-fn near(a: Place, b: Place) -> bool {
-    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME + SAME * b.abs())
+fn near(a: PathPoint, b: PathPoint) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= SAME_SHARE + SAME_SHARE * b.abs())
 }
 
 /// Whether the spans of a run follow each other and go all the way of its pieces.
-fn whole(run: &Run, pieces: &[Planned], index: usize) -> bool {
+fn whole(run: &PathRun, pieces: &[PlannedPiece], index: usize) -> bool {
     let (mut s, mut t, mut speed) = (0.0, 0.0, None);
     for (at, span) in run.spans.iter().enumerate() {
         let (from, to) = span.end_speeds();
@@ -99,7 +99,8 @@ fn whole(run: &Run, pieces: &[Planned], index: usize) -> bool {
         if (at > 0 && pulls.0 != 0.0) || (at + 1 < run.spans.len() && pulls.1 != 0.0) {
             return false;
         }
-        let smooth = speed.is_none_or(|speed: f64| (from - speed).abs() <= ROUNDING * (from + speed) + SAME);
+        let smooth = speed
+            .is_none_or(|speed: f64| (from - speed).abs() <= ROUNDING_SHARE * (from + speed) + SAME_SHARE);
         if !smooth || span.start_mm != s || span.start_s != t {
             return false;
         }
@@ -112,29 +113,29 @@ fn whole(run: &Run, pieces: &[Planned], index: usize) -> bool {
         }
         length += planned.curve.length_mm();
     }
-    (s - length).abs() <= SAME + SAME * s
+    (s - length).abs() <= SAME_SHARE + SAME_SHARE * s
 }
 
 /// The piece before which the path is braked or pulled harder than the corner allows, if it is: not at all where it goes
 /// straight on.
-fn pulled(path: &Path, pair: &[Run], axes: &[Limits; 3]) -> Option<u32> {
+fn pulled(path: &PlannedPath, pair: &[PathRun], axes: &[Limits; 3]) -> Option<u32> {
     let [before, after] = pair else { return None };
     let (last, first) = (path.pieces_of(before).last()?, path.pieces_of(after).first()?);
     let braked = -before.spans.last().map_or(0.0, |span| span.end_pulls().1);
     let driven = after.spans.first().map_or(0.0, |span| span.end_pulls().0);
     let speed = path.speed(after.start_s);
     let most = pulls(&last.curve, &first.curve, speed, axes);
-    let broken = |pull: f64, most: f64| !(0.0..=most * (1.0 + ROUNDING) + SAME).contains(&pull);
+    let broken = |pull: f64, most: f64| !(0.0..=most * (1.0 + ROUNDING_SHARE) + SAME_SHARE).contains(&pull);
     (broken(braked, most.before_mm_per_s2) || broken(driven, most.after_mm_per_s2)).then_some(first.source)
 }
 
-fn end_speeds(run: &Run) -> (f64, f64) {
+fn end_speeds(run: &PathRun) -> (f64, f64) {
     let first = run.spans.first().map_or(0.0, |span| span.end_speeds().0);
     (first, run.spans.last().map_or(0.0, |span| span.end_speeds().1))
 }
 
 /// The axis that is turned too fast between two pieces, if one is.
-fn sharp(path: &Path, pair: &[Planned], axes: &[Limits; 3], rules: &Rules) -> Option<usize> {
+fn sharp(path: &PlannedPath, pair: &[PlannedPiece], axes: &[Limits; 3], rules: &PathRules) -> Option<usize> {
     let [before, after] = pair else { return None };
     let change = turn(&before.curve, &after.curve);
     let speed = path.speed(path.time_in(after, 0.0));
@@ -142,12 +143,12 @@ fn sharp(path: &Path, pair: &[Planned], axes: &[Limits; 3], rules: &Rules) -> Op
     (0..3).find(|axis| {
         let (a, jump) = (axes[*axis].acceleration_mm_per_s2, speed * change[*axis].abs());
         let most = libm::sqrt(8.0 * a * rules.deviation_mm);
-        jump > most * (1.0 + ROUNDING) + SAME
-            || jump * speed > OF_CORNERS * a * shorter_mm * (1.0 + ROUNDING) + SAME
+        jump > most * (1.0 + ROUNDING_SHARE) + SAME_SHARE
+            || jump * speed > OF_CORNERS_SHARE * a * shorter_mm * (1.0 + ROUNDING_SHARE) + SAME_SHARE
     })
 }
 
-fn too_much(planned: &Planned, span: &Span, axes: &[Limits; 3], axis: usize) -> bool {
+fn too_much(planned: &PlannedPiece, span: &Span, axes: &[Limits; 3], axis: usize) -> bool {
     let of_way = planned.curve.greatest_share(axis);
     let own = &axes[axis];
     let v = span.low_mm_per_s + span.ramp.rise_mm_per_s;
@@ -163,7 +164,7 @@ fn too_much(planned: &Planned, span: &Span, axes: &[Limits; 3], axis: usize) -> 
             (libm::sqrt(a * a + pull * pull), libm::sqrt((j + turning) * (j + turning) + changing * changing))
         }
     };
-    let over = |value: f64, limit: f64| value.is_nan() || value > limit * (1.0 + ROUNDING);
+    let over = |value: f64, limit: f64| value.is_nan() || value > limit * (1.0 + ROUNDING_SHARE);
     over(v * of_way, own.speed_mm_per_s)
         || over(acceleration, own.acceleration_mm_per_s2)
         || over(jerk, own.jerk_mm_per_s3)

@@ -8,7 +8,7 @@
 //!   +----------------------------> t
 //! ```
 //!
-//! Comes in: a [`Chain`] from rest to rest in mm, limits of X, Y and Z, [`Rules`]. Goes out: a [`Path`], from which place,
+//! Comes in: a [`Chain`] from rest to rest in mm, limits of X, Y and Z, [`PathRules`]. Goes out: a [`PlannedPath`], from which place,
 //! speed and acceleration of every axis at any second follow in closed form, the second at any length, and for every
 //! axis the seconds at which it is half-way between two steps. Does not know programs, nor how steps are stored.
 
@@ -20,9 +20,9 @@ mod plan;
 mod turns;
 
 pub use crossings::{Sweep, sweeps, sweeps_between};
-pub use curve::{Curve, Place};
+pub use curve::{Curve, PathPoint};
 pub use laws::{laws, override_change_per_s};
-pub use plan::{Chain, Piece, Rules, To, plan};
+pub use plan::{Chain, PathRules, To, WantedPiece, plan};
 pub use turns::turns;
 
 use super::profile::Span;
@@ -30,18 +30,18 @@ use serde::{Deserialize, Serialize};
 
 /// A planned path from rest to rest.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub struct Path {
+pub struct PlannedPath {
     /// Where it starts.
-    pub start: Place,
+    pub start: PathPoint,
     /// Its pieces, in order and without a gap.
-    pub pieces: Vec<Planned>,
+    pub pieces: Vec<PlannedPiece>,
     /// Its runs, in order and without a gap: every piece is in one.
-    pub runs: Vec<Run>,
+    pub runs: Vec<PathRun>,
 }
 
 /// A piece with its place in a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Planned {
+pub struct PlannedPiece {
     /// Which piece of the chain it is, or is a part of.
     pub source: u32,
     /// Where it goes.
@@ -54,7 +54,7 @@ pub struct Planned {
 
 /// One rise, steady run and fall over one piece, or over many that may be driven alike.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Run {
+pub struct PathRun {
     /// Second at which it begins, from the start of the path.
     pub start_s: f64,
     /// Length of the path before it, mm.
@@ -67,7 +67,7 @@ pub struct Run {
     pub spans: Vec<Span>,
 }
 
-impl Run {
+impl PathRun {
     /// How long it takes.
     pub fn duration_s(&self) -> f64 {
         self.spans.last().map_or(0.0, Span::end_s)
@@ -99,7 +99,7 @@ struct Now<'a> {
     acceleration: f64,
 }
 
-impl Path {
+impl PlannedPath {
     /// How long it takes.
     pub fn duration_s(&self) -> f64 {
         self.runs.last().map_or(0.0, |last| last.start_s + last.duration_s())
@@ -111,13 +111,13 @@ impl Path {
     }
 
     /// Where it ends.
-    pub fn end(&self) -> Place {
+    pub fn end(&self) -> PathPoint {
         self.pieces.last().map_or(self.start, |last| last.curve.end())
     }
 
     /// The same somewhere else, by `by` mm.
     #[must_use]
-    pub fn shifted(mut self, by: Place) -> Self {
+    pub fn shifted(mut self, by: PathPoint) -> Self {
         self.start = core::array::from_fn(|axis| self.start[axis] + by[axis]);
         for planned in &mut self.pieces {
             planned.curve = planned.curve.shifted(by);
@@ -126,7 +126,7 @@ impl Path {
     }
 
     /// The pieces of a run.
-    fn pieces_of(&self, run: &Run) -> &[Planned] {
+    fn pieces_of(&self, run: &PathRun) -> &[PlannedPiece] {
         let first = run.first as usize;
         self.pieces.get(first..first + run.count as usize).unwrap_or_default()
     }
@@ -137,7 +137,7 @@ impl Path {
     }
 
     /// The second at which the length `s_mm` of a piece is done.
-    fn time_in(&self, planned: &Planned, s_mm: f64) -> f64 {
+    fn time_in(&self, planned: &PlannedPiece, s_mm: f64) -> f64 {
         let run = self.runs.get(planned.run as usize);
         run.map_or(0.0, |run| run.start_s + run.time_at(planned.start_mm + s_mm))
     }
@@ -164,7 +164,7 @@ impl Path {
     }
 
     /// The place at second `t`: exactly the start before it begins and exactly the end afterwards.
-    pub fn at(&self, t: f64) -> Place {
+    pub fn at(&self, t: f64) -> PathPoint {
         if t <= 0.0 {
             return self.start;
         }
@@ -183,12 +183,12 @@ impl Path {
     }
 
     /// Speed of every axis at second `t`, mm/s, with its sign.
-    pub fn velocity(&self, t: f64) -> Place {
+    pub fn velocity(&self, t: f64) -> PathPoint {
         self.moving(t).map_or([0.0; 3], |now| now.curve.tangent(now.s_mm).map(|share| share * now.speed))
     }
 
     /// Acceleration of every axis at second `t`, mm/s²: along the path, and on arcs also towards the centre.
-    pub fn acceleration(&self, t: f64) -> Place {
+    pub fn acceleration(&self, t: f64) -> PathPoint {
         self.moving(t).map_or([0.0; 3], |now| {
             let (along, across) = (now.curve.tangent(now.s_mm), now.curve.curvature(now.s_mm));
             let squared = now.speed * now.speed;

@@ -7,32 +7,32 @@
 //! forward    ──/‾‾‾\──/‾\───────>       4. from the start: no faster than what can be reached
 //! ```
 //!
-//! Comes in: a [`Chain`], limits of X, Y and Z, [`Rules`]. Goes out: a [`Path`]. Does not know time before it is done.
+//! Comes in: a [`Chain`], limits of X, Y and Z, [`PathRules`]. Goes out: a [`PlannedPath`]. Does not know time before it is done.
 //!
 //! Maths. What can be reached over a length ℓ from speed v: v + Δ with (v + Δ/2)·t(Δ) = ℓ, t the time of a rise by Δ
 //! (`docs/motion-profiles.md` C2.5): a quadratic where the full acceleration is reached, else a cubic in √Δ.
 
 use super::bounds::{Pulls, along, corner, pulls, turn};
-use super::curve::{self, Curve, Place};
-use super::{Path, Planned, Run};
+use super::curve::{self, Curve, PathPoint};
+use super::{PathRun, PlannedPath, PlannedPiece};
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
-use crate::motion::profile::{Limits, Shape, Span};
+use crate::motion::profile::{Limits, MotionLaw, Span};
 
 /// Shorter pieces than this are not driven: a thousandth of a nanometre.
 const NOTHING_MM: f64 = 1e-9;
 
 /// Slower feeds than this, a nanometre a second, cannot be meant.
-const LEAST_FEED: f64 = 1e-6;
+const LEAST_FEED_MM_PER_S: f64 = 1e-6;
 
 /// Coordinates beyond this cannot be meant.
 const FARTHEST_MM: f64 = 1e9;
 
 /// Shares of its greatest speed that an arc with a slow end is tried at, besides the whole.
-const SLOWER: [f64; 4] = [0.85, 0.7, 0.6, 0.5];
+const SLOWER_SHARE: [f64; 4] = [0.85, 0.7, 0.6, 0.5];
 
 /// Pieces are driven as one while their common speed is at least this share of what one of them could do alone.
-const ALIKE: f64 = 0.8;
+const ALIKE_SHARE: f64 = 0.8;
 
 /// How often the top speed of a group is halved in.
 const HALVINGS: u32 = 60;
@@ -41,14 +41,14 @@ const HALVINGS: u32 = 60;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chain {
     /// Where it starts, mm.
-    pub start: Place,
+    pub start: PathPoint,
     /// What follows.
-    pub pieces: Vec<Piece>,
+    pub pieces: Vec<WantedPiece>,
 }
 
 /// A piece as it is wanted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Piece {
+pub struct WantedPiece {
     /// Where it goes.
     pub to: To,
     /// Not faster than this along it, mm/s; infinite for as fast as the axes can.
@@ -59,12 +59,12 @@ pub struct Piece {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum To {
     /// Straight to a place, mm.
-    Line(Place),
+    Line(PathPoint),
     /// In the plane of X and Y around `center`, mm; a full circle where it ends where it starts. The height changes evenly
     /// on the way.
     Arc {
         /// End.
-        to: Place,
+        to: PathPoint,
         /// Centre.
         center: [f64; 2],
         /// Counter-clockwise.
@@ -74,7 +74,7 @@ pub enum To {
 
 /// How a path is planned.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Rules {
+pub struct PathRules {
     /// Share of every axis's acceleration that the plan may use, 0 < share ≤ 1; the rest is kept for hold and override.
     pub share: f64,
     /// d: how far the machine may give way in a corner, mm.
@@ -86,7 +86,7 @@ pub struct Rules {
 /// Longer than this no path takes, in seconds: a run cannot say how far its pulses would be apart after 429 s.
 const LONGEST_PATH_S: f64 = 300.0;
 
-impl Rules {
+impl PathRules {
     /// As the settings `motion.reserve` and `motion.corner` of `machine` say.
     pub fn of(machine: &Machine) -> Self {
         let (share, deviation_mm) = (1.0 - machine.motion.reserve, machine.motion.corner_mm);
@@ -105,7 +105,7 @@ struct Limited {
 ///
 /// Refused with the number of the piece, from 1: coordinates that are no numbers, arcs without a radius or whose ends
 /// are not equally far from the centre, feeds and limits that cannot be planned with.
-pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<Path, Diagnostic> {
+pub fn plan(chain: &Chain, axes: &[Limits; 3], rules: &PathRules) -> Result<PlannedPath, Diagnostic> {
     check(chain, axes, rules)?;
     Ok(along_curves(chain.start, &curves(chain)?, axes, rules))
 }
@@ -139,7 +139,12 @@ pub(super) fn curves(chain: &Chain) -> Result<Vec<Fed>, Diagnostic> {
 }
 
 /// The fastest path from rest at `start` along `curves` to rest.
-pub(super) fn along_curves(start: Place, curves: &[Fed], axes: &[Limits; 3], rules: &Rules) -> Path {
+pub(super) fn along_curves(
+    start: PathPoint,
+    curves: &[Fed],
+    axes: &[Limits; 3],
+    rules: &PathRules,
+) -> PlannedPath {
     let axes =
         axes.map(|axis| Limits { acceleration_mm_per_s2: axis.acceleration_mm_per_s2 * rules.share, ..axis });
     let limited = |fed: &Fed| Limited {
@@ -173,7 +178,7 @@ pub(super) fn along_curves(start: Place, curves: &[Fed], axes: &[Limits; 3], rul
 }
 
 /// Gives every arc with a slow end the speed, of a few, at which it is done first.
-fn slow_down(pieces: &mut [Limited], curves: &[Fed], axes: &[Limits; 3], rules: &Rules) {
+fn slow_down(pieces: &mut [Limited], curves: &[Fed], axes: &[Limits; 3], rules: &PathRules) {
     let fastest = corners(pieces, axes, rules);
     for (index, (piece, fed)) in pieces.iter_mut().zip(curves).enumerate() {
         let (from, to) = (fastest[index], fastest[index + 1]);
@@ -190,7 +195,7 @@ fn slow_down(pieces: &mut [Limited], curves: &[Fed], axes: &[Limits; 3], rules: 
             spans((from, 0.0), (to, 0.0), &group).iter().map(|span| span.duration_s).sum::<f64>()
         };
         let mut best = takes_s(piece.limits);
-        for share in SLOWER {
+        for share in SLOWER_SHARE {
             let limits = along(&fed.curve, fed.feed_mm_per_s, axes, share);
             let taken_s = takes_s(limits);
             if taken_s < best {
@@ -209,20 +214,23 @@ fn pulls_at(pieces: &[Limited], index: usize, speed: f64, axes: &[Limits; 3]) ->
 }
 
 /// The path of pieces in groups with the given speeds and pulls at the ends of the groups.
-fn assemble(start: Place, pieces: &[Limited], groups: &[Group], ends: &[(f64, Pulls)]) -> Path {
-    let mut path =
-        Path { start, pieces: Vec::with_capacity(pieces.len()), runs: Vec::with_capacity(groups.len()) };
+fn assemble(start: PathPoint, pieces: &[Limited], groups: &[Group], ends: &[(f64, Pulls)]) -> PlannedPath {
+    let mut path = PlannedPath {
+        start,
+        pieces: Vec::with_capacity(pieces.len()),
+        runs: Vec::with_capacity(groups.len()),
+    };
     let (mut start_s, mut start_mm) = (0.0, 0.0);
     for (index, (group, ends)) in groups.iter().zip(ends.windows(2)).enumerate() {
         let mut in_run_mm = 0.0;
         for piece in pieces.iter().skip(group.first).take(group.count) {
             let (source, curve) = (piece.source, piece.curve);
-            path.pieces.push(Planned { source, curve, run: index as u32, start_mm: in_run_mm });
+            path.pieces.push(PlannedPiece { source, curve, run: index as u32, start_mm: in_run_mm });
             in_run_mm += curve.length_mm();
         }
         let spans =
             spans((ends[0].0, ends[0].1.after_mm_per_s2), (ends[1].0, ends[1].1.before_mm_per_s2), group);
-        let run = Run { start_s, start_mm, first: group.first as u32, count: group.count as u32, spans };
+        let run = PathRun { start_s, start_mm, first: group.first as u32, count: group.count as u32, spans };
         start_s += run.duration_s();
         start_mm += run.length_mm();
         path.runs.push(run);
@@ -258,7 +266,7 @@ fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
             let alike = limits.acceleration_mm_per_s2
                 >= 0.5 * a.acceleration_mm_per_s2.max(b.acceleration_mm_per_s2)
                 && limits.jerk_mm_per_s3 >= 0.5 * a.jerk_mm_per_s3.max(b.jerk_mm_per_s3);
-            if alike && limits.speed_mm_per_s >= ALIKE * best.max(group.best) {
+            if alike && limits.speed_mm_per_s >= ALIKE_SHARE * best.max(group.best) {
                 group.limits = limits;
                 group.best = best.max(group.best);
                 group.length_mm += length_mm;
@@ -271,8 +279,8 @@ fn groups(pieces: &[Limited], corners: &[f64]) -> Vec<Group> {
     found
 }
 
-pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<(), Diagnostic> {
-    axes.iter().try_for_each(|axis| Shape::SCurve.check(*axis))?;
+pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &PathRules) -> Result<(), Diagnostic> {
+    axes.iter().try_for_each(|axis| MotionLaw::SCurve.check(*axis))?;
     let wrong = |code: &str, value: f64| Err(Diagnostic::error(code).with("value", value));
     if !(rules.share > 1e-3 && rules.share <= 1.0) {
         return wrong("motion.bad_share", rules.share);
@@ -284,7 +292,7 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<
     let mut sound = usable(&chain.start);
     for (index, piece) in chain.pieces.iter().enumerate() {
         let feed = piece.feed_mm_per_s;
-        if !(LEAST_FEED..=f64::INFINITY).contains(&feed) {
+        if !(LEAST_FEED_MM_PER_S..=f64::INFINITY).contains(&feed) {
             return Err(Diagnostic::error("motion.bad_path_feed")
                 .with("value", feed)
                 .with("piece", index + 1));
@@ -301,7 +309,7 @@ pub(super) fn check(chain: &Chain, axes: &[Limits; 3], rules: &Rules) -> Result<
 }
 
 /// The greatest speed at every corner, with rest at both ends: one more than there are pieces.
-fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &Rules) -> Vec<f64> {
+fn corners(pieces: &[Limited], axes: &[Limits; 3], rules: &PathRules) -> Vec<f64> {
     let mut speeds = vec![0.0; pieces.len() + 1];
     for (speed, pair) in speeds.iter_mut().skip(1).zip(pieces.windows(2)) {
         let change = turn(&pair[0].curve, &pair[1].curve);

@@ -9,9 +9,9 @@
 //!
 //! Comes in: a [`Chain`], the play of X and Y in mm. Goes out: paths of the axes, from rest to rest. Does not know motors.
 
-use super::Path;
-use super::curve::{Curve, Place};
-use super::plan::{Chain, Fed, Rules, along_curves, check, curves};
+use super::PlannedPath;
+use super::curve::{Curve, PathPoint};
+use super::plan::{Chain, Fed, PathRules, along_curves, check, curves};
 use crate::diagnostic::Diagnostic;
 use crate::motion::profile::Limits;
 
@@ -30,15 +30,15 @@ pub fn turns(
     chain: &Chain,
     (play_mm, down): ([f64; 2], [bool; 2]),
     axes: &[Limits; 3],
-    rules: &Rules,
-) -> Result<Vec<([bool; 2], Path)>, Diagnostic> {
+    rules: &PathRules,
+) -> Result<Vec<([bool; 2], PlannedPath)>, Diagnostic> {
     check(chain, axes, rules)?;
-    let mut found: Vec<([bool; 2], Path)> = Vec::new();
+    let mut found: Vec<([bool; 2], PlannedPath)> = Vec::new();
     let (mut start, mut one_way, mut down_now) = (chain.start, Vec::<Fed>::new(), down);
-    let mut drive = |start: Place, one_way: &[Fed], down_now: [bool; 2]| {
+    let mut drive = |start: PathPoint, one_way: &[Fed], down_now: [bool; 2]| {
         let mut paths = Vec::new();
         in_time(start, one_way, (axes, rules), &mut paths);
-        let end = paths.last().map_or(start, Path::end);
+        let end = paths.last().map_or(start, PlannedPath::end);
         found.extend(paths.into_iter().map(|path| (down_now, path)));
         end
     };
@@ -58,7 +58,7 @@ pub fn turns(
 }
 
 /// The paths along curves that go on from each other: halves of halves, until none takes longer than it may.
-fn in_time(start: Place, curves: &[Fed], how: (&[Limits; 3], &Rules), paths: &mut Vec<Path>) {
+fn in_time(start: PathPoint, curves: &[Fed], how: (&[Limits; 3], &PathRules), paths: &mut Vec<PlannedPath>) {
     let (axes, rules) = how;
     let path = along_curves(start, curves, axes, rules);
     let halves = match curves {
@@ -73,7 +73,7 @@ fn in_time(start: Place, curves: &[Fed], how: (&[Limits; 3], &Rules), paths: &mu
     };
     let Some([first, second]) = halves else { return paths.push(path) };
     in_time(start, &first, how, paths);
-    let middle = paths.last().map_or(start, Path::end);
+    let middle = paths.last().map_or(start, PlannedPath::end);
     in_time(middle, &second, how, paths);
 }
 

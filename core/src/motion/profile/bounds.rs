@@ -5,7 +5,7 @@
 //! Maths: `docs/motion-profiles.md` D.1 (bounds; anchor after Lambrechts et al., Trajectory planning and feedforward design
 //! for electromechanical motion systems, 2005).
 
-use super::{GREATEST, LEAST_LIMIT, Limits, Shape, wrong};
+use super::{GREATEST, LEAST_LIMIT, Limits, MotionLaw, wrong};
 use crate::diagnostic::Diagnostic;
 
 /// How often the speed of the anchor is halved in: more than a number has digits.
@@ -17,7 +17,7 @@ fn check(length_mm: f64, limits: Limits, snap_mm_per_s4: Option<f64>) -> Result<
     }
     let bad_snap = snap_mm_per_s4.filter(|snap| !(LEAST_LIMIT..=GREATEST).contains(snap));
     bad_snap.map_or(Ok(()), |snap| Err(wrong("motion.bad_snap", snap)))?;
-    Shape::SCurve.check(limits)
+    MotionLaw::SCurve.check(limits)
 }
 
 /// No move over `length_mm` from rest to rest within `limits`, and within `snap_mm_per_s4` where given, takes less than

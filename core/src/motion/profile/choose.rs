@@ -11,7 +11,7 @@
 //!
 //! Maths: `docs/motion-profiles.md` B.1–B.2 (Ma and You; thresholds and peak speeds reconstructed there).
 
-use super::{GREATEST, Limits, Shape, wrong};
+use super::{GREATEST, Limits, MotionLaw, wrong};
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
@@ -27,9 +27,9 @@ pub struct Choice {
     /// 1: both reach the speed. 2: only linear does. 3: neither.
     pub case: u8,
     /// The law to take.
-    pub choice: Shape,
+    pub choice: MotionLaw,
     /// The law by the letter of the source, which never takes an S-curve that does not use the full acceleration.
-    pub choice_strict: Shape,
+    pub choice_strict: MotionLaw,
     /// Greatest speed of the linear law over this length, mm/s.
     pub linear_peak_mm_per_s: f64,
     /// Greatest speed of the S-curve over this length, mm/s.
@@ -42,7 +42,7 @@ pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
         return Err(wrong("motion.bad_length", length_mm));
     }
-    Shape::SCurve.check(limits)?;
+    MotionLaw::SCurve.check(limits)?;
     let Limits { speed_mm_per_s: v, acceleration_mm_per_s2: a, jerk_mm_per_s3: j } = limits;
     let theta = a / j;
     let reaches_acceleration = v >= a * theta;
@@ -50,7 +50,7 @@ pub fn choose(length_mm: f64, limits: Limits) -> Result<Choice, Diagnostic> {
     let s_curve_from_mm =
         if reaches_acceleration { linear_from_mm + v * a / j } else { 2.0 * v * libm::sqrt(v / j) };
     let (linear_reaches, s_reaches) = (length_mm >= linear_from_mm, length_mm >= s_curve_from_mm);
-    let law = |s_curve: bool| if s_curve { Shape::SCurve } else { Shape::Linear };
+    let law = |s_curve: bool| if s_curve { MotionLaw::SCurve } else { MotionLaw::Linear };
     let s_curve_peak = if s_reaches {
         v
     } else if length_mm >= 2.0 * a * theta * theta {

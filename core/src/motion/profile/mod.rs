@@ -53,7 +53,7 @@ pub const GREATEST_ORDER: f64 = 2.0;
 /// The law by which the acceleration comes and goes.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub enum Shape {
+pub enum MotionLaw {
     /// The acceleration jumps; jerk is not limited. Three phases.
     Linear,
     /// Constant jerk. Seven phases.
@@ -63,7 +63,7 @@ pub enum Shape {
     Power(f64),
 }
 
-impl Shape {
+impl MotionLaw {
     /// α: 0 for the laws without a power.
     #[inline]
     pub fn order(self) -> f64 {
@@ -153,7 +153,7 @@ pub struct Profile {
     /// Length of the path, mm.
     pub length_mm: f64,
     /// Law of its ramps.
-    pub shape: Shape,
+    pub shape: MotionLaw,
     /// Which limits it reaches.
     pub case: Case,
     /// Greatest speed reached, mm/s.
@@ -176,7 +176,7 @@ pub struct Profile {
 /// Four cases: whether the speed is reached, and whether the acceleration is. They join without a gap, so it does
 /// not matter on which side of a boundary a rounding error falls. With α the power law is planned as an S-curve of
 /// jerk J/(1 + α), which has edges of the same length (C.4).
-pub fn plan(shape: Shape, length_mm: f64, limits: Limits) -> Result<Profile, Diagnostic> {
+pub fn plan(shape: MotionLaw, length_mm: f64, limits: Limits) -> Result<Profile, Diagnostic> {
     if !(0.0..=GREATEST).contains(&length_mm) {
         return Err(wrong("motion.bad_length", length_mm));
     }
@@ -184,7 +184,7 @@ pub fn plan(shape: Shape, length_mm: f64, limits: Limits) -> Result<Profile, Dia
     if length_mm < NOTHING_MM {
         return Ok(Profile { length_mm, shape, ..Profile::default() });
     }
-    if shape == Shape::Linear {
+    if shape == MotionLaw::Linear {
         return Ok(linear(length_mm, limits));
     }
     let (v, a, j) = (limits.speed_mm_per_s, limits.acceleration_mm_per_s2, shape.equivalent_jerk(limits));
@@ -236,7 +236,7 @@ fn linear(length_mm: f64, limits: Limits) -> Profile {
     let speed = if reaches_v { v } else { libm::sqrt(a * length_mm) };
     Profile {
         length_mm,
-        shape: Shape::Linear,
+        shape: MotionLaw::Linear,
         case: if reaches_v { Case::Cruise } else { Case::Triangle },
         speed_mm_per_s: speed,
         acceleration_mm_per_s2: a,
@@ -275,9 +275,9 @@ impl Profile {
         let (theta, hold, cruise) = (self.jerk_time_s, self.hold_s, self.cruise_s);
         let half = 0.5 * theta;
         match self.shape {
-            Shape::Linear => vec![hold, cruise, hold],
-            Shape::SCurve => vec![theta, hold, theta, cruise, theta, hold, theta],
-            Shape::Power(_) => vec![half, half, hold, half, half, cruise, half, half, hold, half, half],
+            MotionLaw::Linear => vec![hold, cruise, hold],
+            MotionLaw::SCurve => vec![theta, hold, theta, cruise, theta, hold, theta],
+            MotionLaw::Power(_) => vec![half, half, hold, half, half, cruise, half, half, hold, half, half],
         }
     }
 

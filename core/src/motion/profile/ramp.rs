@@ -14,7 +14,7 @@
 //! Maths: `docs/motion-profiles.md` B.3 (times), C.1 (S-curve), C.2–C.4 (power law, equivalent jerk). The way a ramp loses
 //! against full speed is the way it gained from rest, in reverse; so the last edge is the first one turned around.
 
-use super::{GREATEST, Limits, Shape, wrong};
+use super::{GREATEST, Limits, MotionLaw, wrong};
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
@@ -22,7 +22,7 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Ramp {
     /// Law of its edges.
-    pub shape: Shape,
+    pub shape: MotionLaw,
     /// How much speed is gained, mm/s.
     pub rise_mm_per_s: f64,
     /// Greatest acceleration, mm/s².
@@ -38,7 +38,7 @@ pub struct Ramp {
 impl Ramp {
     /// The fastest rise by `rise_mm_per_s` within acceleration and jerk of `limits`. A rise or limit that cannot be
     /// planned with is refused with a diagnostic that names it; the speed of `limits` is not a bound here.
-    pub fn rising(shape: Shape, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Diagnostic> {
+    pub fn rising(shape: MotionLaw, rise_mm_per_s: f64, limits: Limits) -> Result<Self, Diagnostic> {
         shape.check(limits)?;
         if !(0.0..=GREATEST).contains(&rise_mm_per_s) {
             return Err(wrong("motion.bad_rise", rise_mm_per_s));
@@ -47,7 +47,7 @@ impl Ramp {
     }
 
     /// The same for limits and a rise that are usable.
-    pub(in crate::motion) fn within(shape: Shape, rise_mm_per_s: f64, limits: Limits) -> Self {
+    pub(in crate::motion) fn within(shape: MotionLaw, rise_mm_per_s: f64, limits: Limits) -> Self {
         let rise = rise_mm_per_s;
         if rise <= 0.0 {
             return Self { shape, ..Self::default() };
@@ -125,20 +125,20 @@ impl Ramp {
 
     /// Length of the first edge alone.
     #[inline]
-    pub(super) fn edge_position_mm(&self, x: f64) -> f64 {
+    pub(super) fn edge_position_mm(&self, x_s: f64) -> f64 {
         if self.shape.order() == 0.0 {
-            return self.jerk_mm_per_s3 * x * x * x / 6.0;
+            return self.jerk_mm_per_s3 * x_s * x_s * x_s / 6.0;
         }
-        self.power_edge(x).position_mm
+        self.power_edge(x_s).position_mm
     }
 
     /// Speed on the first edge.
     #[inline]
-    pub(super) fn edge_speed(&self, x: f64) -> f64 {
+    pub(super) fn edge_speed(&self, x_s: f64) -> f64 {
         if self.shape.order() == 0.0 {
-            return 0.5 * self.jerk_mm_per_s3 * x * x;
+            return 0.5 * self.jerk_mm_per_s3 * x_s * x_s;
         }
-        self.power_edge(x).speed_mm_per_s
+        self.power_edge(x_s).speed_mm_per_s
     }
 
     /// Length and speed on the first edge.
@@ -163,10 +163,10 @@ impl Ramp {
         if self.shape.order() == 0.0 { self.jerk_mm_per_s3 } else { self.power_edge(x).jerk_mm_per_s3 }
     }
 
-    /// The power law's edge at `x`, 0 … Θ: rising up to its middle, mirrored from there (C.3, phases 1 and 2).
+    /// The power law's edge at `x_s`, 0 … Θ: rising up to its middle, mirrored from there (C.3, phases 1 and 2).
     #[inline]
-    pub(super) fn power_edge(&self, x: f64) -> Point {
-        let (x, order, half_s) = (x.max(0.0), self.shape.order(), 0.5 * self.jerk_time_s);
+    pub(super) fn power_edge(&self, x_s: f64) -> Point {
+        let (x_s, order, half_s) = (x_s.max(0.0), self.shape.order(), 0.5 * self.jerk_time_s);
         if half_s <= 0.0 {
             return Point::default();
         }
@@ -174,8 +174,8 @@ impl Ramp {
         let a1 = 0.5 * acceleration;
         let v1 = a1 * half_s / (order + 2.0);
         let s1 = v1 * half_s / (order + 3.0);
-        if x <= half_s {
-            let u = x / half_s;
+        if x_s <= half_s {
+            let u = x_s / half_s;
             let p = power(u, order);
             return Point {
                 position_mm: s1 * (p * u * u * u),
@@ -184,7 +184,7 @@ impl Ramp {
                 jerk_mm_per_s3: self.jerk_mm_per_s3 * p,
             };
         }
-        let (beyond, w) = (x - half_s, ((self.jerk_time_s - x) / half_s).max(0.0));
+        let (beyond, w) = (x_s - half_s, ((self.jerk_time_s - x_s) / half_s).max(0.0));
         let p = power(w, order);
         Point {
             position_mm: 2.0 * s1 + 0.5 * acceleration * beyond * beyond - s1 * (p * w * w * w),
@@ -212,32 +212,32 @@ impl Ramp {
         (self.duration_s() - self.left_on_last_edge(base_mm_per_s + self.rise_mm_per_s, left_mm)).max(0.0)
     }
 
-    /// The second at the way `y` on the first edge: base·x + e(x) = y. The left side rises and bends up, so Newton's
+    /// The second at the way `y_mm` on the first edge: base·x + e(x) = y. The left side rises and bends up, so Newton's
     /// steps fall onto the root from above; they start where one of its two parts alone would do all the way.
-    pub(super) fn edge_time(&self, base: f64, y: f64) -> f64 {
+    pub(super) fn edge_time(&self, base_mm_per_s: f64, y_mm: f64) -> f64 {
         let (theta, order) = (self.jerk_time_s, self.shape.order());
-        if y <= 0.0 || theta <= 0.0 {
+        if y_mm <= 0.0 || theta <= 0.0 {
             return 0.0;
         }
         let alone = if order > 0.0 {
             let (half_s, middle) = (0.5 * theta, self.power_edge(0.5 * theta));
-            if y <= middle.position_mm {
-                half_s * libm::pow(y / middle.position_mm, 1.0 / (order + 3.0))
-            } else if base > 0.0 {
+            if y_mm <= middle.position_mm {
+                half_s * libm::pow(y_mm / middle.position_mm, 1.0 / (order + 3.0))
+            } else if base_mm_per_s > 0.0 {
                 theta
             } else {
-                half_s + later(middle.speed_mm_per_s, self.acceleration_mm_per_s2, y - middle.position_mm)
+                half_s + later(middle.speed_mm_per_s, self.acceleration_mm_per_s2, y_mm - middle.position_mm)
             }
         } else {
-            libm::cbrt(6.0 * y / self.jerk_mm_per_s3)
+            libm::cbrt(6.0 * y_mm / self.jerk_mm_per_s3)
         };
-        if base <= 0.0 && alone <= theta && (order == 0.0 || alone <= 0.5 * theta) {
+        if base_mm_per_s <= 0.0 && alone <= theta && (order == 0.0 || alone <= 0.5 * theta) {
             return alone;
         }
-        let mut x = if base > 0.0 { alone.min(y / base) } else { alone };
+        let mut x = if base_mm_per_s > 0.0 { alone.min(y_mm / base_mm_per_s) } else { alone };
         for _ in 0..12 {
             let (way, speed) = self.edge(x);
-            let next = (x - (base * x + way - y) / (base + speed)).clamp(0.0, theta);
+            let next = (x - (base_mm_per_s * x + way - y_mm) / (base_mm_per_s + speed)).clamp(0.0, theta);
             if next == x {
                 break;
             }
@@ -246,14 +246,14 @@ impl Ramp {
         x
     }
 
-    /// The time x still needed to the end of the rise, `top` mm/s fast at its end and `y` of its way left:
+    /// The time x still needed to the end of the rise, `top_mm_per_s` mm/s fast at its end and `y_mm` of its way left:
     /// top·x − e(x) = y. The left side rises and bends down, at the edge's other end with at least half of the speed,
     /// so Newton's steps from y/top stay below the root and square the error; they are done when they no longer rise.
-    pub(super) fn left_on_last_edge(&self, top: f64, y: f64) -> f64 {
-        let mut x = y / top;
+    pub(super) fn left_on_last_edge(&self, top_mm_per_s: f64, y_mm: f64) -> f64 {
+        let mut x = y_mm / top_mm_per_s;
         for _ in 0..8 {
             let (way, speed) = self.edge(x);
-            let next = x + (y + way - top * x) / (top - speed);
+            let next = x + (y_mm + way - top_mm_per_s * x) / (top_mm_per_s - speed);
             if next <= x {
                 break;
             }

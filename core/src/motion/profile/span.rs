@@ -14,12 +14,12 @@
 //! Comes in: speeds in mm/s, limits. Goes out: way, speed, acceleration and jerk at any second of the stretch, and the
 //! second at any way. Does not know what lies before and behind it.
 
-use super::{Limits, Ramp, Shape};
+use super::{Limits, MotionLaw, Ramp};
 use serde::{Deserialize, Serialize};
 
 /// Most of Newton's steps and halvings, and the share of a time that does not matter any more.
 const MOST_STEPS: u32 = 60;
-const NEAR: f64 = 1e-15;
+const NEAR_SHARE: f64 = 1e-15;
 
 /// A rise, a fall or a steady run.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -46,31 +46,43 @@ pub struct Span {
 
 impl Span {
     /// From one speed to another as fast as acceleration and jerk of `limits` allow. All of it is usable.
-    pub(in crate::motion) fn change(shape: Shape, from: f64, to: f64, limits: Limits) -> Self {
-        let low_mm_per_s = from.min(to);
-        let ramp = Ramp::within(shape, (to - from).abs(), limits);
+    pub(in crate::motion) fn change(
+        shape: MotionLaw,
+        from_mm_per_s: f64,
+        to_mm_per_s: f64,
+        limits: Limits,
+    ) -> Self {
+        let low_mm_per_s = from_mm_per_s.min(to_mm_per_s);
+        let ramp = Ramp::within(shape, (to_mm_per_s - from_mm_per_s).abs(), limits);
         Self {
             duration_s: ramp.duration_s(),
             length_mm: ramp.length_mm(low_mm_per_s),
             low_mm_per_s,
             ramp,
-            falls: to < from,
+            falls: to_mm_per_s < from_mm_per_s,
             ..Self::default()
         }
     }
 
-    /// From one speed to another by a law of constant jerk, where the lower end may have the acceleration `pull` towards the
-    /// higher one already.
-    pub(in crate::motion) fn pulled(from: f64, to: f64, pull: f64, limits: Limits) -> Self {
-        let (low, rise) = (from.min(to), (to - from).abs());
-        let pull =
-            pull.min(limits.acceleration_mm_per_s2).min(libm::sqrt(2.0 * limits.jerk_mm_per_s3 * rise));
-        if pull <= 0.0 {
-            return Self::change(Shape::SCurve, from, to, limits);
+    /// From one speed to another by a law of constant jerk, where the lower end may have the acceleration `pull_mm_per_s2`
+    /// towards the higher one already.
+    pub(in crate::motion) fn pulled(
+        from_mm_per_s: f64,
+        to_mm_per_s: f64,
+        pull_mm_per_s2: f64,
+        limits: Limits,
+    ) -> Self {
+        let (low, rise) = (from_mm_per_s.min(to_mm_per_s), (to_mm_per_s - from_mm_per_s).abs());
+        let pull_mm_per_s2 = pull_mm_per_s2
+            .min(limits.acceleration_mm_per_s2)
+            .min(libm::sqrt(2.0 * limits.jerk_mm_per_s3 * rise));
+        if pull_mm_per_s2 <= 0.0 {
+            return Self::change(MotionLaw::SCurve, from_mm_per_s, to_mm_per_s, limits);
         }
-        let before = 0.5 * pull * pull / limits.jerk_mm_per_s3;
-        let ramp = Ramp::within(Shape::SCurve, rise + before, limits);
-        let (low_mm_per_s, skip_s) = (low - before, (pull / limits.jerk_mm_per_s3).min(ramp.jerk_time_s));
+        let before = 0.5 * pull_mm_per_s2 * pull_mm_per_s2 / limits.jerk_mm_per_s3;
+        let ramp = Ramp::within(MotionLaw::SCurve, rise + before, limits);
+        let (low_mm_per_s, skip_s) =
+            (low - before, (pull_mm_per_s2 / limits.jerk_mm_per_s3).min(ramp.jerk_time_s));
         let skip_mm = low_mm_per_s * skip_s + ramp.position_mm(skip_s);
         Self {
             duration_s: ramp.duration_s() - skip_s,
@@ -79,7 +91,7 @@ impl Span {
             ramp,
             skip_s,
             skip_mm,
-            falls: to < from,
+            falls: to_mm_per_s < from_mm_per_s,
             ..Self::default()
         }
     }
@@ -97,8 +109,13 @@ impl Span {
     }
 
     /// `length_mm` at a steady speed greater than 0.
-    pub(in crate::motion) fn steady(speed: f64, length_mm: f64) -> Self {
-        Self { duration_s: length_mm / speed, length_mm, low_mm_per_s: speed, ..Self::default() }
+    pub(in crate::motion) fn steady(speed_mm_per_s: f64, length_mm: f64) -> Self {
+        Self {
+            duration_s: length_mm / speed_mm_per_s,
+            length_mm,
+            low_mm_per_s: speed_mm_per_s,
+            ..Self::default()
+        }
     }
 
     /// The same beginning where and when `before` ends.
@@ -203,7 +220,7 @@ impl Span {
             }
             let next = x - off / self.speed_at_rise(x);
             let next = if next > low && next < high { next } else { 0.5 * (low + high) };
-            if (next - x).abs() <= NEAR * high {
+            if (next - x).abs() <= NEAR_SHARE * high {
                 return next;
             }
             x = next;

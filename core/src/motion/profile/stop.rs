@@ -15,7 +15,7 @@
 //! Maths: `docs/motion-profiles.md` C2.3.
 
 use super::stroke::Stroke;
-use super::{GREATEST, Limits, Shape, wrong};
+use super::{GREATEST, Limits, MotionLaw, wrong};
 use crate::diagnostic::Diagnostic;
 
 /// How often the time is halved in when the point of no return is looked for: more than a number has digits.
@@ -25,9 +25,14 @@ const HALVINGS: u32 = 80;
 /// `limits`. The linear law stops with its full acceleration at once.
 ///
 /// Where the speed is less than braking already takes away, the way is that to the moment of standing still.
-pub fn stopping_mm(shape: Shape, speed_mm_per_s: f64, acceleration_mm_per_s2: f64, limits: Limits) -> f64 {
+pub fn stopping_mm(
+    shape: MotionLaw,
+    speed_mm_per_s: f64,
+    acceleration_mm_per_s2: f64,
+    limits: Limits,
+) -> f64 {
     let (v, a) = (speed_mm_per_s, acceleration_mm_per_s2);
-    if shape == Shape::Linear {
+    if shape == MotionLaw::Linear {
         return 0.5 * v * v / limits.acceleration_mm_per_s2;
     }
     let j = limits.jerk_mm_per_s3;

@@ -14,7 +14,7 @@
 //!
 //! Maths: `docs/motion-profiles.md` C2.5.
 
-use super::{GREATEST, LEAST_LIMIT, Limits, Profile, Shape, Span, wrong};
+use super::{GREATEST, LEAST_LIMIT, Limits, MotionLaw, Profile, Span, wrong};
 use crate::diagnostic::Diagnostic;
 use serde::{Deserialize, Serialize};
 
@@ -52,7 +52,7 @@ pub struct TwoSpeeds {
 /// Refused where the height is too small to reach the feed, or the depth too small to stop from it, each with what
 /// would be needed; and for numbers that cannot be planned with.
 pub fn two_speeds(
-    shape: Shape,
+    shape: MotionLaw,
     height_mm: f64,
     depth_mm: f64,
     feed_mm_per_s: f64,
@@ -116,7 +116,7 @@ impl Stroke {
     }
 
     /// Law of its ramps.
-    pub fn shape(&self) -> Shape {
+    pub fn shape(&self) -> MotionLaw {
         match self {
             Self::One(profile) => profile.shape,
             Self::Two(two) => two.spans[0].ramp.shape,

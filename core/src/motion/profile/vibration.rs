@@ -14,7 +14,7 @@
 //! Maths: `docs/motion-profiles.md` D.2. The amplitude is |∫a(t)·e^(−i2πft)dt|/(2πf), and the acceleration is the shape of an
 //! edge's jerk run over a box of an edge and a hold, once up and once down: the product of their transforms.
 
-use super::{GREATEST, Profile, Shape, wrong};
+use super::{GREATEST, MotionLaw, Profile, wrong};
 use crate::diagnostic::Diagnostic;
 use core::f64::consts::PI;
 
@@ -38,9 +38,9 @@ pub fn residual_mm(profile: &Profile, frequency_hz: f64) -> Result<f64, Diagnost
     let sinc = |x: f64| if x.abs() < 1e-9 { 1.0 } else { libm::sin(PI * x) / (PI * x) };
     let swings = frequency_hz * profile.jerk_time_s;
     let edge = match profile.shape {
-        Shape::Linear => 1.0,
-        Shape::SCurve => sinc(swings),
-        Shape::Power(order) => power_edge(order, PI * swings.min(MOST_SWINGS)),
+        MotionLaw::Linear => 1.0,
+        MotionLaw::SCurve => sinc(swings),
+        MotionLaw::Power(order) => power_edge(order, PI * swings.min(MOST_SWINGS)),
     };
     let hold = sinc(frequency_hz * (profile.jerk_time_s + profile.hold_s));
     let pair = libm::sin(PI * frequency_hz * (profile.ramp_s() + profile.cruise_s)) / (PI * frequency_hz);

@@ -42,9 +42,9 @@ impl Cycle {
     }
 
     /// The cycle that a Sinumerik call drills where the tip is: retraction plane, reference, distance over it, bottom, or depth
-    /// from the reference. `scale` is a unit in mm.
-    pub(super) fn called(numbers: &[Option<f64>], scale: f64) -> Option<Self> {
-        let number = |at: usize| numbers.get(at).copied().flatten().map(|number| number * scale);
+    /// from the reference. `scale_mm` is a unit in mm.
+    pub(super) fn called(numbers: &[Option<f64>], scale_mm: f64) -> Option<Self> {
+        let number = |at: usize| numbers.get(at).copied().flatten().map(|number| number * scale_mm);
         let (retract, surface, over) = (number(0)?, number(1)?, number(2)?);
         let bottom = number(3).or_else(|| Some(surface - number(4)?))?;
         Some(Self { reference_mm: surface + over, bottom_mm: bottom, before_mm: retract, back: true })

@@ -10,7 +10,7 @@
 //! Comes in: moves in mm, tools by number. Goes out: a [`Program`] in the coordinates of the file. Does not know any controller.
 
 use super::titles::{Named, named};
-use super::{MOST_DIAGNOSTICS, Written};
+use super::{MOST_DIAGNOSTICS, ReadBack};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
@@ -286,7 +286,7 @@ impl Hand {
     }
 
     /// The program. Refused where a tool is used of which nobody says what it is.
-    pub(super) fn finish(mut self, of_files: bool) -> Result<Written, Diagnostic> {
+    pub(super) fn finish(mut self, of_files: bool) -> Result<ReadBack, Diagnostic> {
         self.flush();
         let mut bits = Vec::new();
         for number in &self.used {
@@ -314,7 +314,7 @@ impl Hand {
             accepted: Vec::new(),
         };
         let (side, thickness) = (self.side, self.thickness);
-        Ok(Written { program, side, thickness, of_files, diagnostics: self.diagnostics })
+        Ok(ReadBack { program, side, thickness, of_files, diagnostics: self.diagnostics })
     }
 }
 

@@ -7,7 +7,7 @@
 //!   Excellon ──────────────────────────────────────────────────────── drill_file ┘
 //! ```
 //!
-//! Comes in: the text of a file, and the tools a person says it uses. Goes out: a [`Written`], or what cannot be followed, with its
+//! Comes in: the text of a file, and the tools a person says it uses. Goes out: a [`ReadBack`], or what cannot be followed, with its
 //! line. Does not know templates nor boards: it reads what stands in the file, not what was meant.
 
 mod cycles;
@@ -32,7 +32,7 @@ const MOST_DIAGNOSTICS: usize = 50;
 
 /// A file read back.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Written {
+pub struct ReadBack {
     /// What it does, in its own coordinates: its zero is the program's.
     pub program: Program,
     /// The side that its head says it is for: `top` or `bottom`.
@@ -45,7 +45,7 @@ pub struct Written {
     pub diagnostics: Vec<Diagnostic>,
 }
 
-impl Written {
+impl ReadBack {
     /// Largest file that is read, in bytes.
     pub const LARGEST: usize = 64 << 20;
 }
@@ -62,8 +62,8 @@ enum Kind {
 }
 
 /// Reads `text`; `file` names it in diagnostics, `tools` are those that a person says have these numbers.
-pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<Written, Diagnostic> {
-    if text.len() > Written::LARGEST {
+pub fn read_back(file: &str, text: &str, tools: &BTreeMap<u32, Bit>) -> Result<ReadBack, Diagnostic> {
+    if text.len() > ReadBack::LARGEST {
         return Err(Diagnostic::error("readback.too_large").at(file, 0, 0));
     }
     let Some(kind) = kind(text) else {

@@ -10,7 +10,7 @@ fn tools(rows: &[(u32, &str)]) -> BTreeMap<u32, Bit> {
     rows.iter().map(|(number, title)| (*number, titled(title).unwrap())).collect()
 }
 
-fn read(text: &str, rows: &[(u32, &str)]) -> Written {
+fn read(text: &str, rows: &[(u32, &str)]) -> ReadBack {
     read_back("t.nc", text, &tools(rows))
         .unwrap_or_else(|why| panic!("{}: {:?}", why.message("en"), why.place))
 }

@@ -87,7 +87,7 @@ pub(super) fn planned() -> Asked {
 /// Missing, doubled, shifted, of another size, shallow, slots missing, edges missing, into the board, toolpaths repeated.
 fn counts(programs: &[Program], asked: &Asked) -> [usize; 9] {
     let board = holed();
-    let found = crate::proof::drilled(&[Side { board: &board, programs, pins: 0..0 }], asked);
+    let found = crate::proof::drilled(&[SideRun { board: &board, programs, pins: 0..0 }], asked);
     [
         found.missing.len(),
         found.doubled.len(),

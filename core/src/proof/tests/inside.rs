@@ -52,8 +52,8 @@ fn asked() -> Asked {
 /// Missing, shifted, contours within, tabs, loose.
 fn counts(programs: &[Program], asked: &Asked) -> [usize; 5] {
     let board = framed();
-    let found = crate::proof::drilled(&[Side { board: &board, programs, pins: 0..2 }], asked);
-    let Drilled { missing, shifted, inner_missing, tabs_missing, loose, .. } = found;
+    let found = crate::proof::drilled(&[SideRun { board: &board, programs, pins: 0..2 }], asked);
+    let DrillingProof { missing, shifted, inner_missing, tabs_missing, loose, .. } = found;
     [missing.len(), shifted.len(), inner_missing.len(), tabs_missing.len(), loose.len()]
 }
 

@@ -51,8 +51,8 @@ fn any_way_taken_out_of_a_good_program_is_a_short() {
             let mut rest = toolpaths.clone();
             let gone = rest.remove(missing);
             let findings = found(&board, &[program(mill(0.2), &rest)]);
-            assert_eq!(kinds(&findings), [Kind::Short], "seed {seed} way {missing}: {findings:#?}");
-            let short = only(&findings, Kind::Short);
+            assert_eq!(kinds(&findings), [FindingKind::Short], "seed {seed} way {missing}: {findings:#?}");
+            let short = only(&findings, FindingKind::Short);
             let mut nets = vec![one.clone(), other.clone()];
             nets.sort();
             assert_eq!(short.nets, nets, "seed {seed} way {missing}");
@@ -77,7 +77,7 @@ fn any_way_made_shallow_moved_or_widened_is_found() {
             let mut shallow = toolpaths.clone();
             shallow[index].depth = 0.034;
             let found_shallow = kinds(&found(&board, &[program(mill(0.2), &shallow)]));
-            assert_eq!(found_shallow, [Kind::Short, Kind::Shallow], "seed {seed} way {index}");
+            assert_eq!(found_shallow, [FindingKind::Short, FindingKind::Shallow], "seed {seed} way {index}");
             // Moved by 0.45 it goes through the copper beside it.
             let mut moved = toolpaths.clone();
             let upright = moved[index].points[0].0 == moved[index].points[1].0;
@@ -85,9 +85,9 @@ fn any_way_made_shallow_moved_or_widened_is_found() {
                 *(if upright { x } else { y }) += 0.45;
             }
             let found_moved = kinds(&found(&board, &[program(mill(0.2), &moved)]));
-            assert!(found_moved.contains(&Kind::Lost), "seed {seed} way {index}: {found_moved:?}");
+            assert!(found_moved.contains(&FindingKind::Lost), "seed {seed} way {index}: {found_moved:?}");
         }
         let wide = kinds(&found(&board, &[program(mill(0.9), &toolpaths)]));
-        assert!(wide.contains(&Kind::Lost), "seed {seed}: {wide:?}");
+        assert!(wide.contains(&FindingKind::Lost), "seed {seed}: {wide:?}");
     }
 }

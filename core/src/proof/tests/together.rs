@@ -18,18 +18,18 @@ fn a_job_that_isolates_nothing_is_told_so_once_and_nobody_need_read_it() {
         (vec![drilled(), cut_out.clone()], Some(false)),
         (vec![drilled(), cut_out], None),
     ] {
-        let verdict = prove(&three(), &programs, &Options { isolates, ..Options::default() });
-        let finding = only(&verdict.findings, Kind::NotIsolated);
+        let verdict = prove(&three(), &programs, &ProofOptions { isolates, ..ProofOptions::default() });
+        let finding = only(&verdict.findings, FindingKind::NotIsolated);
         assert_eq!((finding.count, finding.must_be_read()), (3, false));
         assert!(verdict.findings.iter().all(|finding| !finding.must_be_read()), "{:#?}", verdict.findings);
-        assert_eq!(kinds(&verdict.findings), [Kind::NotIsolated]);
+        assert_eq!(kinds(&verdict.findings), [FindingKind::NotIsolated]);
     }
     // A way among the copper is one that is meant to isolate; and a job that isolates is told every short.
     let half = [drilled(), program(mill(0.2), &good()[..1])];
-    let told = prove(&three(), &half, &Options { isolates: None, ..Options::default() }).findings;
-    assert_eq!(kinds(&told), [Kind::Short]);
-    let told = prove(&three(), &[drilled()], &Options::default()).findings;
-    assert_eq!(kinds(&told), [Kind::Short]);
+    let told = prove(&three(), &half, &ProofOptions { isolates: None, ..ProofOptions::default() }).findings;
+    assert_eq!(kinds(&told), [FindingKind::Short]);
+    let told = prove(&three(), &[drilled()], &ProofOptions::default()).findings;
+    assert_eq!(kinds(&told), [FindingKind::Short]);
 }
 
 /// Pads in a row with these gaps between them.
@@ -55,9 +55,9 @@ fn around_all(gaps: &[f64]) -> Program {
 #[test]
 fn gaps_of_one_cause_are_one_group_and_a_lesser_depth_of_the_whole_is_offered() {
     let gaps = [0.13, 0.135, 0.13, 0.125, 0.11, 0.04];
-    let verdict = prove(&row(&gaps), &[around_all(&gaps)], &Options::default());
+    let verdict = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default());
     let [group] = verdict.groups.as_slice() else { panic!("{:#?}", verdict.groups) };
-    assert_eq!((group.kind, group.count, group.pairs.len()), (Kind::Gap, 6, 6));
+    assert_eq!((group.kind, group.count, group.pairs.len()), (FindingKind::Gap, 6, 6));
     let mm = |length: Length| libm::round(length.mm() * 1e3) as i64;
     assert_eq!((mm(group.least), mm(group.most), mm(group.tool.unwrap())), (40, 135, 143));
     let said = group.diagnostic().message("en");
@@ -80,9 +80,9 @@ fn gaps_of_one_cause_are_one_group_and_a_lesser_depth_of_the_whole_is_offered() 
 
 #[test]
 fn nothing_is_offered_where_every_gap_is_open_or_none_opens() {
-    assert_eq!(prove(&three(), &[program(mill(0.2), &good())], &Options::default()).whole, None);
+    assert_eq!(prove(&three(), &[program(mill(0.2), &good())], &ProofOptions::default()).whole, None);
     let gaps = [0.02, 0.03];
-    let whole = prove(&row(&gaps), &[around_all(&gaps)], &Options::default()).whole.unwrap();
+    let whole = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default()).whole.unwrap();
     assert_eq!((whole.shallower, whole.tip, whole.rest), (None, None, 2));
 }
 
@@ -105,10 +105,10 @@ fn a_sliver_must_be_read_only_where_a_net_depends_on_it() {
                 way(&path.flattened(0.001).iter().map(|at| (at.x.mm(), at.y.mm())).collect::<Vec<_>>(), 0.1)
             })
             .collect();
-        let findings = prove(&board, &[program(mill(0.2), &toolpaths)], &Options::default()).findings;
+        let findings = prove(&board, &[program(mill(0.2), &toolpaths)], &ProofOptions::default()).findings;
         let slivers: Vec<bool> = findings
             .iter()
-            .filter(|finding| finding.kind == Kind::Sliver)
+            .filter(|finding| finding.kind == FindingKind::Sliver)
             .map(Finding::must_be_read)
             .collect();
         assert!(!slivers.is_empty(), "{right}: {findings:#?}");
@@ -129,7 +129,7 @@ fn islands_without_a_net_are_called_by_their_pads() {
 #[test]
 fn of_nets_that_touch_no_cut_of_no_width_is_asked() {
     let gaps = [0.13, 0.000_2];
-    let verdict = prove(&row(&gaps), &[around_all(&gaps)], &Options::default());
+    let verdict = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default());
     let [group] = verdict.groups.as_slice() else { panic!("{:#?}", verdict.groups) };
     let told = group.diagnostic();
     assert_eq!((group.count, told.code.as_str()), (2, "proof.group.gap_of_none"));

@@ -3,13 +3,13 @@
 //! Comes in: the machine and the length of a hop. Goes out: a plot and numbers. Changes nothing.
 
 use crate::i18n::{advice, message, say, t};
-use crate::lab::cycle::{self, Shown};
+use crate::lab::cycle::{self, CycleShown};
 use crate::page::open_board;
 use crate::readout::short;
 use crate::screens::lab::fields::{self, Field};
 use crate::widgets::plotted;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::plot::{Axis, Mark, Panel, Plot, Series};
+use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series};
 use leptos::html::{dd, div, dl, dt, h3, p, section};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -49,31 +49,31 @@ pub(super) fn cycle() -> impl IntoView {
     )
 }
 
-fn drawn(shown: &Shown) -> Plot {
-    let time = Axis::new(&say!("page.lab.motion.time"), "ms");
-    let clear = Mark::Level(shown.clear_mm, say!("page.lab.cycle.clear"));
-    let surface = Mark::Level(0.0, say!("page.lab.servo.surface"));
+fn drawn(shown: &CycleShown) -> Plot {
+    let time = PlotAxis::new(&say!("page.lab.motion.time"), "ms");
+    let clear = PlotMark::Level(shown.clear_mm, say!("page.lab.cycle.clear"));
+    let surface = PlotMark::Level(0.0, say!("page.lab.servo.surface"));
     let released = shown
         .cycles
         .iter()
         .skip(1)
-        .map(|cycle| Mark::At(1000.0 * cycle.release_s, say!("page.lab.cycle.released")));
+        .map(|cycle| PlotMark::At(1000.0 * cycle.release_s, say!("page.lab.cycle.released")));
     let starts = shown.cycles.iter().filter_map(|cycle| cycle.spindles.first()).map(|stroke| stroke.start_s);
     let stops =
         shown.last_stop_s.into_iter().flat_map(|last_s| starts.clone().map(move |start_s| start_s + last_s));
-    let stops = stops.map(|stop_s| Mark::At(1000.0 * stop_s, say!("page.lab.cycle.last_stop")));
+    let stops = stops.map(|stop_s| PlotMark::At(1000.0 * stop_s, say!("page.lab.cycle.last_stop")));
     Plot {
         title: String::new(),
         panels: vec![
-            Panel {
+            PlotPanel {
                 x: time.clone(),
-                y: Axis::new(&say!("page.lab.cycle.plane"), "mm/s"),
+                y: PlotAxis::new(&say!("page.lab.cycle.plane"), "mm/s"),
                 series: vec![Series::line("", shown.speed.clone())],
                 marks: released.collect(),
             },
-            Panel {
+            PlotPanel {
                 x: time,
-                y: Axis::new(&say!("page.lab.cycle.tip"), "mm"),
+                y: PlotAxis::new(&say!("page.lab.cycle.tip"), "mm"),
                 series: vec![Series::line("", shown.height.clone())],
                 marks: [clear, surface].into_iter().chain(stops).collect(),
             },
@@ -90,10 +90,10 @@ fn per_minute(seconds: f64, spindles: u32) -> String {
     say!("page.lab.cycle.rate_all", one = short(one), all = short(f64::from(spindles) * one))
 }
 
-fn numbers(shown: Shown) -> impl IntoView {
+fn numbers(shown: CycleShown) -> impl IntoView {
     let fact = |name: fn() -> String, value: String| (dt().child(name), dd().child(value));
     let ms = |seconds: f64| format!("{} ms", short(1000.0 * seconds));
-    let Shown { together_s, apart_s, last_stop_s, spindles, .. } = shown;
+    let CycleShown { together_s, apart_s, last_stop_s, spindles, .. } = shown;
     let together = together_s.map(|together_s| {
         (
             fact(|| say!("page.lab.cycle.together"), ms(together_s)),

@@ -9,25 +9,25 @@ mod table;
 mod takts;
 
 use crate::i18n::{say, t};
-use crate::lab::panel::Part;
+use crate::lab::panel::PanelPart;
 use crate::model::LabEvent;
 use crate::page::{open_lab, send};
 use crate::widgets::choice;
 use leptos::html::div;
 use leptos::prelude::*;
 
-fn name_of(part: Part) -> String {
+fn name_of(part: PanelPart) -> String {
     match part {
-        Part::Dynamics => say!("page.lab.motion.dynamics"),
-        Part::Profiles => say!("page.lab.motion.profiles"),
-        Part::Cycle => say!("page.lab.motion.cycle"),
+        PanelPart::Dynamics => say!("page.lab.motion.dynamics"),
+        PanelPart::Profiles => say!("page.lab.motion.profiles"),
+        PanelPart::Cycle => say!("page.lab.motion.cycle"),
     }
 }
 
 /// The sheet.
 pub(super) fn motion() -> impl IntoView {
     let part = open_lab().part;
-    let choices = Part::ALL.map(|this| {
+    let choices = PanelPart::ALL.map(|this| {
         choice(
             move || part.get() == this,
             move || name_of(this),
@@ -44,9 +44,9 @@ pub(super) fn motion() -> impl IntoView {
                 .child(Vec::from(choices)),
         ),
         move || match part.get() {
-            Part::Dynamics => dynamics::dynamics().into_any(),
-            Part::Profiles => profiles::profiles().into_any(),
-            Part::Cycle => cycle::cycle().into_any(),
+            PanelPart::Dynamics => dynamics::dynamics().into_any(),
+            PanelPart::Profiles => profiles::profiles().into_any(),
+            PanelPart::Cycle => cycle::cycle().into_any(),
         },
     ))
 }

@@ -18,8 +18,8 @@ use crate::widgets::{choice, plotted};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::axis_name;
 use annulus_core::motion::profile::bounds::least_duration_s;
-use annulus_core::motion::profile::{Case, Choice, Limits, Profile, Shape, choose, plan};
-use annulus_core::plot::{Axis, Panel, Plot, Series};
+use annulus_core::motion::profile::{Case, Choice, Limits, MotionLaw, Profile, choose, plan};
+use annulus_core::plot::{Plot, PlotAxis, PlotPanel, Series};
 use leptos::html::{caption, dd, div, dl, dt, h3, p, section, span, table, tbody, td, th, thead, tr};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -85,8 +85,11 @@ fn compared(typed: Typed) -> Result<Compared, Option<Diagnostic>> {
         jerk_mm_per_s3: number(typed.jerk)?,
     };
     let planned = |shape| plan(shape, length_mm, limits).map_err(Some);
-    let profiles =
-        [planned(Shape::Linear)?, planned(Shape::SCurve)?, planned(Shape::Power(number(typed.order)?))?];
+    let profiles = [
+        planned(MotionLaw::Linear)?,
+        planned(MotionLaw::SCurve)?,
+        planned(MotionLaw::Power(number(typed.order)?))?,
+    ];
     let choice = choose(length_mm, limits).map_err(Some)?;
     let least_s = least_duration_s(length_mm, limits, None).map_err(Some)?;
     Ok(Compared { length_mm, limits, profiles, choice, least_s })
@@ -160,14 +163,19 @@ fn axes() -> impl IntoView {
 }
 
 fn drawn(compared: &Compared) -> Plot {
-    let time = Axis::new(&say!("page.lab.motion.time"), "ms");
+    let time = PlotAxis::new(&say!("page.lab.motion.time"), "ms");
     let panel = |label: String, unit: &str, value: fn(&Profile, f64) -> f64, jumps: bool| {
         let series = compared.profiles.iter().enumerate().map(|(law, profile)| {
             // The linear law's jerk is not a number: its acceleration jumps.
-            let known = !(jumps && profile.shape == Shape::Linear);
+            let known = !(jumps && profile.shape == MotionLaw::Linear);
             Series::line(&law_name(law), if known { curve(profile, value) } else { Vec::new() })
         });
-        Panel { x: time.clone(), y: Axis::new(&label, unit), series: series.collect(), marks: Vec::new() }
+        PlotPanel {
+            x: time.clone(),
+            y: PlotAxis::new(&label, unit),
+            series: series.collect(),
+            marks: Vec::new(),
+        }
     };
     Plot {
         title: String::new(),
@@ -217,7 +225,7 @@ fn numbers(compared: Compared) -> impl IntoView {
 /// The automatic choice and what it was decided on.
 fn chosen(compared: Compared) -> impl IntoView {
     let Compared { choice, length_mm, least_s, .. } = compared;
-    let law = usize::from(choice.choice != Shape::Linear);
+    let law = usize::from(choice.choice != MotionLaw::Linear);
     let why = move || {
         let (length, from_t, from_s) =
             (short(length_mm), short(choice.linear_from_mm), short(choice.s_curve_from_mm));

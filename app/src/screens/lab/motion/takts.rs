@@ -9,7 +9,7 @@ use crate::page::open_board;
 use crate::readout::short;
 use crate::screens::lab::fields;
 use crate::widgets::{Icon, icon, plotted};
-use annulus_core::plot::{Axis, Look, Mark, Panel, Plot, Series};
+use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series, SeriesLook};
 use leptos::html::{code, div, h3, p, section, span};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -57,38 +57,40 @@ fn warning(shown: Shown) -> Option<impl IntoView> {
 fn drawn(moved: &[Numbered], interrupt_hz: f64) -> Plot {
     let machine = open_board().machine.get();
     let rates = motion::rates(moved, interrupt_hz);
-    let time = Axis::new(&say!("page.lab.motion.time"), "s");
+    let time = PlotAxis::new(&say!("page.lab.motion.time"), "s");
     let speeds = axes().into_iter().enumerate().map(|(axis, name)| {
         let per_mm = machine.axis(axis).scale.steps_per_mm();
         let points = rates.iter().map(|[at, rate]| [*at, rate / per_mm]).collect();
-        Series::line(&name, points).looking(Look::Stairs)
+        Series::line(&name, points).looking(SeriesLook::Stairs)
     });
     let most_hz = f64::from(machine.max_step_hz);
-    let lost = Mark::Level(most_hz, say!("page.lab.motion.lost_line", most = short(most_hz)));
+    let lost = PlotMark::Level(most_hz, say!("page.lab.motion.lost_line", most = short(most_hz)));
     let top = rates.iter().map(|point| point[1]).fold(most_hz, f64::max) * 1.08;
     let near = most_hz < 4.0 * rates.iter().map(|point| point[1]).fold(1.0, f64::max);
     Plot {
         title: String::new(),
         panels: vec![
-            Panel {
+            PlotPanel {
                 x: time.clone(),
-                y: Axis {
+                y: PlotAxis {
                     range: near.then_some([0.0, top]),
-                    ..Axis::new(&say!("page.lab.motion.takt_rate"), &say!("page.lab.motion.takts_per_s"))
+                    ..PlotAxis::new(&say!("page.lab.motion.takt_rate"), &say!("page.lab.motion.takts_per_s"))
                 },
-                series: vec![Series::line("", rates.clone()).looking(Look::Stairs)],
+                series: vec![Series::line("", rates.clone()).looking(SeriesLook::Stairs)],
                 marks: if near { vec![lost] } else { Vec::new() },
             },
-            Panel {
+            PlotPanel {
                 x: time.clone(),
-                y: Axis::new(&say!("page.lab.motion.axis_speed"), "mm/s"),
+                y: PlotAxis::new(&say!("page.lab.motion.axis_speed"), "mm/s"),
                 series: speeds.collect(),
                 marks: Vec::new(),
             },
-            Panel {
+            PlotPanel {
                 x: time,
-                y: Axis::new(&say!("page.lab.motion.state"), ""),
-                series: vec![Series::line("", motion::states(moved, interrupt_hz)).looking(Look::Stairs)],
+                y: PlotAxis::new(&say!("page.lab.motion.state"), ""),
+                series: vec![
+                    Series::line("", motion::states(moved, interrupt_hz)).looking(SeriesLook::Stairs),
+                ],
                 marks: Vec::new(),
             },
         ],

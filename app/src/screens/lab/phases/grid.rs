@@ -8,7 +8,7 @@
 
 use super::Table;
 use crate::i18n::{say, t};
-use crate::lab::phases::{Block, Cell, Edit, LINES, Line, copied, is_on, whole};
+use crate::lab::phases::{Cell, CellBlock, LINES, PhaseLine, TableEdit, copied, is_on, whole};
 use crate::model::LabEvent;
 use crate::page::send;
 use leptos::ev::{self, KeyboardEvent, MouseEvent};
@@ -57,7 +57,7 @@ fn heads(table: Table, count: usize) -> impl IntoView {
     ))
 }
 
-fn row(table: Table, index: usize, line: Line, count: usize) -> impl IntoView {
+fn row(table: Table, index: usize, line: PhaseLine, count: usize) -> impl IntoView {
     let cells = (0..count).map(|column| cell(table, line, Cell { line: index, column }).into_any());
     div().attr("role", "row").class(if line.volts > 5 { "phase-row boost" } else { "phase-row" }).child((
         div().attr("role", "rowheader").class("phase-name").child((
@@ -68,7 +68,7 @@ fn row(table: Table, index: usize, line: Line, count: usize) -> impl IntoView {
     ))
 }
 
-fn cell(table: Table, line: Line, at: Cell) -> impl IntoView {
+fn cell(table: Table, line: PhaseLine, at: Cell) -> impl IntoView {
     let on = Memo::new(move |_| table.columns.with(|columns| is_on(columns, at)));
     let block = table.lab.block;
     let chosen = Memo::new(move |_| block.with(|block| block.holds(at)));
@@ -98,10 +98,10 @@ fn cell(table: Table, line: Line, at: Cell) -> impl IntoView {
 fn clicked(table: Table, at: Cell, event: &MouseEvent) {
     if event.shift_key() {
         let block = table.lab.block.get_untracked();
-        send(LabEvent::Choose { block: Block { cursor: at, ..block } });
+        send(LabEvent::Choose { block: CellBlock { cursor: at, ..block } });
     } else {
-        send(LabEvent::Choose { block: Block::at(at) });
-        table.edit(&Edit::Toggle(Block::at(at)));
+        send(LabEvent::Choose { block: CellBlock::at(at) });
+        table.edit(&TableEdit::Toggle(CellBlock::at(at)));
     }
     focus(at);
 }
@@ -138,17 +138,17 @@ fn pressed(table: Table, event: &KeyboardEvent) {
         return focus(moved.cursor);
     }
     match (key.as_str(), ctrl) {
-        (" ", false) => table.edit(&Edit::Toggle(block)),
+        (" ", false) => table.edit(&TableEdit::Toggle(block)),
         ("c", true) => {
             send(LabEvent::Copy { clip: table.columns.with_untracked(|columns| copied(columns, block)) });
         }
         ("v", true) => {
             if let Some(clip) = lab.clip.get_untracked() {
                 let ((line, _), (column, _)) = (block.lines(), block.columns(count));
-                table.edit(&Edit::Paste(Cell { line, column }, clip));
+                table.edit(&TableEdit::Paste { at: Cell { line, column }, clip });
             }
         }
-        ("delete", false) => table.edit(&Edit::Clear(block)),
+        ("delete", false) => table.edit(&TableEdit::Clear(block)),
         _ => return,
     }
     event.prevent_default();

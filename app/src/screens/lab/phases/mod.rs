@@ -18,7 +18,7 @@ mod waves;
 
 use super::apply;
 use crate::i18n::t;
-use crate::lab::phases::Edit;
+use crate::lab::phases::TableEdit;
 use crate::page::open_board;
 use crate::page::{Lab, open_lab};
 use annulus_core::diagnostic::Severity;
@@ -38,7 +38,7 @@ pub(super) struct Table {
 }
 
 impl Table {
-    fn edit(self, edit: &Edit) {
+    fn edit(self, edit: &TableEdit) {
         let motor = self.lab.motor.get_untracked();
         let columns = self.columns.get_untracked();
         self.lab.change(None, |bench| bench.with_table(motor, &columns, edit));

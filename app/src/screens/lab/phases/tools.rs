@@ -5,7 +5,7 @@
 use super::Table;
 use crate::i18n::{self, key, say, t};
 use crate::lab::edits::MOTORS;
-use crate::lab::phases::{Block, Edit, MOST_COLUMNS, whole};
+use crate::lab::phases::{CellBlock, MOST_COLUMNS, TableEdit, whole};
 use crate::model::LabEvent;
 use crate::page::send;
 use crate::widgets::{choice, menu_word, push_if};
@@ -24,23 +24,23 @@ pub(super) fn tools(table: Table) -> impl IntoView {
         presets(table),
         div().class("row").child((
             push_if("button", free, t!("page.lab.phases.rotate_left"), move |_| {
-                table.edit(&Edit::Rotate(-1));
+                table.edit(&TableEdit::Rotate { by: -1 });
             }),
             push_if("button", free, t!("page.lab.phases.rotate_right"), move |_| {
-                table.edit(&Edit::Rotate(1));
+                table.edit(&TableEdit::Rotate { by: 1 });
             }),
             push_if("button", free, t!("page.lab.phases.invert"), move |_| {
-                table.edit(&Edit::Invert(chosen(table)));
+                table.edit(&TableEdit::Invert(chosen(table)));
             }),
             push_if("button", free, t!("page.lab.phases.mirror"), move |_| {
-                table.edit(&Edit::Mirror(chosen(table)));
+                table.edit(&TableEdit::Mirror(chosen(table)));
             }),
         )),
         p().class("quiet grow").attr("id", "phase-keys").child(t!("page.lab.phases.keys")),
     ))
 }
 
-fn chosen(table: Table) -> Block {
+fn chosen(table: Table) -> CellBlock {
     let block = table.lab.block.get_untracked();
     if block.single() { whole(table.columns.with_untracked(Vec::len)) } else { block }
 }
@@ -68,7 +68,7 @@ fn motors(table: Table) -> impl IntoView {
 fn cycle(table: Table) -> impl IntoView {
     let typed = move |event| {
         if let Ok(count @ 1..=MOST_COLUMNS) = event_target_value(&event).parse::<usize>() {
-            table.edit(&Edit::Length(count));
+            table.edit(&TableEdit::Length { columns: count });
         }
     };
     label().class("field").child((
@@ -102,7 +102,7 @@ fn name_of(columns: &[u8]) -> &'static str {
 fn presets(table: Table) -> impl IntoView {
     let take = move |event| {
         if let Some(made) = phases::preset(&event_target_value(&event)) {
-            table.edit(&Edit::Replace(made.columns));
+            table.edit(&TableEdit::Replace(made.columns));
         }
     };
     let now = Memo::new(move |_| table.columns.with(|columns| name_of(columns)));

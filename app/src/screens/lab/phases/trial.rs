@@ -4,7 +4,7 @@
 
 use super::Table;
 use crate::i18n::{say, t};
-use crate::lab::trial::{self, Outcome};
+use crate::lab::trial::{self, TrialOutcome};
 use crate::page::open_board;
 use crate::widgets::push;
 use annulus_core::machine::PhaseTable;
@@ -21,8 +21,8 @@ fn cause_words(cause: Cause) -> String {
     }
 }
 
-fn in_words(outcome: Outcome) -> String {
-    let Outcome { interrupt_hz, sent, lost, first, off } = outcome;
+fn in_words(outcome: TrialOutcome) -> String {
+    let TrialOutcome { interrupt_hz, sent, lost, first, off } = outcome;
     match first {
         None => say!("page.lab.trial.clean", sent = sent, hz = interrupt_hz),
         Some((takt, cause)) => {
@@ -41,7 +41,7 @@ fn in_words(outcome: Outcome) -> String {
 
 /// The button and the answer; the answer is about the bench it was given for.
 pub(super) fn trial(table: Table) -> impl IntoView {
-    let outcome = RwSignal::new(None::<Outcome>);
+    let outcome = RwSignal::new(None::<TrialOutcome>);
     Effect::new(move |_| {
         table.columns.track();
         table.lab.motor.track();

@@ -3,7 +3,7 @@
 //! Comes in: columns. Goes out: a drawing. The grid above says the same to those who do not see it.
 
 use super::Table;
-use crate::lab::phases::{LINES, Line, stretches};
+use crate::lab::phases::{LINES, PhaseLine, stretches};
 use leptos::html::{div, span};
 use leptos::prelude::*;
 use leptos::svg::{path, svg};
@@ -25,7 +25,7 @@ pub(super) fn waves(table: Table) -> impl IntoView {
 }
 
 /// Low at 9, high at 1, one column a unit wide.
-fn drawn(columns: &[u8], line: Line) -> String {
+fn drawn(columns: &[u8], line: PhaseLine) -> String {
     let high = stretches(columns, line);
     let mut drawn = "M0 9".to_owned();
     for (from, to) in high {

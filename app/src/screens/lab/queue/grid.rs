@@ -8,13 +8,13 @@
 
 use super::Work;
 use crate::i18n::{self, advice, message, say, t};
-use crate::lab::queue::{Edit, Line, levels};
+use crate::lab::queue::{QueueEdit, QueueLine, levels};
 use crate::model::LabEvent;
 use crate::page::send;
 use crate::readout::short;
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::queue::{Kind, RowState, WORDS, Word};
+use annulus_core::queue::{ArgumentKind, RowState, WORDS, Word};
 use leptos::ev::{self, KeyboardEvent};
 use leptos::html::{button, div, input, select, small, span};
 use leptos::prelude::*;
@@ -50,7 +50,7 @@ fn heads() -> impl IntoView {
 }
 
 /// The line at `at`, or an empty one for the moment in which it is gone.
-fn line(work: Work, at: usize) -> Line {
+fn line(work: Work, at: usize) -> QueueLine {
     work.lines.with(|lines| lines.get(at).cloned().unwrap_or_default())
 }
 
@@ -97,7 +97,7 @@ fn breakpoint(work: Work, at: usize) -> impl IntoView {
         .class("breakpoint")
         .attr("aria-pressed", move || if on() { "true" } else { "false" })
         .attr("aria-label", move || say!("page.lab.queue.breakpoint_at", row = at + 1))
-        .on(ev::click, move |_| work.edit(None, &Edit::Break(at)))
+        .on(ev::click, move |_| work.edit(None, &QueueEdit::Break { at }))
         .child(span())
 }
 
@@ -105,10 +105,10 @@ fn breakpoint(work: Work, at: usize) -> impl IntoView {
 fn beginning(word: &Word) -> String {
     let each =
         word.arguments.iter().filter(|argument| !argument.optional).map(|argument| match argument.kind {
-            Kind::Whole(low, _) => low.max(0).to_string(),
-            Kind::Mm(..) => "0".to_owned(),
-            Kind::Choice(words) => words.first().copied().unwrap_or_default().to_owned(),
-            Kind::Name => "a".to_owned(),
+            ArgumentKind::Whole(low, _) => low.max(0).to_string(),
+            ArgumentKind::Mm(..) => "0".to_owned(),
+            ArgumentKind::Choice(words) => words.first().copied().unwrap_or_default().to_owned(),
+            ArgumentKind::Name => "a".to_owned(),
         });
     each.collect::<Vec<_>>().join(" ")
 }
@@ -127,7 +127,7 @@ fn words(work: Work, at: usize) -> impl IntoView {
     let choose = move |event| {
         let name = event_target_value(&event);
         let arguments = Word::find(&name).map(beginning).unwrap_or_default();
-        work.edit(None, &Edit::Word { at, word: name, arguments });
+        work.edit(None, &QueueEdit::Word { at, word: name, arguments });
     };
     select()
         .attr("tabindex", move || in_row(work, at))
@@ -143,7 +143,7 @@ fn hint(word: &str) -> String {
     let arguments = Word::find(word).map_or(&[][..], |word| word.arguments);
     let each = arguments.iter().map(|argument| {
         let words = match argument.kind {
-            Kind::Choice(words) => words.join("|"),
+            ArgumentKind::Choice(words) => words.join("|"),
             _ => argument.unit.to_owned(),
         };
         let text =
@@ -165,7 +165,7 @@ fn arguments(work: Work, at: usize, wrong: Memo<Option<Diagnostic>>) -> impl Int
             .prop("value", move || line(work, at).arguments)
             .on(ev::input, move |event| {
                 let field = format!("queue.arguments.{at}");
-                work.edit(Some(&field), &Edit::Arguments { at, text: event_target_value(&event) });
+                work.edit(Some(&field), &QueueEdit::Arguments { at, text: event_target_value(&event) });
             })
             .on(ev::change, move |_| send(LabEvent::Rest)),
         small().class("quiet").attr("aria-hidden", "true").child(takes),
@@ -181,7 +181,7 @@ fn note(work: Work, at: usize) -> impl IntoView {
         .prop("value", move || line(work, at).note)
         .on(ev::input, move |event| {
             let field = format!("queue.note.{at}");
-            work.edit(Some(&field), &Edit::Note { at, text: event_target_value(&event) });
+            work.edit(Some(&field), &QueueEdit::Note { at, text: event_target_value(&event) });
         })
         .on(ev::change, move |_| send(LabEvent::Rest))
 }
@@ -225,11 +225,11 @@ fn pressed(work: Work, event: &KeyboardEvent) {
     let ctrl = event.ctrl_key() || event.meta_key();
     let key = event.key().to_ascii_lowercase();
     let edit = match (key.as_str(), event.alt_key(), ctrl) {
-        ("arrowup", true, _) => Some(Edit::Move { at, down: false }),
-        ("arrowdown", true, _) => Some(Edit::Move { at, down: true }),
-        ("d", false, true) => Some(Edit::Double(at)),
-        ("insert", false, false) => Some(Edit::Insert(at)),
-        ("delete", false, false) if on_row => Some(Edit::Delete(at)),
+        ("arrowup", true, _) => Some(QueueEdit::Move { at, down: false }),
+        ("arrowdown", true, _) => Some(QueueEdit::Move { at, down: true }),
+        ("d", false, true) => Some(QueueEdit::Double { at }),
+        ("insert", false, false) => Some(QueueEdit::Insert { at }),
+        ("delete", false, false) if on_row => Some(QueueEdit::Delete { at }),
         _ => None,
     };
     if let Some(edit) = edit {

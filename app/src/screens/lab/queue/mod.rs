@@ -15,15 +15,15 @@ mod verdict;
 
 use crate::i18n::{key, t};
 use crate::keys::QueueKey;
-use crate::lab::Panel;
-use crate::lab::queue::{Edit, Line, to_text};
+use crate::lab::LabPanel;
+use crate::lab::queue::{QueueEdit, QueueLine, to_text};
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
 use crate::page::{Lab, open_lab};
 use crate::page::{link, send};
 use crate::said::Text;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::queue::{Checked, Mode, Queue, RowResult};
+use annulus_core::queue::{CheckedQueue, Mode, Queue, RowResult};
 use annulus_core::wire::{Ask, QueuePhase};
 use leptos::html::{div, p};
 use leptos::prelude::*;
@@ -33,15 +33,15 @@ use leptos::prelude::*;
 pub(super) struct Work {
     lab: Lab,
     /// Its lines as typed.
-    lines: Memo<Vec<Line>>,
+    lines: Memo<Vec<QueueLine>>,
     /// The same as rows that may be run, or what is wrong with them, line by line.
     read: Memo<Result<Queue, Vec<Diagnostic>>>,
     /// What it will do, or the first row that may not be.
-    checked: Memo<Option<Result<Checked, Diagnostic>>>,
+    checked: Memo<Option<Result<CheckedQueue, Diagnostic>>>,
 }
 
 impl Work {
-    fn edit(self, field: Option<&str>, edit: &Edit) {
+    fn edit(self, field: Option<&str>, edit: &QueueEdit) {
         let mut at = self.lab.row.get_untracked();
         self.lab.change(field, |bench| {
             let (next, to) = bench.with_queue(edit);
@@ -143,12 +143,12 @@ pub(super) fn queue() -> impl IntoView {
 /// What a key asks of the queue; elsewhere in the Lab it means nothing.
 pub(crate) fn key(pressed: QueueKey) {
     let lab = open_lab();
-    if lab.sheet.get_untracked() != Panel::Queue {
+    if lab.sheet.get_untracked() != LabPanel::Queue {
         return;
     }
     let work = work();
     match pressed {
-        QueueKey::Break => work.edit(None, &Edit::Break(work.lab.row.get_untracked())),
+        QueueKey::Break => work.edit(None, &QueueEdit::Break { at: work.lab.row.get_untracked() }),
         // No key moves a machine: there the buttons do.
         QueueKey::Step | QueueKey::Run if lab.on_machine.get_untracked() => {
             send(LabEvent::Say { text: Text::of(key!("page.lab.queue.no_key")) });

@@ -4,7 +4,7 @@
 
 use super::Work;
 use crate::i18n::t;
-use crate::lab::queue::{Edit, to_text};
+use crate::lab::queue::{QueueEdit, to_text};
 use crate::model::LabEvent;
 use crate::page::send;
 use leptos::ev;
@@ -30,7 +30,7 @@ pub(super) fn text(work: Work) -> impl IntoView {
             .on(ev::input, move |event| {
                 let text = event_target_value(&event);
                 typing.set(Some(text.clone()));
-                work.edit(Some("queue.text"), &Edit::Text(text));
+                work.edit(Some("queue.text"), &QueueEdit::Text(text));
             })
             .on(ev::blur, move |_| {
                 typing.set(None);

@@ -4,7 +4,7 @@
 
 use super::{Work, grid};
 use crate::i18n::{say, t};
-use crate::lab::queue::{Edit, to_text};
+use crate::lab::queue::{QueueEdit, to_text};
 use crate::model::LabEvent;
 use crate::page::{link, send};
 use crate::widgets::{choice, push_if, save_file};
@@ -22,7 +22,7 @@ pub(super) fn tools(work: Work) -> impl IntoView {
     let as_text = work.lab.as_text;
     let free = move || !work.lab.locked.get();
     let any = move || work.lines.with(|lines| !lines.is_empty());
-    let edit = move |made: fn(usize) -> Edit| {
+    let edit = move |made: fn(usize) -> QueueEdit| {
         work.edit(None, &made(work.lab.row.get_untracked()));
         grid::focus(work.lab.row.get_untracked());
     };
@@ -50,17 +50,21 @@ pub(super) fn tools(work: Work) -> impl IntoView {
                 move || free() && !as_text.get(),
                 t!("page.lab.queue.insert"),
                 move |_| {
-                    edit(Edit::Insert);
+                    edit(|at| QueueEdit::Insert { at });
                 },
             ),
-            push_if("button", on_rows, t!("page.lab.queue.double"), move |_| edit(Edit::Double)),
+            push_if("button", on_rows, t!("page.lab.queue.double"), move |_| {
+                edit(|at| QueueEdit::Double { at });
+            }),
             push_if("button", on_rows, t!("page.lab.queue.up"), move |_| {
-                edit(|at| Edit::Move { at, down: false });
+                edit(|at| QueueEdit::Move { at, down: false });
             }),
             push_if("button", on_rows, t!("page.lab.queue.down"), move |_| {
-                edit(|at| Edit::Move { at, down: true });
+                edit(|at| QueueEdit::Move { at, down: true });
             }),
-            push_if("button", on_rows, t!("page.lab.queue.delete"), move |_| edit(Edit::Delete)),
+            push_if("button", on_rows, t!("page.lab.queue.delete"), move |_| {
+                edit(|at| QueueEdit::Delete { at });
+            }),
         )),
         span().class("grow"),
         div().class("row").child((
@@ -69,7 +73,7 @@ pub(super) fn tools(work: Work) -> impl IntoView {
                 move || free() && !any(),
                 t!("page.lab.queue.example"),
                 move |_| {
-                    work.edit(None, &Edit::Text(EXAMPLE.to_owned()));
+                    work.edit(None, &QueueEdit::Text(EXAMPLE.to_owned()));
                 },
             ),
             push_if("button", any, t!("page.lab.queue.save"), move |_| {

@@ -3,8 +3,8 @@
 mod near;
 
 use super::*;
-use crate::artwork::{self, Form, Overrides, Shape};
-use crate::board::{Board, Face, Wanted, from_artwork_with};
+use crate::artwork::{self, Form, ObjectShape, Overrides};
+use crate::board::{Board, BoardWanted, Face, from_artwork_with};
 use crate::chance::Chance;
 use crate::geometry::{Bounds, Placement, area_mm2, contains};
 use std::sync::Arc;
@@ -30,15 +30,15 @@ fn all(drawing: &Drawing, word: &str) -> Vec<Id> {
 fn small() -> Drawing {
     let mut drawing = Drawing::named("small");
     for x in [5.0, 15.0] {
-        let at = End::At(mm(x, 5.0));
+        let at = TrackEnd::At(mm(x, 5.0));
         let edit = pad(&drawing, at, (PadShape::Octagon, um(2_000)), Some(um(800)), Layer::Both);
         drawing.apply(&edit).unwrap();
     }
-    let ends = (End::At(mm(5.0, 5.0)), End::At(mm(15.0, 5.0)));
+    let ends = (TrackEnd::At(mm(5.0, 5.0)), TrackEnd::At(mm(15.0, 5.0)));
     drawing.apply(&track(&drawing, ends, um(500), Layer::Top).0).unwrap();
     let corners = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0), (0.0, 0.0)];
     for pair in corners.windows(2) {
-        let ends = (End::At(mm(pair[0].0, pair[0].1)), End::At(mm(pair[1].0, pair[1].1)));
+        let ends = (TrackEnd::At(mm(pair[0].0, pair[0].1)), TrackEnd::At(mm(pair[1].0, pair[1].1)));
         drawing.apply(&track(&drawing, ends, um(100), Layer::Edge).0).unwrap();
     }
     drawing
@@ -48,7 +48,7 @@ fn small() -> Drawing {
 fn board_of(drawing: &Drawing) -> (Board, Vec<crate::diagnostic::Diagnostic>) {
     let (mut artwork, mut used) = (artwork::Artwork::default(), Vec::new());
     let mut diagnostics = lay_over(drawing, &mut artwork, &mut used);
-    let (board, more) = from_artwork_with(&artwork, &used, Wanted { copper: true, aligned: false });
+    let (board, more) = from_artwork_with(&artwork, &used, BoardWanted { copper: true, aligned: false });
     diagnostics.extend(more);
     (board, diagnostics)
 }
@@ -64,9 +64,9 @@ fn some_edit(drawing: &Drawing, chance: &mut Chance) -> Edit {
     let layer = Layer::ALL[chance.below(4)];
     match chance.below(16) {
         0 => node(drawing, place(chance)),
-        1 | 2 => track(drawing, (End::At(place(chance)), End::At(place(chance))), um(300), layer).0,
-        3 => pad(drawing, End::At(place(chance)), (shape, um(1_500)), Some(um(700)), layer),
-        4 => hole(drawing, End::At(place(chance)), um(900), chance.below(2) == 0),
+        1 | 2 => track(drawing, (TrackEnd::At(place(chance)), TrackEnd::At(place(chance))), um(300), layer).0,
+        3 => pad(drawing, TrackEnd::At(place(chance)), (shape, um(1_500)), Some(um(700)), layer),
+        4 => hole(drawing, TrackEnd::At(place(chance)), um(900), chance.below(2) == 0),
         5 => moved(drawing, &some(chance), place(chance)),
         6 => turned(drawing, &some(chance), chance.below(360) as i32 * 1_000, chance.below(2) == 0),
         7 => removed(drawing, &some(chance)),
@@ -224,11 +224,11 @@ fn what_is_written_is_read_back_to_the_nanometre() {
     ] {
         let mut drawing = Drawing::named("odd");
         let size = odd(1_234_568);
-        drawing.apply(&pad(&drawing, End::At(at), (shape, size), Some(odd(800_001)), layer)).unwrap();
+        drawing.apply(&pad(&drawing, TrackEnd::At(at), (shape, size), Some(odd(800_001)), layer)).unwrap();
         let id = all(&drawing, "pad")[0];
         let Some(Thing::Pad { node, .. }) = drawing.thing(id).cloned() else { panic!() };
         drawing.apply(&put(&drawing, id, Thing::Pad { node, shape, size, turn_mdeg, layer })).unwrap();
-        let ends = (End::At(at), End::At(Point::new(odd(1), odd(3))));
+        let ends = (TrackEnd::At(at), TrackEnd::At(Point::new(odd(1), odd(3))));
         let line = if layer == Layer::Both { Layer::Top } else { layer };
         drawing.apply(&track(&drawing, ends, odd(300_003), line).0).unwrap();
         let texts: Vec<_> =
@@ -241,9 +241,12 @@ fn what_is_written_is_read_back_to_the_nanometre() {
         assert_eq!(layers.len(), if layer == Layer::Both { 2 } else { 1 });
         let body = Body::of(&drawing, drawing.get(id).unwrap()).unwrap();
         for gerber in layers {
-            let flash =
-                gerber.objects.iter().find(|object| matches!(object.shape, Shape::Flash { .. })).unwrap();
-            assert_eq!(flash.shape, Shape::Flash { at });
+            let flash = gerber
+                .objects
+                .iter()
+                .find(|object| matches!(object.shape, ObjectShape::Flash { .. }))
+                .unwrap();
+            assert_eq!(flash.shape, ObjectShape::Flash { at });
             match &gerber.aperture(flash).unwrap().form {
                 Form::Circle { diameter } => assert_eq!((shape, *diameter), (PadShape::Circle, size)),
                 Form::Rectangle { width, height } => assert_eq!((*width, *height), (size, size)),
@@ -301,11 +304,11 @@ fn imported_layers_are_taken_out_moved_and_added_to() {
         let id = drawing.next_id();
         drawing.apply(&Edit::one(id, Some(Entry { thing, group: None }))).unwrap();
     }
-    let ends = (End::At(mm(5.0, 1.0)), End::At(mm(5.0, 7.0)));
+    let ends = (TrackEnd::At(mm(5.0, 1.0)), TrackEnd::At(mm(5.0, 7.0)));
     drawing.apply(&track(&drawing, ends, um(600), Layer::Top).0).unwrap();
     let (mut changed, mut used) = (given(), vec![1]);
     assert_eq!(lay_over(&drawing, &mut changed, &mut used), []);
-    let (board, _) = from_artwork_with(&changed, &used, Wanted { copper: true, aligned: false });
+    let (board, _) = from_artwork_with(&changed, &used, BoardWanted { copper: true, aligned: false });
     let places: Vec<_> = board.holes.iter().map(|hole| hole.at).collect();
     assert_eq!(places, [mm(1.0, 1.0), mm(5.0, 5.0)]);
     let copper = &board.copper[0].region;
@@ -374,7 +377,7 @@ fn the_example_of_the_manual_makes_a_board() {
     assert_eq!((board.holes.len(), board.copper.len(), board.copper[0].face), (15, 1, Face::Bottom));
     assert_eq!(board.copper[0].region.islands.len(), 15 - 7, "islands");
     assert_eq!(board.outline.bounds().unwrap().max, mm(43.18, 25.4));
-    let figures = Figures::new(history.now(), &Finder::new(history.now(), Arc::default()));
+    let figures = DrawingFigures::new(history.now(), &Finder::new(history.now(), Arc::default()));
     let smallest = figures.smallest();
     assert_eq!(smallest.ring.unwrap().0, um(550));
     assert!(smallest.gap.unwrap().0 > um(300), "{smallest:?}");

@@ -36,10 +36,10 @@ fn the_pointer_finds_snaps_and_boxes() {
 fn the_smallest_figures_follow_every_edit() {
     let mut drawing = small();
     let first = mm(5.0, 5.0);
-    let ends = (End::At(mm(0.0, 3.0)), End::At(mm(20.0, 3.0)));
+    let ends = (TrackEnd::At(mm(0.0, 3.0)), TrackEnd::At(mm(20.0, 3.0)));
     drawing.apply(&track(&drawing, ends, um(400), Layer::Top).0).unwrap();
     let mut finder = Finder::new(&drawing, Arc::default());
-    let mut figures = Figures::new(&drawing, &finder);
+    let mut figures = DrawingFigures::new(&drawing, &finder);
     let smallest = figures.smallest();
     let size = |of: Option<(Length, Id)>| of.unwrap().0;
     assert_eq!(smallest.gap.unwrap().0, um(800), "from the octagon's flat to the edge of the track");
@@ -62,7 +62,7 @@ fn the_smallest_figures_follow_every_edit() {
         let moved = finder.update(history.now(), &touched);
         figures.update(history.now(), &finder, &moved);
         let anew = Finder::new(history.now(), Arc::default());
-        let all = Figures::new(history.now(), &anew);
+        let all = DrawingFigures::new(history.now(), &anew);
         assert_eq!(figures.smallest(), all.smallest());
         assert_eq!(figures.smallest().gap.map(|(gap, ..)| gap), looked_for(history.now(), &anew));
     }
@@ -72,28 +72,28 @@ fn the_smallest_figures_follow_every_edit() {
 fn what_a_plated_hole_joined_is_apart_without_its_track() {
     // Above, a track to the node of a plated hole; below, one from there: gone, and what it led to is another net.
     let mut history = History::new(Drawing::named(""));
-    let via = End::At(mm(5.0, 5.0));
-    let far = (End::At(mm(5.0, 9.0)), End::At(mm(9.0, 9.0)));
+    let via = TrackEnd::At(mm(5.0, 5.0));
+    let far = (TrackEnd::At(mm(5.0, 9.0)), TrackEnd::At(mm(9.0, 9.0)));
     let steps: [&dyn Fn(&Drawing) -> Edit; 5] = [
         &|drawing| track(drawing, far, um(300), Layer::Bottom).0,
         &|drawing| hole(drawing, via, um(600), true),
         &|drawing| track(drawing, (via, far.0), um(300), Layer::Bottom).0,
         &|drawing| pad(drawing, via, (PadShape::Circle, um(1_000)), None, Layer::Top),
-        &|drawing| pad(drawing, End::At(mm(6.5, 5.0)), (PadShape::Circle, um(1_000)), None, Layer::Both),
+        &|drawing| pad(drawing, TrackEnd::At(mm(6.5, 5.0)), (PadShape::Circle, um(1_000)), None, Layer::Both),
     ];
     for step in steps {
         let edit = step(history.now());
         history.make(&edit).unwrap();
     }
     let mut finder = Finder::new(history.now(), Arc::default());
-    let mut figures = Figures::new(history.now(), &finder);
+    let mut figures = DrawingFigures::new(history.now(), &finder);
     let mut tracks = all(history.now(), "track");
     tracks.extend(all(history.now(), "hole"));
     for id in tracks {
         let touched = history.make(&removed(history.now(), &set(&[id]))).unwrap();
         let moved = finder.update(history.now(), &touched);
         figures.update(history.now(), &finder, &moved);
-        let anew = Figures::new(history.now(), &finder);
+        let anew = DrawingFigures::new(history.now(), &finder);
         assert_eq!(figures.smallest(), anew.smallest());
         assert_eq!(figures.smallest().gap.map(|(gap, ..)| gap), looked_for(history.now(), &finder));
     }

@@ -12,7 +12,7 @@
 
 use crate::board::Board;
 use crate::cam::places::{Places, Twice};
-use crate::cam::toolpaths::{Part, Shape, Task};
+use crate::cam::toolpaths::{BitTask, HoleOrSlot, PlannedOperation};
 use crate::cam::work::{Operation, Work};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
@@ -48,13 +48,17 @@ impl Milled {
 
 /// Takes strokes away whose hole was drilled before as deep with the same bit, and toolpaths whose hole or slot was milled before
 /// as deep with whatever bit. Parts keep the holes and slots that they count as made.
-pub(in crate::cam::toolpaths) fn once(work: &Work, board: &Board, parts: &mut [Part]) -> Vec<Diagnostic> {
+pub(in crate::cam::toolpaths) fn once(
+    work: &Work,
+    board: &Board,
+    parts: &mut [PlannedOperation],
+) -> Vec<Diagnostic> {
     let (mut places, mut milled) = (Places::default(), Milled::default());
     let mut notes = Vec::new();
     for part in parts {
         let mut twice = Twice::default();
         // A shape has many toolpaths, and may have some of several bits: it stays or goes with all that this part does there.
-        let mut judged: BTreeMap<Shape, bool> = BTreeMap::new();
+        let mut judged: BTreeMap<HoleOrSlot, bool> = BTreeMap::new();
         part.tasks.retain_mut(|task| {
             let before = (task.strokes.len(), task.toolpaths.len());
             drill_once(task, &mut places, &mut twice);
@@ -76,7 +80,7 @@ pub(in crate::cam::toolpaths) fn once(work: &Work, board: &Board, parts: &mut [P
 }
 
 /// Takes strokes of `task` away that find their hole drilled.
-fn drill_once(task: &mut Task, places: &mut Places, twice: &mut Twice) {
+fn drill_once(task: &mut BitTask, places: &mut Places, twice: &mut Twice) {
     let (bit, depth) = (task.bit.diameter, task.depth);
     task.strokes.retain(|stroke| {
         let again = stroke.hole.is_some() && places.again(bit, stroke.at, depth);
@@ -88,13 +92,19 @@ fn drill_once(task: &mut Task, places: &mut Places, twice: &mut Twice) {
 }
 
 /// Whether `shape` of `board` was milled before as deep, which counts it among those that are there twice.
-fn mill_again(shape: Shape, depth: Length, board: &Board, milled: &mut Milled, twice: &mut Twice) -> bool {
+fn mill_again(
+    shape: HoleOrSlot,
+    depth: Length,
+    board: &Board,
+    milled: &mut Milled,
+    twice: &mut Twice,
+) -> bool {
     let (middle, width) = match shape {
-        Shape::Hole(hole) => match board.holes.get(hole as usize) {
+        HoleOrSlot::Hole(hole) => match board.holes.get(hole as usize) {
             Some(hole) => (std::slice::from_ref(&hole.at), hole.diameter),
             None => return false,
         },
-        Shape::Slot(slot) => match board.slots.get(slot as usize) {
+        HoleOrSlot::Slot(slot) => match board.slots.get(slot as usize) {
             Some(slot) => (slot.path.as_slice(), slot.width),
             None => return false,
         },

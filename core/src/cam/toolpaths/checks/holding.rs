@@ -8,8 +8,8 @@
 //!
 //! Comes in: a [`Work`], its parts. Goes out: diagnostics. Does not know toolpaths.
 
-use crate::cam::toolpaths::{Part, PlanContext, Task, planned_operations};
-use crate::cam::work::{Action, Operation, Work};
+use crate::cam::toolpaths::{BitTask, PlanContext, PlannedOperation, planned_operations};
+use crate::cam::work::{Operation, OperationKind, Work};
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::units::Length;
@@ -18,9 +18,11 @@ use crate::units::Length;
 const BED: Length = Length::from_um(10_000);
 
 /// Tells of depths that end in the board though it is to be cut through, or far below it.
-pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &Part) {
-    let through =
-        matches!(context.operation.action, Action::Drill(_) | Action::MillHoles(_) | Action::CutOut(_));
+pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &PlannedOperation) {
+    let through = matches!(
+        context.operation.action,
+        OperationKind::Drill(_) | OperationKind::MillHoles(_) | OperationKind::CutOut(_)
+    );
     let Some(deepest) = part.tasks.iter().filter_map(deepest).max().filter(|_| through) else { return };
     let thickness = context.machine.process.board_thickness;
     let mm = |length: Length| format!("{:.2}", length.mm());
@@ -35,7 +37,7 @@ pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &Pa
 }
 
 /// How deep a task goes; none where it has nothing to do.
-fn deepest(task: &Task) -> Option<Length> {
+fn deepest(task: &BitTask) -> Option<Length> {
     let milled = task.toolpaths.iter().filter_map(|way| way.depths.last().copied()).max();
     let drilled = (!task.strokes.is_empty()).then_some(task.depth);
     milled.max(drilled)
@@ -46,22 +48,23 @@ fn deepest(task: &Task) -> Option<Length> {
 pub(in crate::cam::toolpaths) fn too_early(
     work: &Work,
     machine: &Machine,
-    parts: &[Part],
+    parts: &[PlannedOperation],
 ) -> Vec<Diagnostic> {
     let busy = |index: usize| {
-        let own = |part: &&Part| part.operation as usize == index;
+        let own = |part: &&PlannedOperation| part.operation as usize == index;
         parts.iter().find(own).is_some_and(|part| !part.tasks.is_empty())
     };
     let cuts_out = |operation: &Operation| {
         let through = operation.depth == Length::ZERO || operation.depth >= machine.process.board_thickness;
-        through && matches!(operation.action, Action::CutOut(_))
+        through && matches!(operation.action, OperationKind::CutOut(_))
     };
     let later: Vec<_> =
         work.faces().into_iter().skip_while(|face| *face != work.setup.face).skip(1).collect();
     let mut errors = Vec::new();
     for (index, operation) in planned_operations(work).filter(|(index, own)| cuts_out(own) && busy(*index)) {
-        let here = planned_operations(work)
-            .filter(|(next, own)| *next > index && busy(*next) && !matches!(own.action, Action::CutOut(_)));
+        let here = planned_operations(work).filter(|(next, own)| {
+            *next > index && busy(*next) && !matches!(own.action, OperationKind::CutOut(_))
+        });
         let there = work.operations.iter().filter(|own| own.on && later.contains(&own.face));
         if let Some(next) = here.map(|(_, own)| own).chain(there).next() {
             let error = Diagnostic::error("cam.cut_out_too_early").with("next", next.title());

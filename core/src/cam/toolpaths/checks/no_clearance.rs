@@ -13,7 +13,9 @@
 use super::no_tool::Missing;
 use crate::board::{Board, Hole, Slot};
 use crate::cam::toolpaths::narrow::half;
-use crate::geometry::{Bounds, Island, Point, Region, Rule, combine, grow, path_bounds, rectangle, union};
+use crate::geometry::{
+    Bounds, CombineRule, Island, Point, Region, combine, grow, path_bounds, rectangle, union,
+};
 use crate::units::Length;
 
 /// Around all contours, so that the outside is a gap like those inside.
@@ -36,7 +38,7 @@ pub(in crate::cam::toolpaths) fn closed(board: &Board, offset: Length) -> Closed
     let Some(bounds) = board.outline.bounds() else { return closed };
     let all = union(&[rectangle(bounds.grown(offset + offset + AROUND))]);
     let mut apart = 0;
-    for gap in combine(&all, &board.outline, Rule::Difference).islands {
+    for gap in combine(&all, &board.outline, CombineRule::Difference).islands {
         let (around, between) = (path_bounds(&gap.outer), gap.holes.len());
         apart += between;
         let left = grow(&Region { islands: vec![gap] }, -offset);

@@ -10,7 +10,7 @@
 //! Comes in: middles and widths of what an operation makes. Goes out: one error with their number and the first place. Does not
 //! know which bit makes them.
 
-use crate::cam::toolpaths::Scene;
+use crate::cam::toolpaths::PlacedBoard;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::units::Length;
@@ -21,7 +21,7 @@ pub(in crate::cam::toolpaths) struct Beside(Option<(usize, Point)>);
 
 impl Beside {
     /// Counts what is `width` wide around `middle` if some of that middle lies beside the board of `scene`.
-    pub(in crate::cam::toolpaths) fn look(&mut self, scene: &Scene, middle: &[Point], width: Length) {
+    pub(in crate::cam::toolpaths) fn look(&mut self, scene: &PlacedBoard, middle: &[Point], width: Length) {
         let half = Length::from_nm(width.nm() / 2);
         let Some(at) = middle.iter().find(|at| scene.is_beside(**at, half)) else { return };
         self.0.get_or_insert((0, *at)).0 += 1;

@@ -1,13 +1,13 @@
 //! Clearing takes away all copper that its bits reach, whatever the stepover, and nothing of the picture.
 
 use super::*;
-use crate::geometry::{Rule, area_mm2, combine, island_area_mm2};
+use crate::geometry::{CombineRule, area_mm2, combine, island_area_mm2};
 
 /// The work that clears `board` with a mill of 0.8 mm, and perhaps one of 0.2 mm.
 fn clearing(board: &Board, stepover_percent: f64, further: &[&str]) -> Work {
     let mut work = only(board, "clear", |operation| {
         operation.bit = "m".to_owned();
-        if let Action::Clear(clear) = &mut operation.action {
+        if let OperationKind::Clear(clear) = &mut operation.action {
             clear.stepover_percent = stepover_percent;
             clear.further = further.iter().map(|name| (*name).to_owned()).collect();
         }
@@ -34,11 +34,11 @@ fn reachable_left(board: &Board, planned: &Planned, width: f64) -> f64 {
     let mut left = board.outline.clone();
     for task in planned.parts.iter().flat_map(|part| &part.tasks) {
         let toolpaths: Vec<Path> = task.toolpaths.iter().map(|way| way.path.clone()).collect();
-        left = combine(&left, &sweep(&toolpaths, task.bit.diameter), Rule::Difference);
+        left = combine(&left, &sweep(&toolpaths, task.bit.diameter), CombineRule::Difference);
     }
     let too_near = grow(&board.copper[0].region, mm(width / 2.0 + 0.002));
-    let open = combine(&grow(&board.outline, mm(1.0)), &too_near, Rule::Difference);
-    let reached = combine(&left, &grow(&open, mm(width / 2.0 - 0.003)), Rule::Intersection);
+    let open = combine(&grow(&board.outline, mm(1.0)), &too_near, CombineRule::Difference);
+    let reached = combine(&left, &grow(&open, mm(width / 2.0 - 0.003)), CombineRule::Intersection);
     reached.islands.iter().map(island_area_mm2).filter(|area| *area > 2e-4).sum()
 }
 
@@ -62,7 +62,7 @@ fn a_further_bit_takes_all_that_the_one_before_left_and_goes_nowhere_else() {
     assert!(least_clearance(&planned, &work) > -0.0025);
     let left = reachable_left(&board, &planned, 0.2);
     assert!(left < 1e-9, "{left} mm² are left");
-    let length = |task: &Task| task.toolpaths.iter().map(|way| way.path.length_mm()).sum::<f64>();
+    let length = |task: &BitTask| task.toolpaths.iter().map(|way| way.path.length_mm()).sum::<f64>();
     let [wide, thin] = planned.parts[0].tasks.as_slice() else { panic!("two bits") };
     // The notch of 0.5 × 4 mm is five toolpaths wide.
     assert!(length(thin) > 20.0 && length(thin) < length(wide) / 4.0, "{} mm", length(thin));

@@ -163,7 +163,7 @@ fn depths_that_end_in_the_board_or_far_below_it_are_told() {
     let all = told(&board, &work);
     assert_eq!(count(&all, "cam.not_through", Severity::Warning), 3, "{all:?}");
     let mut work = only(&board, "drill", |operation| {
-        if let Action::Drill(drill) = &mut operation.action {
+        if let OperationKind::Drill(drill) = &mut operation.action {
             drill.holes = Holes::Alignment;
         }
     });

@@ -2,7 +2,7 @@
 
 use super::program::deepest;
 use super::*;
-use crate::cam::Group;
+use crate::cam::BitOrder;
 
 fn said<'a>(diagnostics: &'a [Diagnostic], code: &str) -> Vec<&'a Diagnostic> {
     diagnostics.iter().filter(|diagnostic| diagnostic.code == code).collect()
@@ -68,7 +68,7 @@ fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not()
 
     let board = coupon();
     let mut pins = only(&board, "drill", |operation| {
-        if let Action::Drill(drill) = &mut operation.action {
+        if let OperationKind::Drill(drill) = &mut operation.action {
             drill.holes = Holes::Alignment;
         }
     });
@@ -160,10 +160,10 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
     let board = coupon();
     let mut work = only(&board, "mill_holes", |operation| {
         operation.bit = "wide".to_owned();
-        operation.action = Action::MillHoles(MillHoles {
+        operation.action = OperationKind::MillHoles(MillHoles {
             slots: true,
             holes: false,
-            direction: Direction::Climb,
+            direction: CutDirection::Climb,
             further: Vec::new(),
         });
     });
@@ -172,7 +172,8 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
     work.setup.exclusions = vec![Bounds::of(at(24.0, 17.51)).with(at(27.0, 19.0))];
     work.operations.push(Operation { bit: "end mill 0.8".to_owned(), ..work.operations[0].clone() });
     let (planned, diagnostics) = planned(&board, &work);
-    let toolpaths = |part: &Part| part.tasks.iter().map(|task| task.toolpaths.len()).sum::<usize>();
+    let toolpaths =
+        |part: &PlannedOperation| part.tasks.iter().map(|task| task.toolpaths.len()).sum::<usize>();
     assert_eq!(toolpaths(&planned.parts[0]), 0, "{diagnostics:?}");
     assert_ne!(toolpaths(&planned.parts[1]), 0, "{diagnostics:?}");
     assert!(said(&diagnostics, "cam.holes_twice").is_empty(), "{diagnostics:?}");
@@ -181,15 +182,15 @@ fn what_a_zone_keeps_a_wide_mill_from_a_thinner_one_bores() {
 #[test]
 fn the_loaded_bit_goes_first_where_that_is_wanted() {
     /// Order of bits, the loaded one, the bits in order of use, what is said.
-    type Row = (Group, Option<f64>, [f64; 2], Option<&'static str>);
+    type Row = (BitOrder, Option<f64>, [f64; 2], Option<&'static str>);
     let board = coupon();
     let work = only(&board, "drill", |_| {});
     let rows: [Row; 5] = [
-        (Group::Ascending, Some(1.0), [0.8, 1.0], None),
-        (Group::LoadedFirst, Some(1.0), [1.0, 0.8], None),
-        (Group::LoadedFirst, Some(0.8), [0.8, 1.0], None),
-        (Group::LoadedFirst, Some(3.2), [0.8, 1.0], Some("plan.loaded_not_used")),
-        (Group::LoadedFirst, None, [0.8, 1.0], Some("plan.loaded_not_said")),
+        (BitOrder::Ascending, Some(1.0), [0.8, 1.0], None),
+        (BitOrder::LoadedFirst, Some(1.0), [1.0, 0.8], None),
+        (BitOrder::LoadedFirst, Some(0.8), [0.8, 1.0], None),
+        (BitOrder::LoadedFirst, Some(3.2), [0.8, 1.0], Some("plan.loaded_not_used")),
+        (BitOrder::LoadedFirst, None, [0.8, 1.0], Some("plan.loaded_not_said")),
     ];
     for (group, loaded, expected, code) in rows {
         let loaded = loaded.map(mm);
@@ -240,7 +241,7 @@ fn drills_go_deeper_by_the_height_of_their_points() {
 fn pecks_come_up_between() {
     let board = coupon();
     let work = only(&board, "drill", |operation| {
-        if let Action::Drill(drill) = &mut operation.action {
+        if let OperationKind::Drill(drill) = &mut operation.action {
             (drill.peck, drill.holes) = (mm(0.9), Holes::Board);
         }
     });

@@ -31,7 +31,7 @@ fn smaller_bits_cut_what_is_too_narrow_for_the_first_before_the_board_comes_loos
     ];
     for (further, missing, counts) in rows {
         let mut work = only(&board, "cut_out", |operation| {
-            if let Action::CutOut(cut_out) = &mut operation.action {
+            if let OperationKind::CutOut(cut_out) = &mut operation.action {
                 cut_out.further = further.iter().map(|name| (*name).to_owned()).collect();
             }
         });

@@ -17,10 +17,10 @@ fn every_leg_knows_its_operation() {
     let mut work = Work::default_for(&board, &virtual_drill());
     // The drilling of before again, deeper, so that holes have two legs; and mouse-bites, which are no holes of the board.
     let drill =
-        work.operations.iter().find(|operation| matches!(operation.action, Action::Drill(_))).unwrap();
+        work.operations.iter().find(|operation| matches!(operation.action, OperationKind::Drill(_))).unwrap();
     work.operations.push(Operation { depth: mm(4.0), ..drill.clone() });
     for operation in &mut work.operations {
-        if let Action::CutOut(cut_out) = &mut operation.action {
+        if let OperationKind::CutOut(cut_out) = &mut operation.action {
             cut_out.bites = true;
         }
     }
@@ -28,7 +28,9 @@ fn every_leg_knows_its_operation() {
     let program = lower_work(&planned, &work, &virtual_drill());
     let told: Vec<u32> =
         (0..program.legs.len() as u32).filter_map(|leg| planned.operation_at(&program, leg)).collect();
-    let count = |part: &Part| part.tasks.iter().map(|task| task.strokes.len() + task.toolpaths.len()).sum();
+    let count = |part: &PlannedOperation| {
+        part.tasks.iter().map(|task| task.strokes.len() + task.toolpaths.len()).sum()
+    };
     let meant: Vec<u32> =
         planned.parts.iter().flat_map(|part| std::iter::repeat_n(part.operation, count(part))).collect();
     assert_eq!(told, meant);
@@ -81,7 +83,7 @@ fn bored_holes_and_slots_have_their_size() {
     assert!(
         wide.toolpaths.len() >= 2 && wide.toolpaths[0].path.length_mm() < wide.toolpaths[1].path.length_mm()
     );
-    assert!(wide.toolpaths.iter().all(|way| way.entry == Entry::Helix));
+    assert!(wide.toolpaths.iter().all(|way| way.entry == EntryMove::Helix));
     let bounds =
         sweep(&thin.toolpaths.iter().map(|way| way.path.clone()).collect::<Vec<_>>(), thin.bit.diameter)
             .bounds()
@@ -234,7 +236,7 @@ fn over_tabs(program: &Program, leg: &crate::job::Leg) -> f64 {
 fn mouse_bites_are_drilled_on_the_edge_and_tabs_are_not_cut() {
     let board = coupon();
     let work = only(&board, "cut_out", |operation| {
-        if let Action::CutOut(cut_out) = &mut operation.action {
+        if let OperationKind::CutOut(cut_out) = &mut operation.action {
             *cut_out = CutOut { bites: true, ..cut_out.clone() };
         }
     });
@@ -254,7 +256,7 @@ fn mouse_bites_are_drilled_on_the_edge_and_tabs_are_not_cut() {
 fn tabs_by_hand_are_where_they_were_put() {
     let board = coupon();
     let work = only(&board, "cut_out", |operation| {
-        if let Action::CutOut(cut_out) = &mut operation.action {
+        if let OperationKind::CutOut(cut_out) = &mut operation.action {
             cut_out.tab_at = vec![at(15.0, 0.0), at(30.0, 10.0)];
             cut_out.side = CutSide::Outside;
         }
@@ -314,7 +316,7 @@ fn tabs_beside_a_zone_stay_and_those_in_it_are_told() {
     let zone = Bounds::of(at(12.0, -4.0)).with(at(18.0, 4.0));
     for bites in [false, true] {
         let mut work = only(&board, "cut_out", |operation| {
-            if let Action::CutOut(cut_out) = &mut operation.action {
+            if let OperationKind::CutOut(cut_out) = &mut operation.action {
                 cut_out.tab_at = vec![at(15.0, 0.0), at(30.0, 10.0), at(5.0, 0.0)];
                 cut_out.bites = bites;
             }
@@ -370,7 +372,7 @@ fn holes_in_a_zone_are_a_error_and_the_zero_is_where_one_wants_it() {
         (Zero::File, Face::Bottom, at(30.0, 0.0)),
     ] {
         (work.setup.zero, work.setup.face) = (zero, face);
-        assert_eq!(Scene::of(&board, &work).origin, corner, "{zero:?} {face:?}");
+        assert_eq!(PlacedBoard::of(&board, &work).origin, corner, "{zero:?} {face:?}");
     }
 }
 
@@ -382,7 +384,7 @@ fn engraving_follows_the_lines_and_joins_what_meets() {
         Path::through(&[at(3.0, 2.0), at(2.0, 1.0)]).unwrap(),
         Path {
             start: at(9.0, 1.0),
-            segments: vec![Segment::Arc { to: at(10.0, 2.0), centre: at(9.0, 2.0), clockwise: false }],
+            segments: vec![PathSegment::Arc { to: at(10.0, 2.0), centre: at(9.0, 2.0), clockwise: false }],
         },
     ];
     board.legend = vec![crate::board::Legend { face: Face::Top, strokes, flashes: 2, source: 0 }];

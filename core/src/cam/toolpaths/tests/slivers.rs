@@ -1,7 +1,7 @@
 //! Slivers between grooves: those thinner than what holds go, wider strips stay, and no copper of a net is touched.
 
 use super::*;
-use crate::geometry::{Rule, area_mm2, combine};
+use crate::geometry::{CombineRule, area_mm2, combine};
 
 /// Two pads as long as 5 mm on a board, `near` apart at their lower ends and `far` at their upper ones.
 fn facing(near: f64, far: f64) -> Board {
@@ -17,8 +17,8 @@ fn left(board: &Board, passes: u32, slivers: bool) -> (f64, f64) {
     assert!(least_clearance(&planned, &work) > -0.0025);
     let toolpaths: Vec<Path> = planned.toolpaths().map(|way| way.path.clone()).collect();
     let between = union(&[boxed(2.05, 0.2, 2.6, 4.8)]);
-    let bare = combine(&between, &sweep(&toolpaths, mm(0.2)), Rule::Difference);
-    (area_mm2(&combine(&bare, &board.copper[0].region, Rule::Difference)), planned.toolpaths_mm())
+    let bare = combine(&between, &sweep(&toolpaths, mm(0.2)), CombineRule::Difference);
+    (area_mm2(&combine(&bare, &board.copper[0].region, CombineRule::Difference)), planned.toolpaths_mm())
 }
 
 #[test]
@@ -60,7 +60,7 @@ fn grooves_that_narrow_downwards_leave_nothing_between_passes() {
     // 0.143 mm wide at the surface and 0.124 mm at the underside of the copper: passes that touch above do not below.
     let board = with_copper(&[circle(at(5.0, 5.0), mm(3.0))]);
     let work = only(&board, "isolate", |operation| {
-        if let Action::Isolate(isolate) = &mut operation.action {
+        if let OperationKind::Isolate(isolate) = &mut operation.action {
             (isolate.passes, isolate.overlap_percent) = (3, 0.0);
         }
     });
