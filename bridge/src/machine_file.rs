@@ -6,7 +6,7 @@
 use crate::own;
 use crate::refusal::Refusal;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, Machine, SECTIONS, Setting, ValueKind};
+use annulus_core::machine::{self, Machine, SECTIONS, Setting, Value, ValueKind};
 use annulus_core::project::text;
 use std::env;
 use std::fmt::Write as _;
@@ -159,6 +159,8 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
         let why = Diagnostic::error("machine.file_schema").with("found", found).with("known", SCHEMA);
         return Err(place(why, 0));
     }
+    let moved = moved_from_card(&changes);
+    changes.extend(moved);
     let all: Vec<_> = changes.iter().map(|(change, _)| change.clone()).collect();
     match machine::apply(&machine, &all) {
         Ok(changed) => {
@@ -174,6 +176,29 @@ fn parse(file: &str, written: &str) -> Result<Machine, Diagnostic> {
             Err(place(why, at))
         }
     }
+}
+
+/// A change that a file makes, and where it stands in it.
+type Placed = ((String, Value), usize);
+
+/// The settings of the parallel port in a file that is older than its section: they stood in that of the card.
+fn moved_from_card(changes: &[Placed]) -> Vec<Placed> {
+    let is_on_it =
+        |((key, value), _): &Placed| key == "machine.output" && *value == Value::Text("parallel".to_owned());
+    let has_own = changes.iter().any(|((key, _), _)| key.starts_with("parallel."));
+    if has_own || !changes.iter().any(is_on_it) {
+        return Vec::new();
+    }
+    let usual = machine::virtual_drill();
+    let moved = machine::settings().filter_map(|row| {
+        let name = row.key.strip_prefix("parallel.")?;
+        let old = if name == "address" { "machine.card_address".to_owned() } else { format!("card.{name}") };
+        let said =
+            changes.iter().find(|((key, _), _)| *key == old).map(|((_, value), at)| (value.clone(), *at));
+        let (value, at) = said.or_else(|| Some((machine::setting(&old)?.value(&usual), 0)))?;
+        Some(((row.key.to_owned(), value), at))
+    });
+    moved.collect()
 }
 
 /// Writes `machine` to `path`, whole or not at all.
@@ -269,6 +294,30 @@ mod tests {
         }
         let left = fs::read_dir(folder.path().join("deep")).unwrap().count();
         assert_eq!(left, machine::presets().len(), "no half-written file stays");
+    }
+
+    #[test]
+    fn a_parallel_port_that_is_wired_as_a_card_was_is_read() {
+        let wired = "x = [0, 1, 2, 3, -1, -1, -1, -1]\ny = [4, 5, 6, 7, -1, -1, -1, -1]\nz = [8, 9, 10, 11, -1, -1, -1, -1]\n\
+            spindle = -1\nsensors = [1, -1, 0, -1, 2, 3, 4]\nstart_stop_rate = 90\n";
+        let old =
+            format!("schema = 1\n[machine]\noutput = \"parallel\"\ncard_address = 632\n[card]\n{wired}");
+        let machine = parse("old", &old).unwrap();
+        let port = &machine.parallel;
+        // What it left out is what was usual then.
+        assert_eq!((port.address, port.wiring.device.as_str()), (632, "/dev/port"));
+        assert_eq!((port.wiring.sensors[..3].to_vec(), port.wiring.start_stop_hz), (vec![1, -1, 0], 90));
+        assert_eq!(machine.wiring(), &port.wiring);
+        assert_eq!(parse("saved", &text_of(&machine)).unwrap(), machine);
+        // Who has a section of its own is not asked for the other; on a card nothing moves.
+        let new = format!("{old}[parallel]\naddress = 888\n");
+        let own = parse("new", &new).unwrap().parallel;
+        assert_eq!((own.address, own.wiring.start_stop_hz), (888, 70));
+        let card = parse("card", &old.replace("parallel", "virtual")).unwrap();
+        assert_eq!(card.parallel, machine::virtual_drill().parallel);
+        let why = parse("bad", &old.replace("spindle = -1", "spindle = 24")).unwrap_err();
+        let place = why.place.clone().unwrap();
+        assert_eq!((why.code.as_str(), place.line), ("machine.card_bit_outside", 9), "{why:?}");
     }
 
     #[test]

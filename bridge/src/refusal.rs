@@ -2,7 +2,7 @@
 //!
 //! Comes in: a diagnostic or an I/O error. Goes out: sentence, object, exit code. Does not know the commands.
 
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use serde_json::{Value, json};
 use std::fmt;
 use std::process::ExitCode;
@@ -87,15 +87,10 @@ impl Refusal {
 }
 
 /// One diagnostic for scripts.
-fn diagnostic(diagnostic: &Diagnostic) -> Value {
-    let severity = match diagnostic.severity {
-        Severity::Note => "note",
-        Severity::Warning => "warning",
-        Severity::Error => "error",
-    };
+pub(crate) fn diagnostic(diagnostic: &Diagnostic) -> Value {
     let place = diagnostic.place.as_ref();
     json!({
-        "severity": severity,
+        "severity": diagnostic.severity.word(),
         "code": diagnostic.code,
         "file": place.map(|place| place.file.as_str()),
         "line": place.map_or(0, |place| place.line),

@@ -30,9 +30,9 @@ fn others(setting: &Setting, now: &Value) -> Vec<Value> {
 
 /// Changes of a row, each with what must be changed along with it: an output that is switched is a bit and a name.
 fn changes(setting: &Setting, machine: &Machine) -> Vec<Vec<(String, Value)>> {
-    if ["card.outputs", "card.output_names"].contains(&setting.key) {
-        let names = ("card.output_names".to_owned(), Value::Text("pump light".to_owned()));
-        return vec![vec![names, ("card.outputs".to_owned(), Value::Numbers(vec![25.0, 26.0]))]];
+    if let Some((section, "outputs" | "output_names")) = setting.key.split_once('.') {
+        let names = (format!("{section}.output_names"), Value::Text("pump light".to_owned()));
+        return vec![vec![names, (format!("{section}.outputs"), Value::Numbers(vec![25.0, 26.0]))]];
     }
     let now = setting.value(machine);
     let others = others(setting, &now).into_iter().filter(|value| *value != now);

@@ -21,7 +21,10 @@ mod outside;
 mod owner;
 mod place;
 pub mod prepare;
+mod programs;
 mod recording;
+#[cfg(test)]
+mod tests;
 mod ticket;
 
 pub use alone::Alone;

@@ -6,7 +6,7 @@ import { mkdtempSync, readdirSync, readFileSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { test } from "node:test";
-import { atRest, corpus, data, downloaded, findings, picture, planned, program, root, stand, until } from "./harness.mjs";
+import { atRest, corpus, data, downloaded, findings, picture, planned, program, root, show, stand, until } from "./harness.mjs";
 
 const { fresh } = stand("none");
 
@@ -180,6 +180,10 @@ test("real boards of the corpus are painted, planned and proved", async (t) => {
       await until(async () => (await lines(page)) > 100, `the toolpaths of ${name}`);
       await atRest(page);
       await page.screenshot({ path: picture(`cam-${name.split("/")[1]}`) });
+      const side = await page.locator(".side-badge").innerText();
+      assert.ok(["Bottom (mirrored)", "Top"].includes(side) && (side !== "Top" || !name.includes("easytrace")), `${name}: ${side}`);
+      await show(page, "Machine");
+      assert.equal(await page.locator(".side-badge").innerText(), side, "the machine tells the side as well");
       assert.deepEqual(problems, [], "nothing was said on the console");
     } finally {
       await context.close();

@@ -8,6 +8,7 @@ mod corpus_gerber;
 mod dependencies;
 mod drill_everyday;
 mod drill_rows;
+mod drill_units;
 mod faults;
 mod floor_plan;
 mod hostile_gerber;

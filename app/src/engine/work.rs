@@ -549,21 +549,14 @@ mod tests {
             depth: Length::from_um(80),
             width: Length::from_um(140),
         };
+        let at = Point::from_mm(1.0, 2.0);
         let finding = proof::Finding {
-            id: "0".to_owned(),
-            kind: proof::FindingKind::Shallow,
-            at: Point::from_mm(1.0, 2.0),
-            width: Length::from_um(5),
-            tool: None,
-            nets: vec!["GND".to_owned()],
-            ends: Some((Point::from_mm(1.0, 2.0), Point::from_mm(1.0, 2.005))),
+            ends: Some((at, Point::from_mm(1.0, 2.005))),
             leg: Some((0, 3)),
-            mark: None,
             operation: Some("@page.cam.word.clear".to_owned()),
             cures: vec![cure],
             agreed: true,
-            count: 0,
-            slight: false,
+            ..proof::Finding::new(proof::FindingKind::Shallow, at, Length::from_um(5), vec!["GND".to_owned()])
         };
         let whole = proof::Whole { gaps: 3, shallower: None, rest: 3, tip: None, tip_opens: 0 };
         let groups = vec![proof::Group {

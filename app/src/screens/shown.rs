@@ -145,11 +145,18 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
         }))
     });
     let at_machine = Memo::new(move |_| {
-        let Some(job) = link::link().shown_job.get() else { return planned.get() };
-        let own = open_board().job.with(|own| own.as_ref().is_some_and(|own| own.key == job.key));
-        if own { planned.get() } else { Some(Arc::new(of_program(&job))) }
+        let foreign = link::link().shown_job.get().filter(|_| !machine_has_own_job());
+        foreign.map_or_else(|| planned.get(), |job| Some(Arc::new(of_program(&job))))
     });
     Memo::new(move |_| if frame().tab.get() == Tab::Machine { at_machine.get() } else { planned.get() })
+}
+
+/// Whether what the machine has is the job of the open board, or nothing.
+pub(crate) fn machine_has_own_job() -> bool {
+    link::link().shown_job.with(|shown| {
+        let Some(shown) = shown else { return true };
+        open_board().job.with(|own| own.as_ref().is_some_and(|own| own.key == shown.key))
+    })
 }
 
 /// A place of the board that lies turned over, on the board as the files have it.

@@ -10,7 +10,7 @@
 
 use super::canvas::{Picture, look, palette, system_dark, wanted, with_view};
 use super::layers;
-use super::shown::{Shown, missing_holes, moment, shown};
+use super::shown::{Shown, machine_has_own_job, missing_holes, moment, shown};
 use crate::i18n::{key, say, t};
 use crate::keys::{KeyAction, Tab};
 use crate::layers::LayerKind;
@@ -98,7 +98,10 @@ fn side() -> impl IntoView {
         tab => tab == Tab::Draw,
     };
     let planned = Memo::new(move |_| {
-        let of_job = matches!(frame().tab.get(), Tab::Cam | Tab::Simulate);
+        let of_job = match frame().tab.get() {
+            Tab::Cam | Tab::Simulate => true,
+            tab => tab == Tab::Machine && machine_has_own_job(),
+        };
         open_job().work.with(|work| Some(work.as_ref()?.setup.face)).filter(|_| of_job)
     });
     let lying = move || {

@@ -307,22 +307,13 @@ mod tests {
     fn a_cure_lies_across_its_gap_and_a_gap_has_one() {
         let before = work(&["drill", "isolate"]);
         let ends = (Point::from_mm(3.0, 1.0), Point::from_mm(3.0, 1.1));
-        let finding = Finding {
-            id: "0".to_owned(),
-            kind: proof::FindingKind::Gap,
-            at: Point::from_mm(3.0, 1.05),
-            width: Length::from_um(100),
-            tool: None,
-            nets: Vec::new(),
-            ends: Some(ends),
-            leg: None,
-            mark: None,
-            operation: None,
-            cures: Vec::new(),
-            agreed: false,
-            count: 0,
-            slight: false,
-        };
+        let found = Finding::new(
+            proof::FindingKind::Gap,
+            Point::from_mm(3.0, 1.05),
+            Length::from_um(100),
+            Vec::new(),
+        );
+        let finding = Finding { ends: Some(ends), ..found };
         let cures = |work: &Work| match &work.operations[1].action {
             OperationKind::Isolate(isolate) => isolate.cures.clone(),
             _ => Vec::new(),

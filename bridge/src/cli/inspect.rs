@@ -5,10 +5,11 @@
 
 use super::{Answer, Exit, Refusal, counted, rounded};
 use crate::cli::files;
+use crate::refusal;
 use annulus_core::artwork::{
     Counts, DrillFile, FileKind, FileRead, Gerber, TooMuch, nets, painted, painted_measures,
 };
-use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Bounds;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
@@ -155,26 +156,13 @@ fn corners(bounds: Bounds) -> [f64; 4] {
     [bounds.min.x, bounds.min.y, bounds.max.x, bounds.max.y].map(|length| rounded(length.mm()))
 }
 
+/// A diagnostic of a file that is named beside it.
 fn diagnostic_object(diagnostic: &Diagnostic) -> Value {
-    let place = diagnostic.place.as_ref();
-    json!({
-        "severity": severity(diagnostic),
-        "code": diagnostic.code,
-        "line": place.map_or(0, |place| place.line),
-        "column": place.map_or(0, |place| place.column),
-        "found": diagnostic.argument(&["found"]),
-        "expected": diagnostic.argument(&["expected", "promised"]),
-        "message": diagnostic.message("en"),
-        "advice": diagnostic.advice("en"),
-    })
-}
-
-const fn severity(diagnostic: &Diagnostic) -> &'static str {
-    match diagnostic.severity {
-        Severity::Note => "note",
-        Severity::Warning => "warning",
-        Severity::Error => "error",
+    let mut object = refusal::diagnostic(diagnostic);
+    if let Value::Object(rows) = &mut object {
+        rows.remove("file");
     }
+    object
 }
 
 fn file_text(file: &FileRead) -> String {
@@ -206,7 +194,7 @@ fn file_text(file: &FileRead) -> String {
         let _ = writeln!(
             text,
             "  {}: {place}{} {}",
-            severity(diagnostic),
+            diagnostic.severity.word(),
             diagnostic.message("en"),
             diagnostic.advice("en")
         );

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 /// Arguments of `annulus machines`.
 #[derive(Debug, Default, clap::Args)]
 pub(crate) struct MachinesArgs {
-    /// Make a file that may stand in for a card in rehearsals, and name it as card.device in a machine file.
+    /// Make a file that may stand in for a card in rehearsals, and name it as card.device or parallel.device in a machine file.
     #[arg(long, value_name = "FILE")]
     rehearsal: Option<PathBuf>,
 }

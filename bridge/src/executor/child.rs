@@ -207,7 +207,7 @@ fn begin(
     let pins = Recorded::new(wires, record, Arc::clone(&offsets), Arc::clone(&why)).map_err(cannot)?;
     let shared = Arc::new(Shared::new(clock::time));
     let not_locked = realtime::ask_for_memory();
-    let start_stop_hz = f64::from(machine.card.start_stop_hz);
+    let start_stop_hz = f64::from(machine.wiring().start_stop_hz);
     let rehearsed = rehearsed(machine);
     let ready = up.clone();
     let first = move || {

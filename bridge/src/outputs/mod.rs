@@ -39,7 +39,8 @@ pub(crate) trait Port: Send {
 /// Makes the port of a machine's output from its device; where things lie in it, the driver reads from its own settings.
 type OpenPort = fn(File, &Machine) -> io::Result<Box<dyn Port>>;
 
-/// The outputs that there are besides the virtual drill. Another one is a file or folder beside this, and a row.
+/// The outputs that there are besides the virtual drill. Another one is a file or folder beside this, and a row; its settings are a
+/// section of its own in the machine's table.
 const DRIVERS: &[(Output, OpenPort)] = &[(Output::Card, registers::open), (Output::Parallel, parallel::open)];
 
 /// The pins of `machine`'s hardware, everything off.
@@ -57,7 +58,7 @@ pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
 }
 
 fn device(machine: &Machine) -> Result<File, Diagnostic> {
-    let path = Path::new(&machine.card.device);
+    let path = Path::new(&machine.wiring().device);
     rehearsal::open(path).map_err(|trouble| trouble.diagnostic(path))
 }
 
@@ -68,12 +69,12 @@ fn port(machine: &Machine, file: File) -> Result<Box<dyn Port>, Diagnostic> {
 }
 
 fn trouble(machine: &Machine, error: io::Error) -> Diagnostic {
-    rehearsal::Trouble::Io(error).diagnostic(Path::new(&machine.card.device))
+    rehearsal::Trouble::Io(error).diagnostic(Path::new(&machine.wiring().device))
 }
 
 /// Whether the machine's device is an ordinary file, which nothing moves.
 pub(crate) fn is_rehearsal(machine: &Machine) -> bool {
-    std::fs::metadata(&machine.card.device).is_ok_and(|device| device.is_file())
+    std::fs::metadata(&machine.wiring().device).is_ok_and(|device| device.is_file())
 }
 
 /// Makes the device this process' own, for as long as the file is open.

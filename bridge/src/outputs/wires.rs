@@ -67,9 +67,9 @@ fn place(bit: i8) -> Option<u32> {
 
 /// The output bytes that have a wire.
 fn wired_bytes(machine: &Machine) -> [bool; BYTES] {
-    let card = &machine.card;
+    let wiring = machine.wiring();
     let mut wired = [false; BYTES];
-    let bits = card.phases.iter().flatten().chain(&card.outputs).chain(std::iter::once(&card.spindle));
+    let bits = wiring.phases.iter().flatten().chain(&wiring.outputs).chain(std::iter::once(&wiring.spindle));
     bits.filter_map(|bit| place(*bit)).for_each(|bit| wired[bit as usize / 8] = true);
     wired
 }
@@ -88,22 +88,22 @@ pub(super) fn all_off(machine: &Machine, port: &mut dyn Port) -> io::Result<()> 
 impl Wires {
     /// The wires of `machine` at `port`. Every output that has a wire is turned off.
     pub(super) fn new(machine: &Machine, mut port: Box<dyn Port>) -> io::Result<Self> {
-        let card = &machine.card;
+        let wiring = machine.wiring();
         let motors = std::array::from_fn(|axis| Motor {
             commutator: Commutator::new(machine.axis(axis).phases.clone(), 0),
             is_on: false,
-            bits: card.phases[axis].iter().map(|bit| place(*bit)).collect(),
+            bits: wiring.phases[axis].iter().map(|bit| place(*bit)).collect(),
             forced_at: 0,
         });
         let interrupt = TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1)));
-        let spindle = place(card.spindle);
+        let spindle = place(wiring.spindle);
         let wired = |input: &Input| {
-            let bit = place(card.sensor(*input))?;
-            let low = card.sensors_low.get(*input as usize) == Some(&1);
+            let bit = place(wiring.sensor(*input))?;
+            let low = wiring.sensors_low.get(*input as usize) == Some(&1);
             Some(Sensor { input: *input, byte: bit as usize / 8, mask: 1 << (bit % 8), low })
         };
         let sensors: Vec<_> = Input::ALL.iter().filter_map(wired).collect();
-        let switched: Vec<_> = card.outputs.iter().filter_map(|bit| Some((place(*bit)?, false))).collect();
+        let switched: Vec<_> = wiring.outputs.iter().filter_map(|bit| Some((place(*bit)?, false))).collect();
         all_off(machine, &mut *port)?;
         let shadow = wired_bytes(machine).map(|wired| wired.then_some(0));
         let mut believed = [None; BYTES];
@@ -370,7 +370,7 @@ mod tests {
     #[test]
     fn named_outputs_are_switched_by_their_place_and_go_off_with_everything() {
         let mut named = machine();
-        named.card.outputs = vec![31, 25];
+        named.card.wiring.outputs = vec![31, 25];
         let (mut wires, noted) = wires(&named);
         noted.take();
         wires.output(1, 0, true);
@@ -500,8 +500,8 @@ mod tests {
     #[test]
     fn sensors_are_found_by_the_map_and_a_glitch_is_no_sensor() {
         let mut turned = machine();
-        turned.card.sensors = vec![7, 1, 2, 3, 4, 5, -1];
-        turned.card.sensors_low = vec![0, 0, 0, 0, 1, 0, 0];
+        turned.card.wiring.sensors = vec![7, 1, 2, 3, 4, 5, -1];
+        turned.card.wiring.sensors_low = vec![0, 0, 0, 0, 1, 0, 0];
         let (mut wires, noted) = wires(&turned);
         let top = Input::ZTop.bit();
         assert_eq!(wires.inputs(0), top, "a low sensor is on at 0");

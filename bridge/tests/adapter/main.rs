@@ -7,6 +7,8 @@ mod bench;
 #[path = "../server/client.rs"]
 #[expect(dead_code, reason = "the other tests are ruder")]
 mod client;
+#[path = "../server/drill.rs"]
+mod drill;
 mod jobs;
 mod refusals;
 mod shop;

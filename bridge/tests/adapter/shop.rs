@@ -4,11 +4,11 @@
 
 use super::bench::{Bench, Record, eventually};
 use super::client::{Page, Running, annulus};
+use super::drill;
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
-use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
-use annulus_core::units::Length;
+use annulus_core::job::Program;
+use annulus_core::machine::{Machine, Value};
 use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::fs;
 use std::path::Path;
@@ -20,7 +20,7 @@ const APART: f64 = 3.0;
 /// 100 steps/mm, 12 × 12 × 6 mm, 300 mm/s and 10 m/s².
 pub(crate) fn machine(port: &Path) -> Machine {
     let number = Value::Number;
-    let mut changes = vec![
+    let changes = vec![
         ("machine.output", Value::Text("adapter".into())),
         ("adapter.port", Value::Text(port.display().to_string())),
         ("stroke.surface", number(-3.0)),
@@ -35,75 +35,29 @@ pub(crate) fn machine(port: &Path) -> Machine {
         ("motion.down_acceleration", number(10_000.0)),
         ("motion.down_jerk", number(1e7)),
     ];
+    let of_axis = [
+        ("scale", 100.0),
+        ("max_speed", 300.0),
+        ("max_acceleration", 10_000.0),
+        ("max_jerk", 1e7),
+        ("home_speed", 300.0),
+        ("home_search", 15.0),
+        ("home_offset", 0.2),
+    ];
     let axes = [("x", 0.0, 12.0), ("y", 0.0, 12.0), ("z", -6.0, 0.0)];
-    let own: Vec<(String, Value)> = axes
-        .iter()
-        .flat_map(|(axis, min, max)| {
-            let rows = [
-                ("scale", 100.0),
-                ("min", *min),
-                ("max", *max),
-                ("max_speed", 300.0),
-                ("max_acceleration", 10_000.0),
-                ("max_jerk", 1e7),
-                ("home_speed", 300.0),
-                ("home_search", 15.0),
-                ("home_offset", 0.2),
-            ];
-            rows.map(|(name, value)| (format!("{axis}.{name}"), number(value)))
-        })
-        .collect();
-    let mut all: Vec<_> = changes.drain(..).map(|(key, value)| (key.to_owned(), value)).collect();
-    all.extend(own);
-    apply(&virtual_drill(), &all).unwrap()
+    drill::machine(changes, axes, &of_axis.map(|(name, value)| (name, number(value))))
 }
 
-/// Writes the machine's file beside its port, as `annulus` reads it.
+/// Writes the machine's file beside its port.
 pub(crate) fn write_file(machine: &Machine, path: &Path) {
-    let mut text = "schema = 1\n".to_owned();
-    for (section, rows) in SECTIONS {
-        text += &format!("[{section}]\n");
-        for row in *rows {
-            let value = match row.value(machine) {
-                Value::Number(number) => number.to_string(),
-                Value::Text(words) => format!("{words:?}"),
-                Value::Numbers(numbers) => format!("{numbers:?}"),
-            };
-            text += &format!("{} = {value}\n", row.key.split_once('.').unwrap().1);
-        }
-    }
-    fs::write(path, text).unwrap();
+    fs::write(path, drill::file(machine)).unwrap();
 }
 
 /// Holes in a row, from the work zero on.
 fn holes(machine: &Machine, count: u32) -> Program {
-    let process = &machine.process;
-    let to = -(process.board_thickness + process.breakthrough);
-    let feed_um_per_s = (process.feed_mm_per_s * 1e3) as u32;
-    let mut legs = vec![Leg {
-        mark: Mark::Prepare,
-        commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us: 5_000 }],
-    }];
-    legs.extend((0..count).map(|hole| Leg {
-        mark: Mark::Hole(hole),
-        commands: vec![
-            Command::Rapid { to: Point::from_mm(f64::from(hole) * APART, f64::from(hole % 2)) },
-            Command::Plunge { to, feed_um_per_s, gate: None },
-            Command::Retract { to: process.safe_height },
-        ],
-    }));
-    let end = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
-    legs.push(Leg { mark: Mark::Finish, commands: end });
-    Program {
-        name: "a row of holes".into(),
-        machine: machine.fingerprint(),
-        origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
-        spindles: 1,
-        safe_height: process.safe_height,
-        legs,
-        accepted: vec![],
-    }
+    let feed_um_per_s = (machine.process.feed_mm_per_s * 1e3) as u32;
+    let at = (0..count).map(|hole| Point::from_mm(f64::from(hole) * APART, f64::from(hole % 2)));
+    drill::holes(machine, vec![drill::spin_up(5_000)], (at, feed_um_per_s), drill::back())
 }
 
 /// Everything there is.

@@ -7,11 +7,12 @@
 //! ```
 
 use super::client::{PATIENCE, Page, Running, annulus, in_peace, output};
+use super::drill;
 use super::work::{home, jog, until_status};
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, Stage};
-use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
+use annulus_core::machine::{Machine, Value};
 use annulus_core::units::Length;
 use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::fs::{self, File, OpenOptions};
@@ -30,7 +31,7 @@ const PHASES: [u8; 8] = [0x25, 0x01, 0x49, 0x08, 0x2A, 0x02, 0x46, 0x04];
 fn machine(device: &Path) -> Machine {
     let number = Value::Number;
     let list = |numbers: &[i32]| Value::Numbers(numbers.iter().map(|n| f64::from(*n)).collect());
-    let mut changes = vec![
+    let changes = vec![
         ("machine.output", Value::Text("card".into())),
         ("machine.card_address", number(0.0)),
         ("card.device", Value::Text(device.display().to_string())),
@@ -46,45 +47,17 @@ fn machine(device: &Path) -> Machine {
         ("motion.down_acceleration", number(50.0)),
         ("motion.down_jerk", number(1_000.0)),
     ];
-    let axes = [("x", 0.0, 60.0), ("y", 0.0, 60.0), ("z", -12.0, 0.0)];
-    let keys: Vec<(String, Value)> = axes
-        .iter()
-        .flat_map(|(axis, min, max)| {
-            let rows = [
-                ("scale", number(5.0)),
-                ("min", number(*min)),
-                ("max", number(*max)),
-                ("max_speed", number(20.0)),
-                ("max_acceleration", number(40.0)),
-                ("max_jerk", number(2_000.0)),
-                ("home_speed", number(10.0)),
-                ("home_search", number(70.0)),
-                ("home_offset", number(1.0)),
-                ("phases", list(&PHASES.map(i32::from))),
-            ];
-            rows.map(|(name, value)| (format!("{axis}.{name}"), value))
-        })
-        .collect();
-    let mut all: Vec<_> = changes.drain(..).map(|(key, value)| (key.to_owned(), value)).collect();
-    all.extend(keys);
-    apply(&virtual_drill(), &all).unwrap()
-}
-
-/// The machine's file, as `annulus` reads it.
-fn machine_file(machine: &Machine) -> String {
-    let mut text = "schema = 1\n".to_owned();
-    for (section, rows) in SECTIONS {
-        text += &format!("[{section}]\n");
-        for row in *rows {
-            let value = match row.value(machine) {
-                Value::Number(number) => number.to_string(),
-                Value::Text(words) => format!("{words:?}"),
-                Value::Numbers(numbers) => format!("{numbers:?}"),
-            };
-            text += &format!("{} = {value}\n", row.key.split_once('.').unwrap().1);
-        }
-    }
-    text
+    let of_axis = [
+        ("scale", number(5.0)),
+        ("max_speed", number(20.0)),
+        ("max_acceleration", number(40.0)),
+        ("max_jerk", number(2_000.0)),
+        ("home_speed", number(10.0)),
+        ("home_search", number(70.0)),
+        ("home_offset", number(1.0)),
+        ("phases", list(&PHASES.map(i32::from))),
+    ];
+    drill::machine(changes, [("x", 0.0, 60.0), ("y", 0.0, 60.0), ("z", -12.0, 0.0)], &of_axis)
 }
 
 /// A folder with the machine's file and its device.
@@ -101,7 +74,7 @@ impl Shop {
         // The sensor of Z is on at 0.
         OpenOptions::new().write(true).open(&device).unwrap().write_all_at(&[0b1_0000], 4).unwrap();
         let machine = machine(&device);
-        fs::write(home.path().join("card.toml"), machine_file(&machine)).unwrap();
+        fs::write(home.path().join("card.toml"), drill::file(&machine)).unwrap();
         Self { machine, device }
     }
 
@@ -178,32 +151,8 @@ impl Drop for Mechanics {
 
 /// Holes 30 mm apart along X: long rapids in between.
 pub(crate) fn holes(machine: &Machine, count: u32) -> Program {
-    let process = &machine.process;
-    let to = -(process.board_thickness + process.breakthrough);
-    let mut legs = vec![Leg {
-        mark: Mark::Prepare,
-        commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us: 50_000 }],
-    }];
-    legs.extend((0..count).map(|hole| Leg {
-        mark: Mark::Hole(hole),
-        commands: vec![
-            Command::Rapid { to: Point::from_mm(f64::from(hole) * 30.0, 2.0) },
-            Command::Plunge { to, feed_um_per_s: 10_000, gate: None },
-            Command::Retract { to: process.safe_height },
-        ],
-    }));
-    let end = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
-    legs.push(Leg { mark: Mark::Finish, commands: end });
-    Program {
-        name: "two holes".into(),
-        machine: machine.fingerprint(),
-        origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
-        spindles: 1,
-        safe_height: process.safe_height,
-        legs,
-        accepted: vec![],
-    }
+    let at = (0..count).map(|hole| Point::from_mm(f64::from(hole) * 30.0, 2.0));
+    drill::holes(machine, vec![drill::spin_up(50_000)], (at, 10_000), drill::back())
 }
 
 /// Arms `program`: its key, the digest, and the codes of the rows that failed.

@@ -1,14 +1,11 @@
 //! The Lab's queue and outputs over a real socket (A8, C7).
 
 use super::client::{Page, Running};
+use super::work::until_status;
 use annulus_core::control::State;
 use annulus_core::queue::Mode;
-use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
+use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Tell};
 use tempfile::TempDir;
-
-fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) {
-    page.until(|tell| matches!(tell, Tell::Status(status) if wanted(status)));
-}
 
 fn until_queue(page: &mut Page, wanted: impl Fn(&QueueStatus) -> bool) -> QueueStatus {
     match page.until(|tell| matches!(tell, Tell::Queue(status) if wanted(status))) {

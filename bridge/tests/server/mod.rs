@@ -4,6 +4,7 @@ pub(crate) mod card;
 pub(crate) mod client;
 mod commands;
 mod door;
+pub(crate) mod drill;
 mod lab;
 mod limits;
 mod pages;

@@ -57,15 +57,20 @@ fn control_goes_with_the_page_and_lapses_in_silence() {
     viewer.until(|tell| matches!(tell, Tell::Control { taken: false, viewers: 2, .. }));
 }
 
-#[test]
-fn anybody_stops_the_machine() {
-    let bridge = Running::start();
-    let (mut one, mut two) = (bridge.page(), bridge.page());
+/// Page `one` has the machine homed, and page `two` stops it.
+fn stops_what_moves(one: &mut Page, two: &mut Page) {
     assert!(one.take_control(false));
     one.ask(&Ask::Home);
     two.until(|tell| is_in(tell, &[State::Homing]));
     two.ask(&Ask::Stop);
     two.until(|tell| !is_in(tell, &[State::Homing, State::Stopping]) && matches!(tell, Tell::Status(_)));
+}
+
+#[test]
+fn anybody_stops_the_machine() {
+    let bridge = Running::start();
+    let (mut one, mut two) = (bridge.page(), bridge.page());
+    stops_what_moves(&mut one, &mut two);
 }
 
 #[test]
@@ -85,11 +90,7 @@ fn an_address_says_what_its_page_may() {
         assert_eq!(page.refusal(), "control.scope", "{scope} {ask:?}");
     }
     let (mut one, mut two) = (bridge.page_that_may("jog"), bridge.page_that_may("view"));
-    assert!(one.take_control(false));
-    one.ask(&Ask::Home);
-    two.until(|tell| is_in(tell, &[State::Homing]));
-    two.ask(&Ask::Stop);
-    two.until(|tell| !is_in(tell, &[State::Homing, State::Stopping]) && matches!(tell, Tell::Status(_)));
+    stops_what_moves(&mut one, &mut two);
 }
 
 #[test]

@@ -1,11 +1,11 @@
 //! Work that goes on, and moves that do not, when the page that began them is gone (N15).
 
 use super::client::{Page, Running, had_time};
+use super::drill;
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
-use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
+use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
-use annulus_core::units::Length;
 use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use tempfile::TempDir;
 
@@ -13,37 +13,12 @@ use tempfile::TempDir;
 pub(crate) fn row_of_holes(count: u32) -> Program {
     let machine = virtual_drill();
     let process = &machine.process;
-    let to = -(process.board_thickness + process.breakthrough);
     let feed_um_per_s = (process.feed_mm_per_s * 1e3) as u32;
-    let spin_up_us = (process.spin_up_ms * 1e3) as u32;
-    let mut legs = vec![
-        Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] },
-        Leg {
-            mark: Mark::Prepare,
-            commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us: spin_up_us }],
-        },
-    ];
-    legs.extend((0..count).map(|hole| Leg {
-        mark: Mark::Hole(hole),
-        commands: vec![
-            Command::Rapid {
-                to: Point::from_mm(f64::from(hole % 100) * 2.0, 1.0 + f64::from(hole / 100) * 0.15),
-            },
-            Command::Plunge { to, feed_um_per_s, gate: None },
-            Command::Retract { to: process.safe_height },
-        ],
-    }));
-    legs.push(Leg { mark: Mark::Finish, commands: vec![Command::Spindle { rpm: 0 }] });
-    Program {
-        name: "a row of holes".into(),
-        machine: machine.fingerprint(),
-        origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
-        spindles: 1,
-        safe_height: process.safe_height,
-        legs,
-        accepted: vec![],
-    }
+    let put_in = Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] };
+    let before = vec![put_in, drill::spin_up((process.spin_up_ms * 1e3) as u32)];
+    let place = |hole: u32| Point::from_mm(f64::from(hole % 100) * 2.0, 1.0 + f64::from(hole / 100) * 0.15);
+    let at = (0..count).map(place);
+    drill::holes(&machine, before, (at, feed_um_per_s), vec![Command::Spindle { rpm: 0 }])
 }
 
 pub(crate) fn until_status(page: &mut Page, wanted: impl Fn(&Status) -> bool) -> Status {

@@ -9,21 +9,25 @@ mod adapter;
 mod card;
 mod drive;
 pub mod dynamics;
+mod parallel;
 pub mod phases;
 mod presets;
 mod settings;
 mod table;
 mod table_speeds;
 mod validate;
+mod wiring;
 
 pub use adapter::AdapterWiring;
-pub use card::{Card, UNWIRED};
+pub use card::Card;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
+pub use parallel::Parallel;
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
-pub use settings::{IN_FILE_ONLY, Setting, Value, ValueKind, apply, read, setting, settings};
+pub use settings::{Setting, Value, ValueKind, apply, is_in_file_only, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
 pub use table_speeds::warnings;
 pub use validate::validate;
+pub use wiring::{UNWIRED, Wiring};
 
 use crate::job::Input;
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
@@ -44,10 +48,12 @@ pub struct Machine {
     pub description: String,
     /// Where the pulses go.
     pub output: Output,
-    /// Base address of the I/O card or the parallel port.
+    /// Base address of the I/O card.
     pub card_address: u32,
-    /// How they are wired.
+    /// The I/O card.
     pub card: Card,
+    /// The parallel port.
+    pub parallel: Parallel,
     /// How a USB step adapter is wired.
     pub adapter: AdapterWiring,
     /// Left and right.
@@ -285,7 +291,12 @@ impl Machine {
         if self.output == Output::Adapter {
             return self.adapter.output_name.split_whitespace().map(str::to_owned).collect();
         }
-        self.card.names()
+        self.wiring().names()
+    }
+
+    /// The wiring in force: that of the parallel port where one is driven, else that of the card.
+    pub fn wiring(&self) -> &Wiring {
+        if self.output == Output::Parallel { &self.parallel.wiring } else { &self.card.wiring }
     }
 
     /// The input that tells that `axis` reached its home end.

@@ -5,7 +5,7 @@
 
 use super::{
     AdapterWiring, Axis, Card, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output,
-    Overlap, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
+    Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
 
@@ -51,6 +51,7 @@ pub fn virtual_drill() -> Machine {
         output: Output::Virtual,
         card_address: 0x2A0,
         card: Card::default(),
+        parallel: Parallel::default(),
         adapter: AdapterWiring::default(),
         x: axis(300.0),
         y: axis(200.0),
@@ -129,6 +130,7 @@ pub fn lab() -> Machine {
         output: Output::Virtual,
         card_address: 0x2A0,
         card: Card::default(),
+        parallel: Parallel::default(),
         adapter: AdapterWiring::default(),
         x: axis(-10.0, 2588.0),
         y: axis(-1.0, 2588.0),

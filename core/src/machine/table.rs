@@ -117,6 +117,7 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
         ],
     ),
     ("card", super::card::ROWS),
+    ("parallel", super::parallel::ROWS),
     ("adapter", super::adapter::ROWS),
     ("x", axis!(x)),
     ("y", axis!(y)),

@@ -1,10 +1,12 @@
 //! What no single field of a machine can tell: ranges inside out, heights out of reach, drives asked for too much, tables
 //! whose rows do not belong together.
 //!
-//! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `steps` and
+//! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `table_speeds` and
 //! `phases`.
 
-use super::{DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, dynamics, phases, table_speeds};
+use super::{
+    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, dynamics, parallel, phases, table_speeds,
+};
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
 
@@ -53,6 +55,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(strokes(machine));
     diagnostics.extend(table_speeds::refusals(machine));
     diagnostics.extend(card::validate(machine));
+    diagnostics.extend(parallel::validate(machine));
     diagnostics.extend(adapter::validate(machine));
     diagnostics
 }
@@ -78,9 +81,11 @@ fn play_of_z(machine: &Machine) -> Option<Diagnostic> {
 /// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.
 fn outputs(machine: &Machine) -> Option<Diagnostic> {
     let names = machine.output_names();
-    let is_adapter = machine.output == Output::Adapter;
-    let (key, most) =
-        if is_adapter { ("adapter.output_name", 1) } else { ("card.output_names", MOST_OUTPUTS) };
+    let (key, most) = match machine.output {
+        Output::Adapter => ("adapter.output_name", 1),
+        Output::Parallel => ("parallel.output_names", MOST_OUTPUTS),
+        Output::Virtual | Output::Card => ("card.output_names", MOST_OUTPUTS),
+    };
     let good = |name: &str| {
         name.starts_with(|c: char| c.is_ascii_alphabetic())
             && name.chars().all(|c| c.is_ascii_alphanumeric() || c == '_')

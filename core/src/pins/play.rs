@@ -73,7 +73,8 @@ impl Motors {
     /// speed.
     pub fn of(machine: &Machine) -> Self {
         let is_virtual = machine.output == Output::Virtual;
-        let start_stop_hz = if is_virtual { f64::INFINITY } else { f64::from(machine.card.start_stop_hz) };
+        let start_stop_hz =
+            if is_virtual { f64::INFINITY } else { f64::from(machine.wiring().start_stop_hz) };
         let per_tick2 = 1.0 / (TICK_HZ as f64 * TICK_HZ as f64);
         let braking = std::array::from_fn(|index| {
             let axis = machine.axis(index);

@@ -147,7 +147,7 @@ pub struct Finding {
 
 impl Finding {
     /// A finding without tool, leg and cures.
-    pub(super) fn new(kind: FindingKind, at: Point, width: Length, mut nets: Vec<String>) -> Self {
+    pub fn new(kind: FindingKind, at: Point, width: Length, mut nets: Vec<String>) -> Self {
         nets.sort();
         nets.dedup();
         Self {

@@ -21,13 +21,13 @@ use crate::journal::{sealed, unsealed};
 use crate::line::{self, Line};
 use crate::owner::{Message, Owner, Parts, board};
 use crate::prepare::{at_feed, prepare};
+use crate::programs::Programs;
 use crate::recording::Recording;
 use crate::ticket::{Ticket, Tickets};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine, Output, Value};
 use annulus_core::steps::TICK_HZ;
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
-use annulus_core::wire::program;
 use outside::Letters;
 use slots::Slots;
 use std::pin::Pin;
@@ -41,9 +41,6 @@ const LONGEST_TURN: Duration = Duration::from_millis(50);
 
 /// How often it wants to be called while something moves.
 const TURN: Duration = Duration::from_millis(8);
-
-/// Programs that were brought, at most; the oldest goes first.
-const MOST_PROGRAMS: usize = 8;
 
 /// A drilled-board record longer than this is begun anew where no job needs it, in bytes.
 const LONGEST_RECORD: usize = 1024 * 1024;
@@ -66,7 +63,7 @@ pub struct Alone<F> {
     recording: Recording,
     /// How much of the drilled-board record is in its file.
     written: usize,
-    programs: Vec<(String, Vec<u8>)>,
+    programs: Programs,
     line: Line,
     speed: f64,
     time: Time,
@@ -92,7 +89,7 @@ impl<F: Files> Alone<F> {
         }
         let alarm = contents.damage.as_ref().map(|damage| damage.told(drilled.lines().count()));
         let job = contents.job.as_ref().map(|(job, _)| job.key.clone());
-        let programs = job.zip(program).into_iter().collect();
+        let programs = Programs::of(job.zip(program));
         let (messages, inbox) = channel();
         let (letters, shared, tickets) =
             (Letters::default(), Arc::new(Shared::new(time)), Arc::<Tickets>::default());
@@ -150,23 +147,13 @@ impl<F: Files> Alone<F> {
 
     /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
     pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
-        if program::key(&bytes) != key {
-            return Err(Diagnostic::error("control.wrong_key"));
-        }
-        program::decode(&bytes)?;
-        self.programs.retain(|(other, _)| other != key);
-        self.programs.push((key.to_owned(), bytes));
-        while self.programs.len() > MOST_PROGRAMS {
-            // That of a job that is in work, or was broken off, stays.
-            let goes = self.programs.iter().position(|(other, _)| self.slots.job() != Some(other));
-            self.programs.remove(goes.unwrap_or(0));
-        }
-        Ok(())
+        // That of a job that is in work, or was broken off, stays.
+        self.programs.keep(key, bytes, self.slots.job())
     }
 
     /// The bytes kept under `key`.
     pub fn job(&self, key: &str) -> Option<&[u8]> {
-        self.programs.iter().find(|(other, _)| other == key).map(|(_, bytes)| bytes.as_slice())
+        self.programs.bytes(key)
     }
 
     /// Time went by, or something was heard: does what is to be done now. Gives after which time it wants to be called again

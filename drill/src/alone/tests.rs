@@ -1,19 +1,14 @@
 //! The drill without threads in a time of its own: nothing here waits, and every run is the same run.
 
 use super::*;
-use annulus_core::board::{Board, Hole};
-use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
-use annulus_core::cam::work::Work;
-use annulus_core::cam::{HoleOrder, PlanOptions};
+use crate::tests as drilled;
 use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, State, Trust};
-use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::virtual_drill;
-use annulus_core::motion;
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::tally;
-use annulus_core::wire::{Ask, RowVerdict, Status, Tell};
+use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -196,21 +191,7 @@ impl Bench {
 }
 
 fn holes(count: usize) -> Program {
-    let machine = virtual_drill();
-    let hole = |n: usize| Hole {
-        at: Point::from_mm((n % 8) as f64 * 2.5 + 1.0, (n / 8) as f64 * 2.5 + 1.0),
-        diameter: Some(Length::from_um(800)),
-        plated: None,
-        source: 0,
-        tool_code: 1,
-        line: 1,
-    };
-    let board = Board { holes: (0..count).map(hole).collect(), ..Board::default() };
-    let work = Work::drilling(&board, &machine, HoleOrder::Shortest);
-    let rapid_time = |from, to| motion::rapid_time_s(&machine, from, to);
-    let means = Means { options: &PlanOptions::default(), rapid_time: &rapid_time };
-    let planned = plan_work(&board, &work, &machine, &means, &mut |_| true).unwrap().0;
-    lower_work(&planned, &work, &machine)
+    drilled::holes(&virtual_drill(), count, 8, |_| 800)
 }
 
 /// Homed and with its work zero, on these files.

@@ -9,7 +9,7 @@ use crate::files::Files;
 use annulus_core::control::State;
 use annulus_core::controller::{self as grbl, EngineEvent, EnginePhase, Override, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::machine::{self, IN_FILE_ONLY, Value};
+use annulus_core::machine::{self, Value, is_in_file_only};
 use annulus_core::wire::{Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
 
@@ -235,7 +235,7 @@ impl<F: Files> Station<F> {
             return refusal("control.busy");
         }
         for (key, _) in changes {
-            if IN_FILE_ONLY.contains(&key.as_str()) {
+            if is_in_file_only(key) {
                 return Err(Diagnostic::error("control.in_file_only").with("key", key));
             }
             if let Some(number) = set_there(key) {

@@ -11,12 +11,13 @@ use crate::files::Files;
 use crate::line::{Asked, Line};
 use crate::owner::Message;
 use crate::prepare::made;
+use crate::programs::Programs;
 use crate::ticket::Tickets;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, Machine};
-use annulus_core::wire::{Status, Tell, program};
+use annulus_core::wire::{Status, Tell};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -24,8 +25,6 @@ use std::time::Duration;
 const TURN: Duration = Duration::from_millis(10);
 /// How long a controller may take to say who it is: a line at the wrong speed says something for ever.
 const GREETING: Duration = Duration::from_secs(8);
-/// Programs that were brought, at most; the oldest goes first.
-const MOST_PROGRAMS: usize = 8;
 
 /// A job in work.
 pub(super) struct Work {
@@ -68,7 +67,7 @@ pub struct Station<F> {
     pub(super) ledger: Ledger<F>,
     pub(super) bringing: Option<Bringing>,
     pub(super) machine: Machine,
-    pub(super) programs: Vec<(String, Vec<u8>)>,
+    pub(super) programs: Programs,
     pub(super) armed: Option<Armed>,
     pub(super) work: Option<Work>,
     /// The job that was broken off.
@@ -103,7 +102,7 @@ impl<F: Files> Station<F> {
             ledger,
             bringing: None,
             machine: machine::hobby_3018(),
-            programs: offer.iter().map(|order| (order.key.clone(), order.bytes.clone())).collect(),
+            programs: Programs::of(offer.as_ref().map(|order| (order.key.clone(), order.bytes.clone()))),
             armed: None,
             work: None,
             offer,
@@ -175,24 +174,14 @@ impl<F: Files> Station<F> {
 
     /// Keeps the program `bytes` under `key`, its SHA-256, if they are a program.
     pub fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
-        if program::key(&bytes) != key {
-            return Err(Diagnostic::error("control.wrong_key"));
-        }
-        program::decode(&bytes)?;
-        self.programs.retain(|(other, _)| other != key);
-        self.programs.push((key.to_owned(), bytes));
-        if self.programs.len() > MOST_PROGRAMS {
-            // That of a job that was broken off stays.
-            let stays = |key: &String| self.offer.as_ref().is_some_and(|order| order.key == *key);
-            let goes = self.programs.iter().position(|(other, _)| !stays(other));
-            self.programs.remove(goes.unwrap_or(0));
-        }
-        Ok(())
+        // That of a job that was broken off stays.
+        let stays = self.offer.as_ref().map(|order| &order.key);
+        self.programs.keep(key, bytes, stays)
     }
 
     /// The bytes kept under `key`.
     pub fn job(&self, key: &str) -> Option<&[u8]> {
-        self.programs.iter().find(|(other, _)| other == key).map(|(_, bytes)| bytes.as_slice())
+        self.programs.bytes(key)
     }
 
     /// Time went by, or something was heard. Gives after which time it wants to be called again.

@@ -7,16 +7,10 @@ mod automaton;
 
 use super::Station;
 use crate::files::{File, Files};
-use annulus_core::board::{Board, Hole};
-use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
-use annulus_core::cam::work::Work;
-use annulus_core::cam::{HoleOrder, PlanOptions};
+use crate::tests as drilled;
 use annulus_core::control::{Ending, State, Trust};
-use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::machine::{Value, hobby_3018};
-use annulus_core::motion;
-use annulus_core::units::Length;
 use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use automaton::Automaton;
 use std::cell::{Cell, RefCell};
@@ -282,21 +276,7 @@ fn bottoms(program: &Program) -> Vec<[f64; 3]> {
 
 /// Holes of two sizes.
 fn holes(count: usize) -> Program {
-    let machine = hobby_3018();
-    let hole = |n: usize| Hole {
-        at: Point::from_mm((n % 4) as f64 * 2.5 + 1.0, (n / 4) as f64 * 2.5 + 1.0),
-        diameter: Some(Length::from_um(if n.is_multiple_of(3) { 1_000 } else { 800 })),
-        plated: None,
-        source: 0,
-        tool_code: 1,
-        line: 1,
-    };
-    let board = Board { holes: (0..count).map(hole).collect(), ..Board::default() };
-    let work = Work::drilling(&board, &machine, HoleOrder::Shortest);
-    let rapid_time = |from, to| motion::rapid_time_s(&machine, from, to);
-    let means = Means { options: &PlanOptions::default(), rapid_time: &rapid_time };
-    let planned = plan_work(&board, &work, &machine, &means, &mut |_| true).unwrap().0;
-    lower_work(&planned, &work, &machine)
+    drilled::holes(&hobby_3018(), count, 4, |n| if n.is_multiple_of(3) { 1_000 } else { 800 })
 }
 
 #[test]

@@ -1,17 +1,18 @@
-//! A job begins and ends: its start is in the journal before anything moves (N16).
+//! A job is armed, begins and ends: it was checked for the drill as it stands, and its start is in the journal before anything
+//! moves (N16).
 //!
 //! ```text
 //! Start ─▶ may it? ─▶ journal ──── fsync ────▶ may it still? ─▶ moves ─▶ what waited
 //!                        meanwhile: STOP, alarms, the status, who is in control; what else is asked waits its turn
 //! ```
 //!
-//! Comes in: a start that was asked for, the journal's answer. Goes out: the job in work, and how it ended. Does not know how
-//! anything moves.
+//! Comes in: a job that was prepared, a start that was asked for, the journal's answer. Goes out: how the drill stands, verdicts, the
+//! job in work, and how it ended. Does not know how a job is checked, nor how anything moves.
 
 use super::moves::{Work, ruler};
 use super::{Message, Owner, diagnostic, zero_of};
-use crate::journal::JobRecord;
-use crate::journal::Record;
+use crate::journal::{JobRecord, Record};
+use crate::prepare::{Context, Prepared};
 use crate::ticket::Ticket;
 use annulus_core::control::{Action, Ending, Event, step};
 use annulus_core::diagnostic::Diagnostic;
@@ -45,6 +46,35 @@ fn waits(message: &Message) -> bool {
 }
 
 impl Owner {
+    /// How the drill stands, for a job to be prepared.
+    pub fn context(&self) -> Context {
+        let offer = self.interrupted.as_ref().filter(|_| self.work.is_none());
+        Context {
+            machine: self.machine.clone(),
+            zero: self.session.zero(),
+            state: self.session.state,
+            trust: self.session.trust,
+            safe_hz: self.timing.as_ref().map(|timing| timing.safe_hz),
+            offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, zero_of(job, &self.machine))),
+        }
+    }
+
+    /// Takes a job that was prepared, and says what was found.
+    pub fn arm(&mut self, prepared: Prepared) -> Result<Vec<Tell>, Diagnostic> {
+        if self.context() != prepared.context {
+            return Err(diagnostic("control.changed_meanwhile"));
+        }
+        let tell = prepared.tell();
+        let event = match prepared.refusal() {
+            None => Event::Armed { job: prepared.key.clone(), digest: prepared.digest.clone() },
+            Some(_) => Event::Disarmed { position_lost: false },
+        };
+        self.try_event(event)?;
+        self.prepared = Some(Arc::new(prepared));
+        self.tell(tell.clone());
+        Ok(vec![tell])
+    }
+
     /// Has the start of the job that is armed written down, where it may start. However long the disk takes, nobody waits here.
     pub(crate) fn begin(&mut self, event: Event, asked: Ticket, reply: Reply) {
         match self.to_be_started(&event) {

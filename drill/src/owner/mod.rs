@@ -3,7 +3,6 @@
 //! Comes in: asks, reports, troubles. Goes out: actions done, tells. The only place that changes the session. Does not know
 //! what segments a move is made of.
 
-mod arming;
 mod begin;
 pub(crate) mod board;
 mod configure;

@@ -2,22 +2,19 @@
 
 use crate::drawing::fields::Field;
 use crate::drawing::{DrawKey, keys};
-use crate::engine::messages::{Answer, Request};
-use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
-use crate::model::drawing::{DrawingExport, Least};
-use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, Model, update};
+use crate::model::drawing::Least;
+use crate::model::{DrawEvent, Effect, Event, FrameEvent, Model, update};
 use crate::view::Touch;
-use annulus_core::board::drawing::{self, Drawing, Id, Thing};
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::board::drawing::{Drawing, Id, Thing};
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
 
 /// A model on the Draw screen, with what was asked of the outside.
-struct Sheet {
-    model: Model,
-    out: Vec<Effect>,
-    all: Vec<Effect>,
+pub(super) struct Sheet {
+    pub(super) model: Model,
+    pub(super) out: Vec<Effect>,
+    pub(super) all: Vec<Effect>,
 }
 
 impl Default for Sheet {
@@ -30,18 +27,13 @@ impl Default for Sheet {
     }
 }
 
-/// A request done as the worker does it.
-fn alone(request: Request) -> Result<Answer, Vec<Diagnostic>> {
-    perform(request, &mut Cache::default(), &mut |_, _| {})
-}
-
 fn mm(text: &str) -> [f64; 2] {
     let (x, y) = text.split_once(',').unwrap_or_else(|| panic!("{text} is no place"));
     [x.parse().unwrap(), y.parse().unwrap()]
 }
 
 impl Sheet {
-    fn event(&mut self, event: impl Into<Event>) {
+    pub(super) fn event(&mut self, event: impl Into<Event>) {
         self.out = update(&mut self.model, event.into());
         self.all.extend(self.out.iter().cloned());
     }
@@ -52,7 +44,7 @@ impl Sheet {
     }
 
     /// Takes one word in: `key:Ctrl+z`, `at:5,5`, `drag:1,1>5,5`, `type:@5,0`, `set:width=0.8`, and others.
-    fn word(&mut self, word: &str) {
+    pub(super) fn word(&mut self, word: &str) {
         let (name, rest) = word.split_once(':').unwrap_or((word, ""));
         let (name, held) = name.split_once('+').unwrap_or((name, ""));
         match name {
@@ -110,22 +102,22 @@ impl Sheet {
         }
     }
 
-    fn tell(words: &str) -> Self {
+    pub(super) fn tell(words: &str) -> Self {
         let mut sheet = Self::default();
         words.split_whitespace().for_each(|word| sheet.word(word));
         sheet
     }
 
-    fn drawing(&self) -> &Drawing {
+    pub(super) fn drawing(&self) -> &Drawing {
         self.model.draw.editor.drawing()
     }
 
-    fn of(&self, word: &str) -> Vec<Id> {
+    pub(super) fn of(&self, word: &str) -> Vec<Id> {
         self.drawing().things().filter(|(_, entry)| entry.thing.word() == word).map(|(id, _)| id).collect()
     }
 
     /// `tracks/pads/holes/nodes/groups  steps back/on  chosen`.
-    fn counts(&self) -> String {
+    pub(super) fn counts(&self) -> String {
         let count = |word| self.of(word).len();
         let (back, on) = self.model.draw.editor.history().depth();
         let kinds = ["track", "pad", "hole", "node", "group"].map(|word| count(word).to_string()).join("/");
@@ -343,173 +335,6 @@ fn the_picture_is_made_anew_only_where_it_was_touched() {
     );
 }
 
-fn asked(effects: &[Effect]) -> Option<(u32, Request)> {
-    effects.iter().find_map(|effect| match effect {
-        Effect::Ask { number, request, .. } => Some((*number, (**request).clone())),
-        _ => None,
-    })
-}
-
-#[test]
-fn a_drawn_board_is_read_like_files_that_were_dropped() {
-    let mut sheet = Sheet::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 key:End");
-    sheet.event(DrawEvent::Use { tab: Tab::Cam });
-    let Some((number, Request::Read(wanted))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
-    assert_eq!(wanted.files.len(), 1);
-    let kept = drawing::read("d", std::str::from_utf8(&wanted.files[0].1).unwrap()).unwrap();
-    assert_eq!(kept.now(), sheet.drawing());
-    let Ok(Answer::Read(reading)) = alone(Request::Read(wanted)) else { panic!() };
-    assert_eq!((reading.board.holes.len(), reading.layers.len()), (2, 1), "{:?}", reading.files);
-    sheet.event(Event::Answered { number, answer: Ok(Answer::Read(reading)) });
-    assert_eq!(sheet.model.frame.tab, Tab::Cam);
-    assert!(!sheet.model.draw.is_ahead());
-    // Back in the editor one thing more is drawn: going to CAM makes the board anew, and keeps the job.
-    sheet.event(FrameEvent::Show { tab: Tab::Draw });
-    sheet.word("key:o");
-    sheet.word("at:20,20");
-    assert!(sheet.model.draw.is_ahead());
-    sheet.event(FrameEvent::Show { tab: Tab::Cam });
-    let read = sheet
-        .out
-        .iter()
-        .any(|effect| matches!(effect, Effect::Ask { request, .. } if matches!(**request, Request::Read(_))));
-    assert!(read, "{:?}", sheet.out);
-}
-
-const COPPER: &[u8] = b"%TF.FileFunction,Copper,L1,Top*%%FSLAX33Y33*%%MOMM*%%ADD10C,1*%D10*\
-X1000Y1000D03*X5000Y1000D03*X1000Y5000D02*X5000Y5000D01*M02*";
-const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.5\n%\nT1\nX1.0Y1.0\nX5.0Y1.0\nM30\n";
-
-/// Files are open, and what they draw is in the editor.
-fn over_files() -> Sheet {
-    let mut sheet = Sheet::default();
-    let files = vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), DRILL.to_vec())];
-    sheet.event(FilesEvent::Chosen { files });
-    let (number, request) = asked(&sheet.out).unwrap();
-    let answer = alone(request);
-    sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
-    sheet.event(FrameEvent::Show { tab: Tab::Draw });
-    let (number, request) = asked(&sheet.out).unwrap();
-    assert!(matches!(request, Request::Trace(_)), "{request:?}");
-    let answer = alone(request);
-    sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
-    assert_eq!(sheet.model.draw.editor.finder().imported().len(), 5);
-    sheet
-}
-
-#[test]
-fn what_files_draw_is_taken_out_moved_and_added_to() {
-    let mut sheet = over_files();
-    for word in ["at:1,1.4", "key:Delete", "drag:3,5>3,7", "key:x", "at:5,1", "at:5,7", "key:End"] {
-        sheet.word(word);
-    }
-    assert_eq!((sheet.of("imported").len(), sheet.of("track").len()), (2, 1), "{:?}", sheet.drawing());
-    sheet.event(DrawEvent::Use { tab: Tab::Cam });
-    let Some((_, Request::Read(wanted))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
-    assert_eq!(wanted.files.len(), 3);
-    assert_eq!(
-        (wanted.files[0].1.as_slice(), wanted.files[1].1.as_slice()),
-        (COPPER, DRILL),
-        "the files stay as they are"
-    );
-    let Ok(Answer::Read(reading)) = alone(Request::Read(wanted)) else { panic!() };
-    assert_eq!((reading.layers[0].islands, reading.board.holes.len()), (1, 2));
-    // Put back: the drawing says nothing of the files any more.
-    sheet.event(DrawEvent::Escape);
-    sheet.event(DrawEvent::Act { act: crate::drawing::Act::PutBack });
-    assert_eq!(sheet.of("imported"), []);
-    while sheet.model.draw.editor.can_undo().0 {
-        sheet.word("key:Ctrl+z");
-    }
-    assert!(sheet.drawing().is_empty());
-}
-
-fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {
-    effects.iter().find_map(|effect| match effect {
-        Effect::KeepDrawing { of, place, text, .. } => Some((*of, *place, text.clone())),
-        _ => None,
-    })
-}
-
-#[test]
-fn a_reload_gives_the_drawing_back_with_all_its_edits() {
-    let mut sheet = Sheet::tell("key:p at:5,5 at:9,9 key:Ctrl+z");
-    let change = sheet.model.draw.editor.changes();
-    sheet.event(DrawEvent::Rested { change: change - 1 });
-    assert_eq!(kept(&sheet.out), None, "it changed meanwhile");
-    sheet.event(DrawEvent::Rested { change });
-    let (of, place, text) = kept(&sheet.out).unwrap();
-    assert_eq!(place, None);
-    sheet.event(DrawEvent::Kept { of, place: Some(3) });
-    assert_eq!(sheet.out, [Effect::OwnDrawing { place: Some(3) }]);
-    let mut again = Sheet { model: Model::default(), out: Vec::new(), all: Vec::new() };
-    again.event(FrameEvent::Show { tab: Tab::Draw });
-    assert_eq!(again.out, [Effect::LookForDrawings { own: true }]);
-    again.event(DrawEvent::Found { own: Some((3, text)), earlier: Vec::new() });
-    assert_eq!(again.model.draw.editor.history(), sheet.model.draw.editor.history());
-    again.word("key:Ctrl+y");
-    assert_eq!(again.counts(), "0/2/2/2/0 2/0 0");
-    // It is written where it was.
-    let change = again.model.draw.editor.changes();
-    again.event(DrawEvent::Rested { change });
-    assert_eq!(kept(&again.out).map(|(_, place, _)| place), Some(Some(3)));
-}
-
-#[test]
-fn a_new_drawing_leaves_the_one_before_in_the_store() {
-    let mut sheet = Sheet::tell("key:p at:5,5 new");
-    assert!(sheet.drawing().is_empty());
-    let (of, place, text) = kept(&sheet.out).unwrap();
-    assert_eq!((of, place), (0, None));
-    assert!(drawing::read("d", &text).unwrap().now().len() > 1);
-    sheet.event(DrawEvent::Kept { of, place: Some(0) });
-    sheet.word("key:o");
-    sheet.word("at:1,1");
-    let change = sheet.model.draw.editor.changes();
-    sheet.event(DrawEvent::Rested { change });
-    let (of, place, _) = kept(&sheet.out).unwrap();
-    assert_eq!((of, place), (1, None), "it does not take the place of the one before");
-    let mut bad = Sheet::tell("key:p at:5,5");
-    let before = bad.counts();
-    bad.event(DrawEvent::Opened { place: None, text: Some("{}".to_owned()) });
-    bad.event(DrawEvent::Opened { place: None, text: None });
-    assert_eq!((bad.counts(), bad.model.frame.toasts.len()), (before, 2));
-}
-
-#[test]
-fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
-    let mut sheet = Sheet::tell("key:p at:5,5 at:9,9");
-    let before = sheet.model.draw.editor.history().clone();
-    let example = include_str!("../../../../www/drawings/robot.json");
-    sheet.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
-    assert_eq!(sheet.drawing().name(), drawing::read("d", example).unwrap().now().name());
-    let number = sheet.model.frame.toasts.first().expect("it is offered").number;
-    sheet.event(FrameEvent::Taken { number });
-    assert_eq!(*sheet.model.draw.editor.history(), before);
-    // And the other way round; a sheet on which nothing was drawn is not offered.
-    sheet.event(DrawEvent::Back);
-    assert_eq!(sheet.of("hole").len(), 15);
-    let mut empty = Sheet::default();
-    empty.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
-    assert!(empty.model.frame.toasts.is_empty());
-}
-
-#[test]
-fn the_example_does_not_lie_over_open_files() {
-    let mut sheet = over_files();
-    assert_eq!(sheet.model.draw.over(), (true, true));
-    let example = include_str!("../../../../www/drawings/robot.json");
-    let look = sheet.model.draw.look;
-    sheet.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
-    assert_eq!(sheet.model.draw.over(), (false, true));
-    assert!(sheet.model.draw.editor.finder().imported().is_empty());
-    assert!(sheet.model.draw.look.0 > look.0 && sheet.model.draw.look.1.is_none(), "all of it is looked at");
-    let open = sheet.model.board.document.clone().map(|open| open.files.len());
-    sheet.event(FrameEvent::Show { tab: Tab::Cam });
-    assert_eq!(asked(&sheet.out).map(|(number, _)| number), None, "the open board stays as it is");
-    assert_eq!(sheet.model.board.document.as_ref().map(|open| open.files.len()), open);
-}
-
 #[test]
 fn things_go_into_groups_and_out_of_them_in_the_tree() {
     // Two groups of a hole each, and a hole by itself.
@@ -568,21 +393,4 @@ fn what_is_chosen_goes_to_a_typed_place() {
         "the cross-hair is elsewhere"
     );
     assert_eq!(at("key:o at:5,5 key:v at:5,5 type:@2,1 key:Ctrl+z"), (5.0, 5.0), "an edit like others");
-}
-
-#[test]
-fn a_drawing_is_saved_as_files() {
-    let mut sheet = Sheet::tell("key:p at:5,5 escape escape set:name=my_board");
-    let mut name = |what| {
-        sheet.event(DrawEvent::Export { what });
-        match sheet.out.first() {
-            Some(Effect::Save { name, bytes, .. }) if !bytes.is_empty() => name.clone(),
-            other => panic!("{other:?}"),
-        }
-    };
-    let names = [DrawingExport::Board, DrawingExport::Svg, DrawingExport::Drawing].map(&mut name);
-    assert_eq!(names, ["my_board.zip", "my_board.svg", "my_board.drawing.json"]);
-    let mut empty = Sheet::default();
-    empty.event(DrawEvent::Export { what: DrawingExport::Board });
-    assert!(empty.out.is_empty() && empty.model.draw.editor.said.is_some());
 }

@@ -10,6 +10,7 @@ mod story;
 mod board_rows;
 mod controller_rows;
 mod draw_rows;
+mod drawn_files_rows;
 mod files_rows;
 mod job_rows;
 mod keeping_rows;
@@ -18,3 +19,15 @@ mod link_rows;
 mod planning_rows;
 mod play_rows;
 mod settings_rows;
+
+/// Tells every story of `rows` and compares how things stand after it; says all that are wrong.
+fn compare<T>(rows: &[(&str, &str)], told: impl Fn(&str) -> T, after: impl Fn(&T) -> String) {
+    let wrong: Vec<String> = rows
+        .iter()
+        .filter_map(|(words, expected)| {
+            let found = after(&told(words));
+            (found != *expected).then(|| format!("{words}\n  expected {expected}\n  found    {found}"))
+        })
+        .collect();
+    assert!(wrong.is_empty(), "\n{}", wrong.join("\n"));
+}

@@ -8,11 +8,12 @@ use crate::model::LinkEvent;
 use crate::page::open_board;
 use crate::page::open_lab;
 use crate::page::{link, send};
+use crate::screens::settings::change_rows;
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Value};
 use annulus_core::wire::Ask;
-use leptos::html::{dd, div, dl, dt, p};
+use leptos::html::{div, dl, p};
 use leptos::prelude::*;
 
 /// A table as people write it: bytes in hexadecimal, anything else as it is.
@@ -38,15 +39,7 @@ pub(super) fn apply(sound: impl Fn() -> bool + Copy + Send + Sync + 'static) -> 
         open_board().machine.with(|machine| lab.bench.with(|bench| bench.changes(machine)))
     });
     let refused = Memo::new(move |_| staged.with(|changes| refusals(changes)));
-    let list = move || {
-        let machine = open_board().machine.get();
-        let rows = staged.get().into_iter().map(|(key, value)| {
-            let old = machine::setting(&key).map(|setting| written(&key, &setting.value(&machine)));
-            let (old, new) = (old.unwrap_or_default(), written(&key, &value));
-            (dt().child(key), dd().child(move || say!("page.settings.change", old = old, new = new)))
-        });
-        rows.collect::<Vec<_>>()
-    };
+    let list = change_rows(staged, written);
     let why = move || {
         let refusal = refused.with(|diagnostics| diagnostics.first().cloned()).or_else(|| line.refused.get());
         match refusal {

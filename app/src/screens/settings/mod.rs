@@ -21,6 +21,7 @@ fn section_name(section: &str) -> &'static str {
     match section {
         "machine" => key!("page.settings.machine"),
         "card" => key!("page.settings.card"),
+        "parallel" => key!("page.settings.parallel"),
         "adapter" => key!("page.settings.adapter"),
         "x" => key!("page.settings.x"),
         "y" => key!("page.settings.y"),
@@ -72,7 +73,7 @@ pub(crate) fn settings() -> impl IntoView {
             p().class("quiet").child(t!("page.settings.about")),
             refused_by_bridge(),
             div().class("setting-grid").child(fields),
-            move || (shown.get() == "card").then(clock::clock),
+            move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),
             diff(refused),
         )),
     )))
@@ -84,19 +85,28 @@ fn refused_by_bridge() -> impl IntoView {
     move || refused.get().map(|why| p().class("refusal").attr("role", "alert").child(message(&why)))
 }
 
+/// What would change in the machine, row by row: as it is, and as it would be.
+pub(crate) fn change_rows(
+    staged: Memo<Vec<(String, Value)>>,
+    written: fn(&str, &Value) -> String,
+) -> impl Fn() -> Vec<AnyView> + Copy + Send + 'static {
+    move || {
+        let machine = open_board().machine.get();
+        let rows = staged.get().into_iter().map(|(key, value)| {
+            let old = machine::setting(&key).map(|setting| written(&key, &setting.value(&machine)));
+            let (old, new) = (old.unwrap_or_default(), written(&key, &value));
+            let change = dd().child(move || say!("page.settings.change", old = old, new = new));
+            (dt().child(key), change).into_any()
+        });
+        rows.collect()
+    }
+}
+
 /// What will change, and the two buttons. Refused while the machine moves, and then it says so.
 fn diff(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let line = link::link();
     let staged = Memo::new(move |_| changes());
-    let list = move || {
-        let machine = open_board().machine.get();
-        let rows = staged.get().into_iter().map(|(key, value)| {
-            let old =
-                machine::setting(&key).map(|setting| setting.value(&machine).to_string()).unwrap_or_default();
-            (dt().child(key), dd().child(move || say!("page.settings.change", old = old, new = value)))
-        });
-        rows.collect::<Vec<_>>()
-    };
+    let list = change_rows(staged, |_, value| value.to_string());
     let may = move || refused.with(Vec::is_empty) && line.may_act() && !line.busy();
     let why = move || {
         if !line.may_act() {

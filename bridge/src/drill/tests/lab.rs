@@ -15,7 +15,8 @@ const FOUR: &str = "SPINDLE 20000\nREPEAT 2\nMOVE_BY 400 0\nCALL hole\nMOVE_TO 5
 
 /// A drill with two outputs to switch.
 fn machine() -> Machine {
-    let card = Card { outputs: vec![25, 26], output_names: "lamp vacuum".to_owned(), ..Card::default() };
+    let mut card = Card::default();
+    (card.wiring.outputs, card.wiring.output_names) = (vec![25, 26], "lamp vacuum".to_owned());
     Machine { card, ..super::machine() }
 }
 

@@ -78,13 +78,13 @@ impl<F: Read + Write + Seek + Send> Lines for Addressed<F> {
     }
 }
 
-/// The port behind `file`: the system's driver where it is one, else registers at `machine.card_address`.
+/// The port behind `file`: the system's driver where it is one, else registers at its own address.
 pub(super) fn open(file: File, machine: &Machine) -> io::Result<Box<dyn Port>> {
     #[cfg(target_os = "linux")]
     if ppdev::is_driver(&file)? {
         return Ok(Box::new(Parallel(ppdev::Driver::claim(file)?)));
     }
-    Ok(Box::new(Parallel(Addressed { file, base: u64::from(machine.card_address) })))
+    Ok(Box::new(Parallel(Addressed { file, base: u64::from(machine.parallel.address) })))
 }
 
 #[cfg(test)]

@@ -1,0 +1,82 @@
+//! A drill that tests describe in a few numbers, its file, and holes in a row for it.
+//!
+//! Comes in: settings, where holes lie. Goes out: a machine, its file as `annulus` reads it, a program. Does not know who drills.
+
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
+use annulus_core::machine::{Machine, SECTIONS, Value, apply, virtual_drill};
+use annulus_core::units::Length;
+
+/// The virtual drill with other settings, and what every axis has besides its range.
+pub(crate) fn machine(
+    changes: Vec<(&str, Value)>,
+    axes: [(&str, f64, f64); 3],
+    of_axis: &[(&str, Value)],
+) -> Machine {
+    let mut all: Vec<(String, Value)> =
+        changes.into_iter().map(|(key, value)| (key.to_owned(), value)).collect();
+    for (axis, min, max) in axes {
+        let range = [("min", Value::Number(min)), ("max", Value::Number(max))];
+        let rows = range.iter().chain(of_axis);
+        all.extend(rows.map(|(name, value)| (format!("{axis}.{name}"), value.clone())));
+    }
+    apply(&virtual_drill(), &all).unwrap()
+}
+
+/// The machine's file, as `annulus` reads it.
+pub(crate) fn file(machine: &Machine) -> String {
+    let mut text = "schema = 1\n".to_owned();
+    for (section, rows) in SECTIONS {
+        text += &format!("[{section}]\n");
+        for row in *rows {
+            let value = match row.value(machine) {
+                Value::Number(number) => number.to_string(),
+                Value::Text(words) => format!("{words:?}"),
+                Value::Numbers(numbers) => format!("{numbers:?}"),
+            };
+            text += &format!("{} = {value}\n", row.key.split_once('.').unwrap().1);
+        }
+    }
+    text
+}
+
+/// Holes `at` these places, drilled at so many µm a second; what comes before the first, and how it ends.
+pub(crate) fn holes(
+    machine: &Machine,
+    before: Vec<Leg>,
+    (at, feed_um_per_s): (impl Iterator<Item = Point>, u32),
+    end: Vec<Command>,
+) -> Program {
+    let process = &machine.process;
+    let to = -(process.board_thickness + process.breakthrough);
+    let mut legs = before;
+    legs.extend((0..).zip(at).map(|(hole, at)| Leg {
+        mark: Mark::Hole(hole),
+        commands: vec![
+            Command::Rapid { to: at },
+            Command::Plunge { to, feed_um_per_s, gate: None },
+            Command::Retract { to: process.safe_height },
+        ],
+    }));
+    legs.push(Leg { mark: Mark::Finish, commands: end });
+    Program {
+        name: "a row of holes".into(),
+        machine: machine.fingerprint(),
+        origin: Point::default(),
+        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
+        spindles: 1,
+        safe_height: process.safe_height,
+        legs,
+        accepted: vec![],
+    }
+}
+
+/// The spindle turns, and has so long for it.
+pub(crate) fn spin_up(us: u32) -> Leg {
+    Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 20_000 }, Command::Dwell { us }] }
+}
+
+/// The spindle is off, and the head where it began.
+pub(crate) fn back() -> Vec<Command> {
+    vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }]
+}

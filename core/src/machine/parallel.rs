@@ -1,0 +1,84 @@
+//! A PC parallel port: where its registers are, and how it is wired (A13).
+//!
+//! ```text
+//! output bits 11 … 8 │ 7 … 0      input bits 4 … 0        as shipped: Z │ Y X     the contact, Z, Y, X
+//! ```
+//!
+//! Goes out: the port as data, the section "parallel" of the settings table, and every reason why it cannot be. Does not know pins
+//! and registers: which bit is which pin is the business of whoever drives the port.
+
+use super::settings::{Setting, Value, ValueKind};
+use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
+use super::{Machine, Output, UNWIRED, Wiring};
+use crate::diagnostic::Diagnostic;
+use crate::job::Input;
+
+/// A parallel port.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Parallel {
+    /// Address of its first register, where it is reached without the system's driver.
+    pub address: u32,
+    /// How it is wired.
+    pub wiring: Wiring,
+}
+
+impl Default for Parallel {
+    /// The first port of a PC: three motors without forcing, for which there is no room, and no spindle.
+    fn default() -> Self {
+        let motor = |first: i8| (0..8).map(move |bit| if bit < 4 { first + bit } else { UNWIRED });
+        let wiring = Wiring {
+            device: "/dev/parport0".to_owned(),
+            phases: [0, 4, 8].map(|first| motor(first).collect()),
+            spindle: UNWIRED,
+            outputs: Vec::new(),
+            output_names: String::new(),
+            sensors: vec![0, UNWIRED, 1, UNWIRED, 2, 3, 4],
+            sensors_low: vec![0; Input::ALL.len()],
+            start_stop_hz: 70,
+        };
+        Self { address: 0x378, wiring }
+    }
+}
+
+const ADDRESS: Setting = Setting {
+    key: "parallel.address",
+    unit: "",
+    kind: ValueKind::Whole(0.0, 65_535.0),
+    shapes_stream: false,
+    get: |m| Value::Number(f64::from(m.parallel.address)),
+    set: |m, v| m.parallel.address = whole(v) as u32,
+};
+
+/// The section "parallel" of the settings table.
+pub(super) const ROWS: &[Setting] = wiring_rows!(parallel, ADDRESS);
+
+/// What a port has.
+const PINOUT: Pinout = Pinout { section: "parallel", outputs: 12, inputs: 5 };
+
+/// Every reason why the wiring cannot be. A machine that is on no port may have any wiring of the right shape.
+pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
+    let wiring = &machine.parallel.wiring;
+    let mut diagnostics = PINOUT.lengths(wiring);
+    if machine.output == Output::Parallel {
+        diagnostics.extend(PINOUT.clashes(wiring));
+        diagnostics.extend(PINOUT.missing(wiring, machine));
+    }
+    diagnostics
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{apply, lab};
+    use super::*;
+
+    #[test]
+    fn the_port_as_shipped_has_room_for_three_motors_and_five_sensors() {
+        let change = ("machine.output".to_owned(), Value::Text("parallel".to_owned()));
+        let machine = apply(&lab(), &[change]).unwrap();
+        assert_eq!(machine.output, Output::Parallel);
+        let wiring = machine.wiring();
+        assert_eq!((wiring.device.as_str(), wiring.sensor(Input::Contact)), ("/dev/parport0", 4));
+        assert_eq!(wiring.phases.iter().flatten().filter(|bit| **bit != UNWIRED).count(), 12);
+        assert_eq!(machine.card, lab().card, "what is said of a card stays as it is");
+    }
+}
