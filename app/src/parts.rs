@@ -39,7 +39,7 @@ pub fn parts(program: &Program, operations: &[u16]) -> Vec<WorkPart> {
     let mut bit = None;
     for (leg, mark) in (0..).zip(program.legs.iter().map(|leg| leg.mark)) {
         let (drills, operation) = match mark {
-            Mark::ChangeBit(index) => {
+            Mark::ToolChange(index) => {
                 bit = Some(index);
                 continue;
             }
@@ -89,14 +89,14 @@ mod tests {
 
     #[test]
     fn a_program_in_parts_and_every_leg_in_its_part() {
-        use Mark::{ChangeBit, Finish, Hole, Prepare, Toolpath};
+        use Mark::{Finish, Hole, Prepare, ToolChange, Toolpath};
         let marks = [
             Prepare,
-            ChangeBit(0),
+            ToolChange(0),
             Toolpath(0),
             Toolpath(1),
             Toolpath(2),
-            ChangeBit(1),
+            ToolChange(1),
             Hole(4),
             Hole(2),
             Toolpath(3),

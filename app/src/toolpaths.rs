@@ -95,7 +95,7 @@ pub fn toolpaths(program: &Program, corner: Point) -> Toolpaths {
     let toolpaths = Toolpaths { travel_mm: travel_mm(program), ..Toolpaths::default() };
     let mut head = Head { program, corner, at: Point::default(), height, bit: 0, toolpaths };
     for leg in &program.legs {
-        if let Mark::ChangeBit(bit) = leg.mark {
+        if let Mark::ToolChange(bit) = leg.mark {
             head.bit = bit;
         }
         head.leg(leg);
@@ -203,9 +203,9 @@ mod tests {
             spindles: 1,
             safe_height: mm(2.0),
             legs: vec![
-                leg(Mark::ChangeBit(0), vec![]),
+                leg(Mark::ToolChange(0), vec![]),
                 leg(Mark::Toolpath(0), way),
-                leg(Mark::ChangeBit(1), vec![]),
+                leg(Mark::ToolChange(1), vec![]),
                 leg(Mark::Hole(7), hole),
                 leg(Mark::Finish, vec![Command::Rapid { to: at(0.0, 0.0) }]),
             ],

@@ -35,7 +35,7 @@ fn board() -> Program {
             let bit = hole / (HOLES / 2);
             let mut commands = vec![Command::Spindle { rpm: 0 }, Command::AwaitBit { bit }];
             commands.extend(spin_up);
-            legs.push(Leg { mark: Mark::ChangeBit(bit), commands });
+            legs.push(Leg { mark: Mark::ToolChange(bit), commands });
         }
         let commands = vec![
             Command::Rapid { to: place(hole) },

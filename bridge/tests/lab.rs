@@ -143,7 +143,7 @@ fn a_profile_has_the_times_of_the_reference() {
 }
 
 #[test]
-fn the_automaton_has_the_takts_of_the_reference() {
+fn the_automaton_has_the_steps_of_the_reference() {
     let home = tempfile::tempdir().unwrap();
     let (found, exit) = object(home.path(), "lab automaton --target 10 --retarget 12:25");
     assert_eq!((exit, &found["total_interrupts"], &found["final_position"]), (0, &46.into(), &25.into()));
@@ -152,7 +152,7 @@ fn the_automaton_has_the_takts_of_the_reference() {
         (first[0].as_f64(), first[1].as_f64(), first[2].as_f64()),
         (Some(7.0), Some(0.014), Some(1.0))
     );
-    // Part A.5: 100 takts need 121 interrupts, 0.2086 s at 580 Hz; the machine of the paper has the same table.
+    // Part A.5: 100 steps need 121 interrupts, 0.2086 s at 580 Hz; the machine of the paper has the same table.
     let (found, _) = object(home.path(), "lab automaton --target -100 --interrupt-hz 580");
     assert_eq!((&found["total_interrupts"], &found["final_position"]), (&121.into(), &(-100).into()));
     assert!((found["duration_s"].as_f64().unwrap() - 0.2086).abs() < 5e-5);

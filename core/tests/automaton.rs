@@ -5,7 +5,7 @@ use crate::reference::vectors;
 use annulus_core::chance::Chance;
 use annulus_core::machine::Dynamics;
 use annulus_core::steps::automaton::{
-    Automaton, FARTHEST, MOST_STATES, capped, check, state_within, stretches, takts, total,
+    Automaton, FARTHEST, MOST_STATES, capped, check, state_within, steps, stretches, total,
 };
 use serde_json::Value;
 
@@ -25,14 +25,14 @@ fn dynamics(period: &[u32], enter: &[u32], leave: &[u32]) -> Dynamics {
     Dynamics { period: period.to_vec(), enter: enter.to_vec(), leave: leave.to_vec() }
 }
 
-/// Serves interrupts until rest: (interrupt, position, state) of every takt.
+/// Serves interrupts until rest: (interrupt, position, state) of every step.
 fn run(automaton: &mut Automaton, most: u64) -> Vec<(u64, i64, i32)> {
     let mut log = Vec::new();
     for interrupt in 1..=most {
         if automaton.is_at_rest() {
             return log;
         }
-        log.extend(automaton.interrupt().map(|takt| (interrupt, takt.position, takt.state)));
+        log.extend(automaton.interrupt().map(|step| (interrupt, step.position, step.state)));
     }
     assert!(automaton.is_at_rest(), "no rest after {most} interrupts: {automaton:?}");
     log
@@ -55,8 +55,8 @@ fn every_event_is_that_of_the_reference() {
             for command in commands.iter().filter(|row| row[0].as_u64() == Some(now)) {
                 automaton.retarget(command[1].as_i64().unwrap());
             }
-            let takt = automaton.interrupt();
-            found.extend(takt.map(|takt| [now as i64, takt.position, i64::from(takt.state)]));
+            let step = automaton.interrupt();
+            found.extend(step.map(|step| [now as i64, step.position, i64::from(step.state)]));
         }
         let expected: Vec<[i64; 3]> = serde_json::from_value(case["steps"].clone()).unwrap();
         assert_eq!(found, expected, "{id}");
@@ -149,7 +149,7 @@ fn every_distance_ends_exactly_both_ways_in_the_time_of_the_closed_formula() {
         let expected = closed.get(distance as usize - 1).copied().unwrap_or(distance as u64 + 21);
         assert_eq!(logs[0].last().unwrap().0, expected, "{distance}");
         assert_eq!(total(&table, distance as u64).unwrap(), expected, "{distance}");
-        let found: Vec<u64> = takts(&table, distance as u64).unwrap().collect();
+        let found: Vec<u64> = steps(&table, distance as u64).unwrap().collect();
         let log: Vec<u64> = logs[0].iter().map(|(at, ..)| *at).collect();
         assert_eq!(found, log, "{distance}");
     }
@@ -216,11 +216,11 @@ fn a_table_is_refused_for_what_it_does() {
             "automaton.too_many_states",
             "16",
         ),
-        // Enters state 1 for a move of 3 with 2 takts left and state 2 with 1 left.
+        // Enters state 1 for a move of 3 with 2 steps left and state 2 with 1 left.
         (&[7, 4, 2], &[0, 0], &[1, 2], "automaton.overshoots", "3 steps"),
         // Never slows down before the target.
         (&[7, 4], &[1], &[0], "automaton.overshoots", "3 steps"),
-        // Motors five takts before the end and finds room to go faster again.
+        // Motors five steps before the end and finds room to go faster again.
         (&[7, 4, 2], &[1, 2], &[2, 6], "automaton.hunts", "steps"),
         // From rest it is exact; a new target close ahead of a fast motor is missed although it could have stopped.
         (&[7, 4, 2], &[2, 0], &[1, 2], "automaton.overshoots_retargeted", "state 1"),
@@ -258,13 +258,13 @@ fn does_well(table: &Dynamics) -> bool {
             if automaton.is_at_rest() {
                 return true;
             }
-            let Some(takt) = automaton.interrupt() else { continue };
-            let over = takt.position == automaton.target() && takt.state != 0;
-            if over || (fell && takt.state > before) {
+            let Some(step) = automaton.interrupt() else { continue };
+            let over = step.position == automaton.target() && step.state != 0;
+            if over || (fell && step.state > before) {
                 return false;
             }
-            fell |= takt.state < before;
-            before = takt.state;
+            fell |= step.state < before;
+            before = step.state;
         }
         false
     };
@@ -315,7 +315,7 @@ fn the_verdict_is_what_interrupts_show_for_random_tables() {
                 let mut automaton = Automaton::new(table.clone(), 0);
                 automaton.retarget(distance);
                 let log: Vec<u64> = run(&mut automaton, 2_000).iter().map(|(at, ..)| *at).collect();
-                assert_eq!(takts(&table, distance as u64).unwrap().collect::<Vec<_>>(), log, "{table:?}");
+                assert_eq!(steps(&table, distance as u64).unwrap().collect::<Vec<_>>(), log, "{table:?}");
             }
         } else {
             refused += 1;
@@ -350,7 +350,7 @@ fn hostile_tables_are_answered() {
 #[test]
 fn a_feed_is_a_state_that_is_not_exceeded() {
     let table = Dynamics::arendt();
-    // (most takts a second at 500 Hz, state)
+    // (most steps a second at 500 Hz, state)
     for (most_hz, state) in [(1.0, 0), (72.0, 0), (125.0, 1), (249.0, 1), (250.0, 2), (500.0, 3), (9e9, 3)] {
         assert_eq!(state_within(&table, 500.0, most_hz), state, "{most_hz}");
         let slower = capped(&table, state);

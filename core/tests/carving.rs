@@ -49,7 +49,7 @@ fn program() -> Program {
         ]);
     }
     rows.push(up());
-    let change = |bit| leg(Mark::ChangeBit(bit), vec![Command::AwaitBit { bit }]);
+    let change = |bit| leg(Mark::ToolChange(bit), vec![Command::AwaitBit { bit }]);
     Program {
         name: String::new(),
         machine: String::new(),

@@ -45,7 +45,7 @@ fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
         for _ in 0..5_000 {
             let number = chance.bits();
             let (before, forward) = (motor.byte(), number >> 62 != 0);
-            let byte = motor.takt(forward);
+            let byte = motor.step(forward);
             let pull = turn(angle_now, i64::from(angle(byte).unwrap()));
             assert!((0..=2).contains(&if forward { pull } else { -pull }), "{name}: {before:02X} {byte:02X}");
             angle_now += pull;
@@ -53,14 +53,14 @@ fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
                 let switched = byte & halves != 0 && (byte ^ before) & halves != 0;
                 assert_eq!(byte & force != 0, forces && switched, "{name}: {before:02X} {byte:02X}");
             }
-            assert_eq!(byte & WINDINGS, column(&table, motor.takts()) & WINDINGS);
+            assert_eq!(byte & WINDINGS, column(&table, motor.steps()) & WINDINGS);
             if number >> 60 & 3 == 0 {
                 let held = motor.hold();
                 assert_eq!((held, motor.hold()), (byte & WINDINGS, byte & WINDINGS), "held on 5 V");
             }
         }
-        // A cycle is one turn of the current: the angle goes with the takts.
-        let ideal = (motor.takts() - 5) * 8 / length;
+        // A cycle is one turn of the current: the angle goes with the steps.
+        let ideal = (motor.steps() - 5) * 8 / length;
         assert!((angle_now - begun - ideal).abs() <= 2, "{name}");
     }
     assert_eq!(preset("none"), None);
@@ -108,7 +108,7 @@ fn one_bit_wrong_in_the_boost_table_is_found() {
     for (index, bit) in (0..12).flat_map(|index| (0..8).map(move |bit| (index, bit))) {
         let mut wrong = lab.clone();
         wrong.columns[index] ^= 1 << bit;
-        // A winding may be let go a takt before it is switched: the field still goes on.
+        // A winding may be let go a step before it is switched: the field still goes on.
         let early = [(2, 2), (5, 0), (8, 3), (11, 1)].contains(&(index, bit));
         assert_eq!(check("x.phases", &wrong).is_ok(), early, "column {} bit {bit}", index + 1);
     }
@@ -125,8 +125,8 @@ fn any_length_up_to_64_works() {
     // Seven columns, some longer than others.
     let odd = table(&[0x05, 0x05, 0x09, 0x0A, 0x0A, 0x06, 0x06]);
     assert_eq!(check("z.phases", &odd), Ok(vec![]));
-    assert_eq!([-8, -1, 0, 6, 7].map(|takts| column(&odd, takts)), [0x06, 0x06, 0x06, 0x06, 0x06]);
-    assert_eq!([-6, 1, 8, i64::MAX - 1].map(|takts| column(&odd, takts) & FORCING), [0; 4]);
+    assert_eq!([-8, -1, 0, 6, 7].map(|steps| column(&odd, steps)), [0x06, 0x06, 0x06, 0x06, 0x06]);
+    assert_eq!([-6, 1, 8, i64::MAX - 1].map(|steps| column(&odd, steps) & FORCING), [0; 4]);
 }
 
 #[test]

@@ -67,7 +67,7 @@ impl Made {
         let drill = |(n, task): (usize, &BitTask)| Drill {
             bit: task.bit.diameter,
             sizes: sizes(n).collect(),
-            holes: task.strokes.iter().filter_map(|stroke| stroke.hole).collect(),
+            holes: task.drill_cycles.iter().filter_map(|stroke| stroke.hole).collect(),
         };
         (1..).zip(tasks).map(drill).collect()
     }
@@ -459,11 +459,11 @@ fn golden_program() {
     assert_eq!(program.name, "small-top");
     let expected = "\
 Prepare: spindle 0
-ChangeBit(0): spindle 0, rapid 0 0, await drill 0.8, spindle 30000, dwell 1500000 µs
+ToolChange(0): spindle 0, rapid 0 0, await drill 0.8, spindle 30000, dwell 1500000 µs
 Hole(0): rapid 1 1, plunge -2.286523 at 12000 µm/s, retract 2
 Hole(2): rapid 3 0, plunge -2.286523 at 12000 µm/s, retract 2
 Hole(3): rapid 1 0.5, plunge -2.286523 at 12000 µm/s, retract 2
-ChangeBit(1): spindle 0, rapid 0 0, await drill 1, spindle 30000, dwell 1500000 µs
+ToolChange(1): spindle 0, rapid 0 0, await drill 1, spindle 30000, dwell 1500000 µs
 Hole(1): rapid 0 0, plunge -2.333154 at 12000 µm/s, retract 2
 Finish: spindle 0, rapid 0 0
 ";

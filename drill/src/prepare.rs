@@ -248,7 +248,7 @@ pub(crate) fn rest(program: &Program, from_leg: usize, left_s: f64) -> Diagnosti
 /// The bit that leg `leg` is made with; before any is put in, the first of the program.
 pub(crate) fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
     let put_in = program.legs.iter().take(leg + 1).rev().find_map(|leg| match leg.mark {
-        Mark::ChangeBit(bit) => Some(bit as usize),
+        Mark::ToolChange(bit) => Some(bit as usize),
         _ => None,
     });
     program.bits.get(put_in.unwrap_or(0))

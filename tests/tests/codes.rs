@@ -5,6 +5,7 @@
 //! Diagnostic::error("queue.no_zero")      a string that looks like a code: it is one, also where a helper is given it
 //! format!("grbl.error_{number}")          names all that begin so
 //! .with("row", …)   ("row", …)            a name that opens a bracket fills {row}, in its floor or one that names the code too
+//! refuse("queue.no_zero").with("row", …)  and what is given to a code where it is named stands in its sentence
 //! ```
 //!
 //! Comes in: the sources without their tests, the table. Goes out: a list of what is wrong. Whether the right helper is called is not
@@ -37,6 +38,12 @@ const FIELDS: &[&str] = &[
 /// What several codes begin with.
 const BEGINNINGS: &[&str] = &["board.outline"];
 
+/// Arguments that no sentence says, because a program reads them, and which.
+const READ: &[(&str, &str)] = &[
+    ("field", "the Lab marks the argument of the row that is meant"),
+    ("found", "JSON has what was found beside what was expected"),
+];
+
 /// Endings of files.
 const ENDINGS: &[&str] = &[".toml", ".json", ".redb"];
 
@@ -58,27 +65,48 @@ fn text(token: &TokenTree) -> Option<String> {
     Some(literal.to_string().strip_prefix('"')?.strip_suffix('"')?.to_owned())
 }
 
-/// The strings of a source, and those of them that open a bracket.
+/// The strings of a source, those of them that open a bracket, and which argument a string is given at once: `("code").with("name", …)`.
 #[derive(Default)]
 struct Strings {
     all: BTreeSet<String>,
     opening: BTreeSet<String>,
+    given: BTreeSet<(String, String)>,
+}
+
+/// The string that opens the brackets of `token`.
+fn opening(token: &TokenTree) -> Option<String> {
+    let TokenTree::Group(group) = token else { return None };
+    let first = group.stream().into_iter().next().filter(|_| group.delimiter() == Delimiter::Parenthesis);
+    first.as_ref().and_then(text)
+}
+
+/// What a chain of calls gives to the string that opens its first brackets.
+fn given(chain: &[TokenTree], out: &mut BTreeSet<(String, String)>) {
+    let Some(code) = chain.first().and_then(opening) else { return };
+    for call in chain[1..].chunks_exact(3) {
+        let [TokenTree::Punct(point), TokenTree::Ident(name), inside @ TokenTree::Group(_)] = call else {
+            return;
+        };
+        if point.as_char() != '.' {
+            return;
+        }
+        if let Some(argument) = opening(inside).filter(|_| name == "with") {
+            out.insert((code.clone(), argument));
+        }
+    }
 }
 
 impl Strings {
     /// Takes in what is neither an attribute nor for tests alone.
     fn read(&mut self, tokens: TokenStream) {
         let (mut is_attribute, mut of_tests) = (false, false);
-        for token in tokens {
+        let tokens: Vec<TokenTree> = tokens.into_iter().collect();
+        for (at, token) in tokens.iter().enumerate() {
             let is_text = !is_attribute && !of_tests;
-            match &token {
+            match token {
                 TokenTree::Group(group) if is_text => {
-                    let opening = group
-                        .stream()
-                        .into_iter()
-                        .next()
-                        .filter(|_| group.delimiter() == Delimiter::Parenthesis);
-                    self.opening.extend(opening.as_ref().and_then(text));
+                    self.opening.extend(opening(token));
+                    given(&tokens[at..], &mut self.given);
                     self.read(group.stream());
                 }
                 TokenTree::Group(group) if is_attribute => {
@@ -86,10 +114,10 @@ impl Strings {
                 }
                 TokenTree::Group(group) => of_tests &= group.delimiter() != Delimiter::Brace,
                 TokenTree::Punct(sign) => of_tests &= sign.as_char() != ';',
-                TokenTree::Literal(_) if is_text => self.all.extend(text(&token)),
+                TokenTree::Literal(_) if is_text => self.all.extend(text(token)),
                 _ => {}
             }
-            is_attribute = match &token {
+            is_attribute = match token {
                 TokenTree::Punct(sign) => sign.as_char() == '#' || (is_attribute && sign.as_char() == '!'),
                 _ => false,
             };
@@ -119,6 +147,7 @@ fn floors() -> BTreeMap<String, Strings> {
             let strings = floors.entry(floor).or_default();
             strings.all.extend(found.all);
             strings.opening.extend(found.opening);
+            strings.given.extend(found.given);
         }
     }
     floors
@@ -175,6 +204,16 @@ fn gaps(
     (!naming.is_empty()).then(|| wanted.iter().filter(is_gap).copied().collect())
 }
 
+/// What is given to codes that do not say it, nor does a program read it.
+fn unsaid(strings: &Strings, codes: &BTreeMap<&str, BTreeSet<&str>>) -> Vec<String> {
+    let is_unsaid = |code: &str, name: &str| {
+        let of_code = codes.get(code).is_some_and(|wanted| !wanted.contains(name));
+        of_code && !READ.iter().any(|(read, _)| *read == name)
+    };
+    let rows = strings.given.iter().filter(|(code, name)| is_unsaid(code, name));
+    rows.map(|(code, name)| format!("{code} does not say {{{name}}}")).collect()
+}
+
 #[test]
 fn every_code_has_its_sentence_and_every_sentence_its_code() {
     let (codes, floors) = (codes(), floors());
@@ -184,6 +223,7 @@ fn every_code_has_its_sentence_and_every_sentence_its_code() {
             unknown(strings, &codes).into_iter().map(|text| format!("{floor}: \"{text}\" has no sentence")),
         );
     }
+    wrong.extend(floors.values().flat_map(|strings| unsaid(strings, &codes)));
     for (code, wanted) in &codes {
         match gaps(code, wanted, &floors) {
             None => wrong.push(format!("{code}: nobody says it")),
@@ -212,6 +252,13 @@ fn the_scan_of_codes_finds_what_it_is_for() {
     assert!(names("queue.two_{n}", "queue.two_7") && !names("queue.two_{n}", "queue.one"));
     let known = BTreeMap::from([("queue.two_7", BTreeSet::from(["row", "turn"]))]);
     assert_eq!(unknown(&found, &known), ["queue.one"]);
+    assert_eq!(
+        found.given,
+        [("queue.one", "row")].map(|(code, name)| (code.to_owned(), name.to_owned())).into()
+    );
+    let taking = |name| BTreeMap::from([("queue.one", BTreeSet::from([name]))]);
+    assert!(unsaid(&found, &taking("row")).is_empty());
+    assert_eq!(unsaid(&found, &taking("turn")), ["queue.one does not say {row}"]);
     let floors = BTreeMap::from([("queue".to_owned(), found)]);
     assert_eq!(gaps("queue.two_7", &known["queue.two_7"], &floors), Some(vec!["turn"]));
     assert_eq!(gaps("queue.three", &known["queue.two_7"], &floors), None);

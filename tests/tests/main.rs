@@ -27,5 +27,6 @@ mod public_words;
 )]
 mod raster_sweep;
 mod rows;
+mod sentence_words;
 mod tours;
 mod units;

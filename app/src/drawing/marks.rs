@@ -2,7 +2,7 @@
 //!
 //! Comes in: an [`Editor`]. Goes out: [`Marks`], in mm from the zero point. Knows no colours.
 
-use super::pieces::{CHORD_ERROR_MM, Sheet, fill, spot};
+use super::pieces::{CHORD_ERROR_MM, DrawnPieces, fill, spot};
 use super::{Doing, Editor, Tool};
 use crate::view::Mesh;
 use annulus_core::board::drawing::{Body, Catch, Layer, Snap};
@@ -68,7 +68,7 @@ pub struct Marks {
 
 impl Chosen {
     /// What is chosen in `editor`.
-    pub fn new(editor: &Editor, sheet: &Sheet) -> Self {
+    pub fn new(editor: &Editor, sheet: &DrawnPieces) -> Self {
         if editor.chosen.is_empty() {
             return Self::default();
         }

@@ -1,7 +1,7 @@
 //! The board editor as plain data: a drawing with its history, what is chosen in it, the tool in hand.
 //!
 //! ```text
-//! pointer ─┐                       ┌─▶ Sheet    what is drawn, in pieces: an edit makes one of them anew
+//! pointer ─┐                       ┌─▶ DrawnPieces    what is drawn, in pieces: an edit makes one of them anew
 //! keys   ──┼─▶ Editor ─ Edit ─▶ History ─▶ Marks    what is chosen, aimed at, being drawn
 //! fields ──┘        ▲              └─▶ rows of the tree, fields of what is chosen, smallest figures
 //!                   └─ Finder: what is there, what is near
@@ -24,7 +24,7 @@ pub mod typed;
 pub use act::Act;
 pub use keys::DrawKey;
 pub use marks::{Chosen, Marks};
-pub use pieces::Sheet;
+pub use pieces::DrawnPieces;
 pub use tools::{Doing, Pointer, Tool};
 
 use crate::said::Text;
@@ -213,7 +213,7 @@ impl Editor {
     }
 
     /// What is drawn, in pieces.
-    pub fn sheet(&mut self) -> Arc<Sheet> {
+    pub fn sheet(&mut self) -> Arc<DrawnPieces> {
         self.pieces.sheet(self.history.now(), &self.finder)
     }
 

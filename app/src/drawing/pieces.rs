@@ -2,10 +2,10 @@
 //!
 //! ```text
 //!  Body ─ circle │ capsule │ ring ─▶ triangles ┐
-//!  things 0…255, 256…511, … of each layer ─────┴▶ a mesh each ─▶ Sheet
+//!  things 0…255, 256…511, … of each layer ─────┴▶ a mesh each ─▶ DrawnPieces
 //! ```
 //!
-//! Comes in: a drawing, where everything is, what moved. Goes out: a [`Sheet`], in mm from the zero point. Knows no colours.
+//! Comes in: a drawing, where everything is, what moved. Goes out: a [`DrawnPieces`], in mm from the zero point. Knows no colours.
 
 use crate::view::Mesh;
 use annulus_core::board::drawing::{Body, Catch, Drawing, Finder, Id, Layer, Thing};
@@ -36,7 +36,7 @@ pub struct HolePiece {
 
 /// Everything that is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Sheet {
+pub struct DrawnPieces {
     /// Triangles by layer, the lowest first. Pieces that nothing touched are the same as before.
     pub areas: Vec<(Layer, Arc<Mesh>)>,
     /// Holes.
@@ -66,7 +66,7 @@ struct Piece {
 pub struct Pieces {
     pieces: BTreeMap<Key, Piece>,
     stale: BTreeSet<Key>,
-    sheet: Arc<Sheet>,
+    sheet: Arc<DrawnPieces>,
 }
 
 fn key(catch: Catch) -> Key {
@@ -96,14 +96,14 @@ impl Pieces {
     }
 
     /// Everything as it is; the same handle as long as nothing was touched.
-    pub(super) fn sheet(&mut self, drawing: &Drawing, finder: &Finder) -> Arc<Sheet> {
+    pub(super) fn sheet(&mut self, drawing: &Drawing, finder: &Finder) -> Arc<DrawnPieces> {
         if self.stale.is_empty() {
             return self.sheet.clone();
         }
         for key in std::mem::take(&mut self.stale) {
             self.pieces.insert(key, piece(key, drawing, finder));
         }
-        let mut sheet = Sheet::default();
+        let mut sheet = DrawnPieces::default();
         for (index, layer) in LAYERS.into_iter().enumerate() {
             let meshes = self.pieces.values().filter_map(|piece| piece.meshes.get(index));
             let drawn = meshes.filter(|mesh| !mesh.triangles.is_empty());

@@ -1,10 +1,10 @@
 //! A drawing as a scene: layers, holes, marks, in their colours.
 //!
-//! Comes in: a [`Sheet`], what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on. Goes out: a [`Scene`] whose zero
+//! Comes in: a [`DrawnPieces`], what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on. Goes out: a [`Scene`] whose zero
 //! point is that of the drawing, and the lines over it. Does not know who looks.
 
 use super::marks::{DrawnMark, MarkMeaning};
-use super::{Chosen, Marks, Sheet};
+use super::{Chosen, DrawnPieces, Marks};
 use crate::view::{
     Colour, Disc, FilledLayer as Area, HoleState, Line, Palette, Plate, Scene, UNORDERED, Width,
 };
@@ -26,7 +26,7 @@ const DIM_SHARE: f32 = 0.15;
 /// The scene of a drawing; `front` is the side that lies in front, and all that is not on layer `only`, where that is said, is
 /// faint.
 pub fn scene(
-    sheet: &Sheet,
+    sheet: &DrawnPieces,
     chosen: &Chosen,
     (front, only): (Layer, Option<Layer>),
     palette: &Palette,

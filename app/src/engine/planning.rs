@@ -126,7 +126,8 @@ fn laid(board: &Board, work: &Work) -> Laid {
 fn bits(parts: &[PlannedOperation], board: &Board) -> Vec<PlannedBit> {
     let mut bits: Vec<PlannedBit> = Vec::new();
     for task in parts.iter().flat_map(|part| &part.tasks) {
-        let holes: Vec<u32> = task.strokes.iter().filter_map(|stroke: &DrillCycle| stroke.hole).collect();
+        let holes: Vec<u32> =
+            task.drill_cycles.iter().filter_map(|stroke: &DrillCycle| stroke.hole).collect();
         if holes.is_empty() {
             continue;
         }

@@ -3,7 +3,7 @@
 //! ```text
 //! hop ─▶ profile ─┐
 //! own stroke ─────┴▶ core: cycles ─────┬▶ points of speed and height, times with and without overlap
-//! no overlap: core: one by one, takts ─┘
+//! no overlap: core: one by one, steps ─┘
 //! ```
 //!
 //! Comes in: a machine, the length of the hop, mm. Goes out: points over ms, and times. Moves nothing.
@@ -86,7 +86,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     })
 }
 
-/// One after the other: the machine's own moves, profiles or takts.
+/// One after the other: the machine's own moves, profiles or steps.
 fn apart(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     // A length has no sign.
     let hop_mm = if hop_mm >= 0.0 { hop_mm } else { f64::NAN };
@@ -116,16 +116,16 @@ fn apart(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
     })
 }
 
-/// Speed of a part of a move along one axis: of takts, that of every stretch.
+/// Speed of a part of a move along one axis: of steps, that of every stretch.
 fn part_speed(part: &AxisMove, from_s: f64, mm_per_step: f64) -> Vec<[f64; 2]> {
     match &part.motion {
         Motion::Line(stroke) => way(from_s, part.duration_s(), |t| stroke.speed(t)),
         Motion::Path(route) => way(from_s, part.duration_s(), |t| route.path.speed(t)),
-        Motion::TableSteps(takts) => {
+        Motion::TableSteps(steps) => {
             let mut now_s = from_s;
             let mut points = vec![[1000.0 * from_s, 0.0]];
-            for some in &takts.stretches {
-                let interval_s = (u64::from(some.interval) * takts.interrupt_ticks) as f64 / TICK_HZ as f64;
+            for some in &steps.stretches {
+                let interval_s = (u64::from(some.interval) * steps.interrupt_ticks) as f64 / TICK_HZ as f64;
                 let end_s = now_s + interval_s * some.count as f64;
                 let mm_per_s = mm_per_step / interval_s;
                 points.extend([[1000.0 * now_s, mm_per_s], [1000.0 * end_s, mm_per_s]]);
@@ -175,9 +175,9 @@ mod tests {
     }
 
     #[test]
-    fn the_laboratory_drill_is_shown_by_its_takts() {
+    fn the_laboratory_drill_is_shown_by_its_steps() {
         let shown = shown(&lab(), 5.0).unwrap();
-        // A takt an interrupt at most: 500 a second are 105.8 mm/s; 71 a second at the slowest.
+        // A step an interrupt at most: 500 a second are 105.8 mm/s; 71 a second at the slowest.
         let fastest = shown.speed.iter().map(|point| point[1]).fold(0.0, f64::max);
         assert!((fastest - 500.0 * 25.4 / 120.0).abs() < 1e-6, "{fastest}");
         assert!(shown.speed.iter().any(|point| (point[1] - 500.0 / 7.0 * 25.4 / 120.0).abs() < 1e-6));

@@ -1,7 +1,7 @@
 //! Dynamics as typed and as numbers, and the points of the curves that the Lab shows.
 //!
 //! ```text
-//! rows of text ─▶ Dynamics ─ core ─▶ takts ─▶ rate over time
+//! rows of text ─▶ Dynamics ─ core ─▶ steps ─▶ rate over time
 //! limits ─ core ─▶ Profile ─▶ s, v, a, j over time, jumps upright
 //! ```
 //!
@@ -17,14 +17,14 @@ use serde::{Deserialize, Serialize};
 pub struct StateRow {
     /// A step every so many interrupts.
     pub period: String,
-    /// Entered above this distance, takts.
+    /// Entered above this distance, steps.
     pub enter: String,
-    /// Left below this distance, takts.
+    /// Left below this distance, steps.
     pub leave: String,
 }
 
-/// The longest move that is shown takt by takt.
-pub const MOST_TAKTS: u64 = 20_000;
+/// The longest move that is shown step by step.
+pub const MOST_STEPS: u64 = 20_000;
 
 /// Points of a curve in one phase of a profile.
 const POINTS: usize = 32;
@@ -32,7 +32,7 @@ const POINTS: usize = 32;
 /// Which cell of a row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Column {
-    /// Interrupts a takt.
+    /// Interrupts a step.
     Period,
     /// Distance to enter.
     Enter,
@@ -87,7 +87,7 @@ pub fn with_cell(rows: &[StateRow], state: usize, column: Column, text: String) 
     next
 }
 
-/// The rows with one more state: as fast as the last one, entered a takt later, left two takts earlier.
+/// The rows with one more state: as fast as the last one, entered a step later, left two steps earlier.
 pub fn with_state(rows: &[StateRow]) -> Vec<StateRow> {
     let mut next = rows.to_vec();
     let further =
@@ -103,14 +103,14 @@ pub fn without_state(rows: &[StateRow]) -> Vec<StateRow> {
     rows[..rows.len().saturating_sub(1).max(1).min(rows.len())].to_vec()
 }
 
-/// One takt of a move: the interrupt it comes at, counted from the command, and what it does.
+/// One step of a move: the interrupt it comes at, counted from the command, and what it does.
 pub type Numbered = (u64, TableStep);
 
-/// Every takt of a move of `distance` takts from rest. Empty for a move longer than [`MOST_TAKTS`], and cut off where a
+/// Every step of a move of `distance` steps from rest. Empty for a move longer than [`MOST_STEPS`], and cut off where a
 /// table that runs on would never end.
-pub fn takts(dynamics: &Dynamics, distance: i64) -> Vec<Numbered> {
+pub fn steps(dynamics: &Dynamics, distance: i64) -> Vec<Numbered> {
     let count = distance.unsigned_abs();
-    if count > MOST_TAKTS || dynamics.period.is_empty() {
+    if count > MOST_STEPS || dynamics.period.is_empty() {
         return Vec::new();
     }
     let mut axis = Automaton::new(dynamics.clone(), 0);
@@ -120,16 +120,16 @@ pub fn takts(dynamics: &Dynamics, distance: i64) -> Vec<Numbered> {
     let mut interrupt = 0;
     while !axis.is_at_rest() && (found.len() as u64) < most {
         interrupt += 1;
-        found.extend(axis.interrupt().map(|takt| (interrupt, takt)));
+        found.extend(axis.interrupt().map(|step| (interrupt, step)));
     }
     found
 }
 
-/// Takts a second over time: each takt's rate holds from the one before it.
-pub fn rates(takts: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
-    let mut points = Vec::with_capacity(takts.len() + 1);
+/// Steps a second over time: each step's rate holds from the one before it.
+pub fn rates(steps: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
+    let mut points = Vec::with_capacity(steps.len() + 1);
     let mut before = 0;
-    for (interrupt, _) in takts {
+    for (interrupt, _) in steps {
         points.push([before as f64 / interrupt_hz, interrupt_hz / (interrupt - before).max(1) as f64]);
         before = *interrupt;
     }
@@ -138,8 +138,8 @@ pub fn rates(takts: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
 }
 
 /// The state over time.
-pub fn states(takts: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
-    let points = takts.iter().map(|(at, takt)| [*at as f64 / interrupt_hz, f64::from(takt.state)]);
+pub fn states(steps: &[Numbered], interrupt_hz: f64) -> Vec<[f64; 2]> {
+    let points = steps.iter().map(|(at, step)| [*at as f64 / interrupt_hz, f64::from(step.state)]);
     std::iter::once([0.0, 0.0]).chain(points).collect()
 }
 
@@ -187,25 +187,25 @@ mod tests {
     }
 
     #[test]
-    fn the_takts_of_the_papers_moves() {
+    fn the_steps_of_the_papers_moves() {
         let table = Dynamics::arendt();
-        let at = |distance| takts(&table, distance).iter().map(|(at, _)| *at).collect::<Vec<_>>();
+        let at = |distance| steps(&table, distance).iter().map(|(at, _)| *at).collect::<Vec<_>>();
         assert_eq!(at(5), [7, 11, 13, 17, 24]);
         assert_eq!(at(-5), [7, 11, 13, 17, 24]);
         assert!(at(0).is_empty());
         assert_eq!(at(100).last(), Some(&121));
         assert!(at(i64::MIN).is_empty());
-        let rates = rates(&takts(&table, 5), 500.0);
+        let rates = rates(&steps(&table, 5), 500.0);
         assert_eq!((rates[0], rates[2]), ([0.0, 500.0 / 7.0], [11.0 / 500.0, 250.0]));
         assert_eq!(rates.last(), Some(&[24.0 / 500.0, 0.0]));
-        let states: Vec<f64> = states(&takts(&table, 5), 500.0).iter().map(|point| point[1]).collect();
+        let states: Vec<f64> = states(&steps(&table, 5), 500.0).iter().map(|point| point[1]).collect();
         assert_eq!(states, [0.0, 1.0, 2.0, 1.0, 0.0, 0.0]);
     }
 
     #[test]
     fn a_table_that_never_ends_is_cut_off() {
         let endless = Dynamics { period: vec![1, 1], enter: vec![0], leave: vec![0] };
-        assert!(takts(&endless, 10).len() <= 104);
+        assert!(steps(&endless, 10).len() <= 104);
     }
 
     #[test]

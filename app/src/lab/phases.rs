@@ -1,7 +1,7 @@
 //! Edits of a phase table: cells, blocks, rotations, mirrors, another length; and what the table looks like in time.
 //!
 //! ```text
-//! line  bit   1 2 3 4 5 6 …      a column is a byte put out for one takt
+//! line  bit   1 2 3 4 5 6 …      a column is a byte put out for one step
 //! 1a    0     x x x x x x        block = the cells between anchor and cursor
 //! ```
 //!

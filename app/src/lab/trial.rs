@@ -1,7 +1,7 @@
 //! A phase table tried on a virtual motor: there and back at the set interrupts, and what the rotor lost.
 //!
 //! ```text
-//! Automaton ─ takts ─▶ Rotor (the virtual drill's own) ─▶ lost, first reason
+//! Automaton ─ steps ─▶ Rotor (the virtual drill's own) ─▶ lost, first reason
 //! ```
 //!
 //! Comes in: table, dynamics, frequency, axis. Goes out: counts. No clock runs: the time is the interrupts' own.
@@ -11,7 +11,7 @@ use annulus_core::steps::TICK_HZ;
 use annulus_core::steps::automaton::Automaton;
 use annulus_core::virtual_drill::{Cause, Push, Rotor};
 
-/// Takts there, and the same back.
+/// Steps there, and the same back.
 pub const WAY: i64 = 480;
 
 /// More interrupts than any sound table needs for the way.
@@ -22,17 +22,17 @@ const MOST_INTERRUPTS: u64 = 2_000_000;
 pub struct TrialOutcome {
     /// Interrupts a second.
     pub interrupt_hz: u32,
-    /// Takts sent.
+    /// Steps sent.
     pub sent: u64,
-    /// Takts lost on the way.
+    /// Steps lost on the way.
     pub lost: u64,
-    /// The first loss: the takt, from 1, and why.
+    /// The first loss: the step, from 1, and why.
     pub first: Option<(u64, Cause)>,
     /// Where the rotor is at the end; it began at 0 and should be there again.
     pub off: i64,
 }
 
-/// Tries `table` on motor `axis` of `machine`: [`WAY`] takts forward and back, by the machine's dynamics.
+/// Tries `table` on motor `axis` of `machine`: [`WAY`] steps forward and back, by the machine's dynamics.
 pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> TrialOutcome {
     let settings = machine.axis(axis);
     let hz_per_s = settings.max_acceleration_mm_per_s2 * settings.scale.steps_per_mm();
@@ -47,8 +47,8 @@ pub fn run(table: &PhaseTable, machine: &Machine, axis: usize) -> TrialOutcome {
         driver.retarget(target);
         while !driver.is_at_rest() && interrupt < MOST_INTERRUPTS {
             interrupt += 1;
-            let Some(takt) = driver.interrupt() else { continue };
-            let lost = rotor.takt(Push::free(interrupt * ticks, takt.forward));
+            let Some(step) = driver.interrupt() else { continue };
+            let lost = rotor.step(Push::free(interrupt * ticks, step.forward));
             first = first.or(lost.map(|(_, cause)| (rotor.sent, cause)));
         }
     }

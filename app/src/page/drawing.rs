@@ -6,7 +6,7 @@ use super::signals as all;
 use super::slots::Slots;
 use crate::drawing::fields::FieldRow;
 use crate::drawing::tree::TreeRow;
-use crate::drawing::{Chosen, Doing, Grid, Marks, Pen, Sheet, Tool};
+use crate::drawing::{Chosen, Doing, DrawnPieces, Grid, Marks, Pen, Tool};
 use crate::model::drawing::Earlier;
 use crate::said::Text;
 use annulus_core::board::drawing::{Catch, Smallest};
@@ -19,7 +19,7 @@ use std::sync::Arc;
 #[derive(Clone, Copy)]
 pub struct Drawing {
     /// What is drawn.
-    pub sheet: ReadSignal<Arc<Sheet>>,
+    pub sheet: ReadSignal<Arc<DrawnPieces>>,
     /// What is chosen, as it lies over that.
     pub lit: ReadSignal<Arc<Chosen>>,
     /// What follows the pointer.

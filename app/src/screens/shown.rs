@@ -176,7 +176,7 @@ fn of_program(job: &Job) -> Shown {
     let mut holes = Vec::new();
     for leg in &program.legs {
         match leg.mark {
-            Mark::ChangeBit(index) => bit = program.bits.get(index as usize),
+            Mark::ToolChange(index) => bit = program.bits.get(index as usize),
             Mark::Hole(_) => holes.extend(hole(program, leg, bit.map(|bit| bit.diameter))),
             _ => {}
         }

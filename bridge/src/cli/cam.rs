@@ -329,7 +329,7 @@ fn report(side: &Side, files: &[Value], accept: &[String]) -> Value {
             let tool = tool_object(&task.bit);
             json!({ "operation": part.operation, "bit": task.bit.name, "form": tool["form"],
                 "diameter_mm": tool["diameter_mm"], "tip_mm": tool["tip_mm"], "angle_deg": tool["angle_deg"],
-                "tool": tool, "holes": task.strokes.len(), "toolpaths": task.toolpaths.len(), "milled_mm": rounded(milled) })
+                "tool": tool, "holes": task.drill_cycles.len(), "toolpaths": task.toolpaths.len(), "milled_mm": rounded(milled) })
         })
         .collect();
     let verdict = &side.verdict;

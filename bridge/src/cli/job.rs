@@ -324,7 +324,7 @@ fn board_of(program: &Program, accept: &[String]) -> Result<(Board, Vec<Diagnost
     let mut holes = Vec::new();
     let mut bit = 0;
     for (line, leg) in (1..).zip(&program.legs) {
-        if let Mark::ChangeBit(next) = leg.mark {
+        if let Mark::ToolChange(next) = leg.mark {
             bit = next;
         }
         for command in &leg.commands {

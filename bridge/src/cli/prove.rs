@@ -74,7 +74,7 @@ pub(crate) enum Side {
     Bottom,
 }
 
-/// How a board is turned over for its bottom side.
+/// How a board is flipped for its bottom side.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub(crate) enum Turn {
     /// X is mirrored.

@@ -38,7 +38,7 @@ fn grid(machine: &Machine, count: u32) -> Program {
         otherwise: Otherwise::Alarm,
     });
     let mut legs = vec![
-        Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] },
+        Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] },
         Leg {
             mark: Mark::Prepare,
             commands: vec![

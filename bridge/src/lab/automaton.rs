@@ -1,7 +1,7 @@
 //! The step automaton and its phases: `step-automaton/1`.
 //!
-//! Comes in: tables of dynamics, targets, changes of target, a phase table. Goes out: every takt compared, totals,
-//! conditions, bytes. Reference part A. Does not know how a takt comes about.
+//! Comes in: tables of dynamics, targets, changes of target, a phase table. Goes out: every step compared, totals,
+//! conditions, bytes. Reference part A. Does not know how a step comes about.
 
 use super::document::Node;
 use super::tally::Tally;
@@ -12,7 +12,7 @@ use annulus_core::machine::{
 };
 use annulus_core::steps::automaton::{self, Automaton};
 
-/// Targets and positions within this many takts.
+/// Targets and positions within this many steps.
 const REACH: i64 = 1_000_000_000;
 /// Interrupts are counted up to here.
 const LATEST: i64 = 1 << 40;
@@ -24,7 +24,7 @@ pub(super) fn step_automaton(checked: &mut Checked, root: Node<'_>) -> Result<()
         dynamics(&table)?;
     }
     for case in list("cases")? {
-        let tally = takts(checked, &root, &case)?;
+        let tally = steps(checked, &root, &case)?;
         checked.done(tally, &case)?;
     }
     for case in list("totals")? {
@@ -96,8 +96,8 @@ fn whole_row(node: &Node<'_>, low: u32, high: u32) -> Result<Vec<u32>, Diagnosti
     items.iter().map(|item| item.whole(i64::from(low), i64::from(high)).map(|whole| whole as u32)).collect()
 }
 
-/// The takts of one move with its changes of target, interrupt by interrupt.
-fn takts(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>) -> Result<Tally, Diagnostic> {
+/// The steps of one move with its changes of target, interrupt by interrupt.
+fn steps(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>) -> Result<Tally, Diagnostic> {
     let name = case.get("table")?;
     let mut axis = Automaton::new(table(root, name.text()?, &name)?, 0);
     axis.retarget(case.get("target")?.whole(-REACH, REACH)?);
@@ -115,21 +115,21 @@ fn takts(checked: &mut Checked, root: &Node<'_>, case: &Node<'_>) -> Result<Tall
         while let Some((_, target)) = changes.next_if(|(when, _)| *when == interrupt) {
             axis.retarget(target);
         }
-        if let Some(takt) = axis.interrupt() {
-            found.push([interrupt, takt.position, i64::from(takt.state)]);
+        if let Some(step) = axis.interrupt() {
+            found.push([interrupt, step.position, i64::from(step.state)]);
         }
     }
     let mut tally = Tally::of(case);
     if let Some(steps) = case.find("steps") {
         let rows = steps.items()?;
         tally.equal_count(&steps, rows.len(), found.len());
-        for (row, takt) in rows.iter().zip(&found) {
-            for (expected, number) in row.exactly::<3>()?.iter().zip(takt) {
+        for (row, step) in rows.iter().zip(&found) {
+            for (expected, number) in row.exactly::<3>()?.iter().zip(step) {
                 tally.equal(expected, *number);
             }
         }
     }
-    tally.equal_member(case, "total_interrupts", found.last().map_or(0, |takt| takt[0]));
+    tally.equal_member(case, "total_interrupts", found.last().map_or(0, |step| step[0]));
     tally.equal_member(case, "final_position", axis.position());
     tally.equal_member(case, "final_state", axis.state());
     Ok(tally)

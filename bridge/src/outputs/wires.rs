@@ -179,7 +179,7 @@ impl Motor {
     }
 
     fn step(&mut self, at_tick: u64, forward: bool) {
-        self.commutator.takt(forward);
+        self.commutator.step(forward);
         (self.is_on, self.forced_at) = (true, at_tick);
     }
 
@@ -342,7 +342,7 @@ mod tests {
     }
 
     #[test]
-    fn twelve_takts_forward_are_the_printed_table_and_backward_are_forced_in_mirror_image() {
+    fn twelve_steps_forward_are_the_printed_table_and_backward_are_forced_in_mirror_image() {
         let (mut wires, noted) = wires(&machine());
         let printed = [0x25, 0x05, 0x05, 0x49, 0x09, 0x09, 0x2A, 0x0A, 0x0A, 0x46, 0x06, 0x06];
         noted.take();
@@ -466,8 +466,8 @@ mod tests {
     }
 
     #[test]
-    fn during_a_move_slow_takts_are_forced_for_one_interrupt_and_fast_ones_until_the_next() {
-        // Takts every 14 ms, as where the laboratory drill starts, and every 1.5 ms.
+    fn during_a_move_slow_steps_are_forced_for_one_interrupt_and_fast_ones_until_the_next() {
+        // Steps every 14 ms, as where the laboratory drill starts, and every 1.5 ms.
         let run = |interval, count| Run::even(1, true, interval, count);
         let segment = Segment {
             leg: 0,

@@ -40,7 +40,7 @@ fn change(bit: u32, machine: &Machine) -> Leg {
         Command::Spindle { rpm: process.spindle_rpm },
         Command::Dwell { us: (process.spin_up_ms * 1e3) as u32 },
     ];
-    Leg { mark: Mark::ChangeBit(bit), commands }
+    Leg { mark: Mark::ToolChange(bit), commands }
 }
 
 /// The program for `machine`.

@@ -282,7 +282,7 @@ fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
     let mut program = holes(&shop.machine, 2);
     program.bits.push(Bit { diameter: Length::from_um(1_000), name: "1.0 mm".into(), cutter: Cutter::Drill });
     let change = Leg {
-        mark: Mark::ChangeBit(1),
+        mark: Mark::ToolChange(1),
         commands: vec![
             Command::Spindle { rpm: 0 },
             Command::AwaitBit { bit: 1 },

@@ -14,7 +14,7 @@ pub(crate) fn row_of_holes(count: u32) -> Program {
     let machine = virtual_drill();
     let process = &machine.process;
     let feed_um_per_s = (process.feed_mm_per_s * 1e3) as u32;
-    let put_in = Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] };
+    let put_in = Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] };
     let before = vec![put_in, drill::spin_up((process.spin_up_ms * 1e3) as u32)];
     let place = |hole: u32| Point::from_mm(f64::from(hole % 100) * 2.0, 1.0 + f64::from(hole / 100) * 0.15);
     let at = (0..count).map(place);

@@ -128,5 +128,5 @@ fn pins(briefing: &mut Briefing, work: &Work, planned: &Planned, task: &BitTask)
         below: alignment.depth,
         at: Vec::new(),
     });
-    pins.at.extend(task.strokes.iter().map(|stroke| moved(stroke.at)));
+    pins.at.extend(task.drill_cycles.iter().map(|stroke| moved(stroke.at)));
 }

@@ -62,7 +62,7 @@ pub fn figures(planned: &Planned, rapid_time: &dyn Fn(Point, Point) -> f64) -> F
         figures.rows.extend(rows(n, tasks, planned));
         let after: Vec<(u32, Point)> = tasks
             .iter()
-            .flat_map(|task| task.strokes.iter().filter_map(|stroke| Some((stroke.hole?, stroke.at))))
+            .flat_map(|task| task.drill_cycles.iter().filter_map(|stroke| Some((stroke.hole?, stroke.at))))
             .collect();
         if after.is_empty() {
             continue;
@@ -94,8 +94,8 @@ fn rows(n: usize, tasks: &[&BitTask], planned: &Planned) -> Vec<SizeRow> {
         let empty = || SizeRow { n, size, bit: bit.clone(), holes: 0, slots: 0, toolpaths: 0 };
         add(by_size.entry(size).or_insert_with(empty));
     };
-    let strokes = tasks.iter().flat_map(|task| &task.strokes);
-    strokes.filter_map(|stroke| hole(stroke.hole?)).for_each(|size| row(size, &|row| row.holes += 1));
+    let drill_cycles = tasks.iter().flat_map(|task| &task.drill_cycles);
+    drill_cycles.filter_map(|stroke| hole(stroke.hole?)).for_each(|size| row(size, &|row| row.holes += 1));
     let mut seen: BTreeSet<HoleOrSlot> = BTreeSet::new();
     for shape in tasks.iter().flat_map(|task| &task.toolpaths).filter_map(|way| way.clears) {
         let (size, holes, slots) = match shape {

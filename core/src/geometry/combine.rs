@@ -172,9 +172,9 @@ struct Layer {
 fn over(first: Layer, second: Layer, keep_clear: bool) -> Layer {
     let clear = match keep_clear {
         false => Vec::new(),
-        true => laid([(Role::Ground, first.clear), (Role::Cover, second.clear.clone())]),
+        true => laid([(Role::Ground, first.clear), (Role::Over, second.clear.clone())]),
     };
-    let dark = laid([(Role::Ground, first.dark), (Role::Away, second.clear), (Role::Cover, second.dark)]);
+    let dark = laid([(Role::Ground, first.dark), (Role::Away, second.clear), (Role::Over, second.dark)]);
     Layer { clear, dark }
 }
 

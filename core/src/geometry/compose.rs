@@ -14,7 +14,7 @@
 
 use super::clusters::{Extent, NOTHING, clusters, with};
 use super::grid::Grid;
-use super::overlay::{Edge, Shape, cover, edges_of, extent_of, turned};
+use super::overlay::{Edge, Shape, edges_of, extent_of, overlaid, turned};
 
 /// Cells for every edge of ground and away, about; up to four times as many.
 const CELLS_PER_EDGE: f64 = 32.0;
@@ -33,7 +33,7 @@ pub(super) enum Role {
     /// Takes the ground away.
     Away,
     /// Lies over both.
-    Cover,
+    Over,
 }
 
 /// What becomes of a cover.
@@ -168,7 +168,7 @@ pub(super) fn laid<const N: usize>(parts: [(Role, Vec<Shape>); N]) -> Vec<Shape>
     let mut found = Vec::new();
     let mut meeting: Vec<Option<(Role, Shape)>> = Vec::new();
     for (part, shape) in all {
-        match if part == Role::Cover { cells.fate(&shape) } else { Fate::Meets } {
+        match if part == Role::Over { cells.fate(&shape) } else { Fate::Meets } {
             Fate::Meets => meeting.push(Some((part, shape))),
             Fate::Stays => found.push(shape),
             Fate::Goes => {}
@@ -182,7 +182,7 @@ pub(super) fn laid<const N: usize>(parts: [(Role, Vec<Shape>); N]) -> Vec<Shape>
         if group.iter().any(|(part, _)| part != first) {
             let of = |wanted| group.iter().filter(move |(part, _)| *part == wanted);
             let edges = |wanted| of(wanted).flat_map(|(_, shape)| edges_of(shape));
-            found.extend(cover(edges(Role::Ground), edges(Role::Away), edges(Role::Cover)));
+            found.extend(overlaid(edges(Role::Ground), edges(Role::Away), edges(Role::Over)));
         } else if *first != Role::Away {
             found.extend(group.into_iter().map(|(_, shape)| shape));
         }

@@ -329,7 +329,7 @@ fn run(edges: impl IntoIterator<Item = Edge>, fill: Fill) -> Vec<Shape> {
 }
 
 /// What is inside of `ground` and not of `away`, or inside of `over`: a single run.
-pub(super) fn cover(
+pub(super) fn overlaid(
     ground: impl Iterator<Item = Edge>,
     away: impl Iterator<Item = Edge>,
     over: impl Iterator<Item = Edge>,

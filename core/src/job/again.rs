@@ -20,7 +20,7 @@ impl Program {
         let mut speed: Vec<Command> = Vec::new();
         for (index, leg) in self.legs.iter().enumerate() {
             match leg.mark {
-                Mark::ChangeBit(_) => {
+                Mark::ToolChange(_) => {
                     change = Some(leg);
                     speed.clear();
                 }
@@ -64,7 +64,7 @@ mod tests {
 
     fn change(bit: u32) -> Leg {
         Leg {
-            mark: Mark::ChangeBit(bit),
+            mark: Mark::ToolChange(bit),
             commands: vec![Command::Spindle { rpm: 0 }, Command::AwaitBit { bit }],
         }
     }
@@ -97,16 +97,16 @@ mod tests {
         let (prepare, finish) = ((Mark::Prepare, Some(0)), (Mark::Finish, Some(0)));
         let rows: [Row<'_>; 4] = [
             (&[], &[prepare, finish]),
-            (&[3], &[prepare, (Mark::ChangeBit(0), Some(0)), (Mark::Hole(1), Some(900)), finish]),
-            (&[6], &[prepare, (Mark::ChangeBit(1), Some(0)), (Mark::Hole(3), Some(700)), finish]),
+            (&[3], &[prepare, (Mark::ToolChange(0), Some(0)), (Mark::Hole(1), Some(900)), finish]),
+            (&[6], &[prepare, (Mark::ToolChange(1), Some(0)), (Mark::Hole(3), Some(700)), finish]),
             (
                 &[2, 3, 7],
                 &[
                     prepare,
-                    (Mark::ChangeBit(0), Some(0)),
+                    (Mark::ToolChange(0), Some(0)),
                     (Mark::Hole(0), Some(900)),
                     (Mark::Hole(1), None),
-                    (Mark::ChangeBit(1), Some(0)),
+                    (Mark::ToolChange(1), Some(0)),
                     (Mark::Hole(4), Some(500)),
                     finish,
                 ],

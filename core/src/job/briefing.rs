@@ -92,7 +92,7 @@ impl Briefing {
         let mut bit = 0;
         for leg in &program.legs {
             match leg.mark {
-                Mark::ChangeBit(next) => bit = next as usize,
+                Mark::ToolChange(next) => bit = next as usize,
                 Mark::Hole(_) => drilled.iter_mut().skip(bit).take(1).for_each(|does| *does = true),
                 Mark::Toolpath(_) => milled.iter_mut().skip(bit).take(1).for_each(|does| *does = true),
                 Mark::Prepare | Mark::Finish => {}
@@ -170,7 +170,7 @@ mod tests {
             spindles: 1,
             safe_height: Length::from_mm(2.0),
             legs: vec![
-                Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] },
+                Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] },
                 Leg { mark: Mark::Toolpath(0), commands },
             ],
             accepted: Vec::new(),

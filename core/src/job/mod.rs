@@ -122,7 +122,7 @@ pub enum Mark {
     /// Spindle off, at safe height.
     Prepare,
     /// Put this bit (index into [`Program::bits`]) in; a person or the magazine does it.
-    ChangeBit(u32),
+    ToolChange(u32),
     /// Drill this hole (index into the board's holes).
     Hole(u32),
     /// Mill along this toolpath (index into the job's toolpaths).

@@ -6,7 +6,7 @@
 //!            enter             1   2   3        faster when the remaining distance is above this
 //!            leave             2   3   5        slower when it is below this
 //!
-//! PhaseTable column  1  2  3  4 …               one byte a takt: bits 0–3 the windings' halves (5 V),
+//! PhaseTable column  1  2  3  4 …               one byte a step: bits 0–3 the windings' halves (5 V),
 //!            byte   25 05 05 49 …               bits 5 and 6 the forcing voltage (24 V) of windings 1 and 2
 //! ```
 //!
@@ -26,7 +26,7 @@ pub enum DriveKind {
 pub struct Dynamics {
     /// States 0 … S: a step every so many interrupts.
     pub period: Vec<u32>,
-    /// States 1 … S: entered from the slower side while the remaining distance, in takts, is above this.
+    /// States 1 … S: entered from the slower side while the remaining distance, in steps, is above this.
     pub enter: Vec<u32>,
     /// States 1 … S: left towards the slower side when the remaining distance is below this.
     pub leave: Vec<u32>,
@@ -48,7 +48,7 @@ pub struct PhaseTable {
 }
 
 impl PhaseTable {
-    /// The twelve takts of Arendt's paper, with forcing bits as printed for running forward.
+    /// The twelve steps of Arendt's paper, with forcing bits as printed for running forward.
     pub fn arendt() -> Self {
         Self { columns: vec![0x25, 0x05, 0x05, 0x49, 0x09, 0x09, 0x2A, 0x0A, 0x0A, 0x46, 0x06, 0x06] }
     }

@@ -11,7 +11,7 @@
 //! target slows down a state a step: so a window of distances holds every way there is, from rest and after a change of
 //! target in any moment. Each situation of the window is walked to its end once.
 //!
-//! Comes in: a [`Dynamics`]. Goes out: the next state; diagnostics. Distances in takts, times in interrupts. Source: R. Arendt's
+//! Comes in: a [`Dynamics`]. Goes out: the next state; diagnostics. Distances in steps, times in interrupts. Source: R. Arendt's
 //! laboratory drill; `docs/motion-profiles.md` A.3 to A.6. Does not know lengths.
 
 use super::Dynamics;
@@ -20,10 +20,10 @@ use crate::diagnostic::Diagnostic;
 /// Most states per direction, rest not counted.
 pub const MOST_STATES: usize = 16;
 
-/// Largest distance that may stand in a table, in takts.
+/// Largest distance that may stand in a table, in steps.
 pub const FARTHEST: u32 = 10_000;
 
-/// Longest time between two takts, in interrupts.
+/// Longest time between two steps, in interrupts.
 pub const SLOWEST: u32 = 10_000;
 
 /// How many states per direction `dynamics` has: its highest state.
@@ -31,19 +31,19 @@ pub fn top(dynamics: &Dynamics) -> usize {
     dynamics.enter.len().min(dynamics.leave.len()).min(dynamics.period.len().saturating_sub(1))
 }
 
-/// Interrupts from takt to takt in `state`, at least 1.
+/// Interrupts from step to step in `state`, at least 1.
 pub fn period(dynamics: &Dynamics, state: i32) -> u32 {
     let of = dynamics.period.get(state.unsigned_abs() as usize);
     of.or(dynamics.period.last()).copied().unwrap_or(1).max(1)
 }
 
-/// The fastest state that makes no more than `most_hz` takts a second at `interrupt_hz`; 0 when even that is too fast.
+/// The fastest state that makes no more than `most_hz` steps a second at `interrupt_hz`; 0 when even that is too fast.
 pub fn state_within(dynamics: &Dynamics, interrupt_hz: f64, most_hz: f64) -> usize {
     let rate_hz = |state: &usize| interrupt_hz / f64::from(period(dynamics, *state as i32));
     (0..=top(dynamics)).rev().find(|state| rate_hz(state) <= most_hz).unwrap_or(0)
 }
 
-/// The state after a step that left `distance` takts to go, signed like the direction of counting (`docs/motion-profiles.md` A.4).
+/// The state after a step that left `distance` steps to go, signed like the direction of counting (`docs/motion-profiles.md` A.4).
 /// Total: also for tables that [`check`] refuses.
 pub fn next_state(dynamics: &Dynamics, state: i32, distance: i64) -> i32 {
     let side = if state != 0 { i64::from(state.signum()) } else { distance.signum() };
@@ -64,7 +64,7 @@ pub fn next_state(dynamics: &Dynamics, state: i32, distance: i64) -> i32 {
 /// table: sizes beyond [`MOST_STATES`], [`FARTHEST`], [`SLOWEST`] are refused before anything runs.
 ///
 /// Refused are tables that run over a target they could have stopped at, that slow down and speed up again on the way
-/// (hunting), or that never come to rest. Warnings are a last takt faster than the first, and a longer move that takes less
+/// (hunting), or that never come to rest. Warnings are a last step faster than the first, and a longer move that takes less
 /// time than a shorter one.
 pub fn check(dynamics: &Dynamics) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let misshapen = shape(dynamics);
@@ -284,14 +284,14 @@ impl<'a> Map<'a> {
         diagnostic
     }
 
-    /// How many takts it runs on from a target that it passes.
+    /// How many steps it runs on from a target that it passes.
     fn beyond(&self, mut here: Situation) -> u64 {
-        let mut takts = 0;
-        while here.0 != 0 && takts < self.window as u64 {
+        let mut steps = 0;
+        while here.0 != 0 && steps < self.window as u64 {
             here = self.next(here);
-            takts += 1;
+            steps += 1;
         }
-        takts
+        steps
     }
 
     /// What an accepted table does that somebody should look at.

@@ -14,7 +14,7 @@ pub mod phases;
 mod presets;
 mod settings;
 mod table;
-mod takts;
+mod table_speeds;
 mod validate;
 mod wiring;
 
@@ -25,7 +25,7 @@ pub use parallel::Parallel;
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
 pub use settings::{Setting, Value, ValueKind, apply, is_in_file_only, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
-pub use takts::warnings;
+pub use table_speeds::warnings;
 pub use validate::validate;
 pub use wiring::{UNWIRED, Wiring};
 
@@ -66,7 +66,7 @@ pub struct Machine {
     pub spindles: u32,
     /// How step times come about.
     pub drive: DriveKind,
-    /// Interrupt (takt) frequency of table-stepped drives, in Hz.
+    /// Interrupt (step) frequency of table-stepped drives, in Hz.
     pub interrupt_hz: u32,
     /// Their table of dynamics.
     pub dynamics: Dynamics,
@@ -154,7 +154,7 @@ pub struct Axis {
     pub home_offset: Length,
     /// Play of the drive: way that the motor turns after a change of direction before the axis follows.
     pub backlash: Length,
-    /// What the motor's phases get, takt by takt.
+    /// What the motor's phases get, step by step.
     pub phases: PhaseTable,
 }
 

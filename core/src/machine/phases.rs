@@ -1,4 +1,4 @@
-//! What the windings of a two-phase motor get, takt by takt.
+//! What the windings of a two-phase motor get, step by step.
 //!
 //! ```text
 //! bit  0 1   2 3   4   5 6   7          angle of the field, in eighths of a turn of the current
@@ -10,12 +10,12 @@
 //!      forward: the angle grows                      4: 1b
 //! ```
 //!
-//! The 24 V of a winding come for one takt after its current was changed. Where that is depends on the way the motor turns, so
+//! The 24 V of a winding come for one step after its current was changed. Where that is depends on the way the motor turns, so
 //! the two bits are not taken from the table but from the change really made: backwards as right as forwards. They are
-//! taken away at the first interrupt without a takt, so that nothing stays on 24 V at rest.
+//! taken away at the first interrupt without a step, so that nothing stays on 24 V at rest.
 //!
-//! Comes in: a [`PhaseTable`], takts. Goes out: bytes, angles, diagnostics. Source: R. Arendt's laboratory drill; reference
-//! part A.2. Does not know when takts come.
+//! Comes in: a [`PhaseTable`], steps. Goes out: bytes, angles, diagnostics. Source: R. Arendt's laboratory drill; reference
+//! part A.2. Does not know when steps come.
 
 use super::PhaseTable;
 use crate::diagnostic::Diagnostic;
@@ -47,21 +47,21 @@ pub fn preset(name: &str) -> Option<PhaseTable> {
     Some(PhaseTable { columns: columns.to_vec() })
 }
 
-/// Index of the column at position `takts`: the first takt forward from 0 is column 0. None for an empty table.
-pub fn index(table: &PhaseTable, takts: i64) -> Option<usize> {
+/// Index of the column at position `steps`: the first step forward from 0 is column 0. None for an empty table.
+pub fn index(table: &PhaseTable, steps: i64) -> Option<usize> {
     let length = i64::try_from(table.columns.len()).ok().filter(|length| *length > 0)?;
-    usize::try_from(takts.saturating_sub(1).rem_euclid(length)).ok()
+    usize::try_from(steps.saturating_sub(1).rem_euclid(length)).ok()
 }
 
-/// The column at position `takts`, as it stands in the table; 0 for an empty one.
-pub fn column(table: &PhaseTable, takts: i64) -> u8 {
-    index(table, takts).and_then(|index| table.columns.get(index)).copied().unwrap_or(0)
+/// The column at position `steps`, as it stands in the table; 0 for an empty one.
+pub fn column(table: &PhaseTable, steps: i64) -> u8 {
+    index(table, steps).and_then(|index| table.columns.get(index)).copied().unwrap_or(0)
 }
 
-/// The byte to put out at position `takts` when the windings had those of `before`: the column's 5 V bits, and 24 V on every
+/// The byte to put out at position `steps` when the windings had those of `before`: the column's 5 V bits, and 24 V on every
 /// winding that is driven otherwise than before, if the table forces that winding at all.
-pub fn byte(table: &PhaseTable, takts: i64, before: u8) -> u8 {
-    let now = column(table, takts) & WINDINGS;
+pub fn byte(table: &PhaseTable, steps: i64, before: u8) -> u8 {
+    let now = column(table, steps) & WINDINGS;
     let forcing = WINDING.iter().filter(|(halves, _)| now & halves != 0 && (now ^ before) & halves != 0);
     now | forcing.fold(0, |bits, (_, bit)| bits | bit) & forced(table)
 }
@@ -159,13 +159,13 @@ fn column_refusals(column: usize, byte: u8) -> Vec<Diagnostic> {
 /// A winding with a 24 V bit anywhere has it exactly in the columns that switch the winding, going forward.
 fn forcing_refusals(table: &PhaseTable) -> Vec<Diagnostic> {
     let mut diagnostics = Vec::new();
-    for takt in 1..=table.columns.len() {
-        let position = takt as i64;
+    for step in 1..=table.columns.len() {
+        let position = step as i64;
         let (printed, due) = (column(table, position), byte(table, position, column(table, position - 1)));
         for (winding, (_, bit)) in (1..).zip(WINDING) {
             if (printed ^ due) & bit != 0 {
                 let code = if printed & bit == 0 { "phases.forcing_missing" } else { "phases.forcing_extra" };
-                diagnostics.push(Diagnostic::error(code).with("column", takt).with("winding", winding));
+                diagnostics.push(Diagnostic::error(code).with("column", step).with("winding", winding));
             }
         }
     }
@@ -176,7 +176,7 @@ fn forcing_refusals(table: &PhaseTable) -> Vec<Diagnostic> {
 fn rotation(table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
     let at = |position: i64| angle(column(table, position)).map_or(0, i64::from);
     let moves: Vec<(usize, i64)> = (1..=table.columns.len())
-        .map(|takt| (takt, turn(at(takt as i64 - 1), at(takt as i64))))
+        .map(|step| (step, turn(at(step as i64 - 1), at(step as i64))))
         .filter(|(_, turn)| *turn != 0)
         .collect();
     let error = |code: &str| Diagnostic::error(code);
@@ -203,20 +203,20 @@ fn rotation(table: &PhaseTable) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Commutator {
     table: PhaseTable,
-    takts: i64,
+    steps: i64,
     byte: u8,
 }
 
 impl Commutator {
-    /// At rest on the column of position `takts`, without forcing.
-    pub fn new(table: PhaseTable, takts: i64) -> Self {
-        let byte = column(&table, takts) & WINDINGS;
-        Self { table, takts, byte }
+    /// At rest on the column of position `steps`, without forcing.
+    pub fn new(table: PhaseTable, steps: i64) -> Self {
+        let byte = column(&table, steps) & WINDINGS;
+        Self { table, steps, byte }
     }
 
-    /// Position in takts; it runs on from move to move.
-    pub fn takts(&self) -> i64 {
-        self.takts
+    /// Position in steps; it runs on from move to move.
+    pub fn steps(&self) -> i64 {
+        self.steps
     }
 
     /// What is put out now.
@@ -225,13 +225,13 @@ impl Commutator {
     }
 
     /// The next column, or the one before it. Gives the byte to put out.
-    pub fn takt(&mut self, forward: bool) -> u8 {
-        self.takts = self.takts.saturating_add(if forward { 1 } else { -1 });
-        self.byte = byte(&self.table, self.takts, self.byte);
+    pub fn step(&mut self, forward: bool) -> u8 {
+        self.steps = self.steps.saturating_add(if forward { 1 } else { -1 });
+        self.byte = byte(&self.table, self.steps, self.byte);
         self.byte
     }
 
-    /// An interrupt without a takt: the motor is held on 5 V. Gives the byte to put out.
+    /// An interrupt without a step: the motor is held on 5 V. Gives the byte to put out.
     pub fn hold(&mut self) -> u8 {
         self.byte &= WINDINGS;
         self.byte

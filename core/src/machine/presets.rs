@@ -107,7 +107,7 @@ fn counts(steps: f64) -> Length {
 
 /// The laboratory drill (Arendt, part 2 and figure 4): printer mechanics, 120 steps per inch, 500 interrupts per
 /// second, ranges −10 … 2588 and −10 … 825 counts, stroke ended by the lower sensor, 18 s allowed for drilling. Its axes go
-/// by the table of dynamics: a takt an interrupt at full speed. Its greatest speeds leave the table whole up to 700 interrupts a
+/// by the table of dynamics: a step an interrupt at full speed. Its greatest speeds leave the table whole up to 700 interrupts a
 /// second; its motors follow 580.
 pub fn lab() -> Machine {
     let axis = |min: f64, max: f64| Axis {

@@ -1,11 +1,11 @@
 //! What no single field of a machine can tell: ranges inside out, heights out of reach, drives asked for too much, tables
 //! whose rows do not belong together.
 //!
-//! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `takts` and
+//! Comes in: a machine. Goes out: diagnostics naming the field. What tables do is found by `dynamics`, `table_speeds` and
 //! `phases`.
 
 use super::{
-    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, dynamics, parallel, phases, takts,
+    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, dynamics, parallel, phases, table_speeds,
 };
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
@@ -53,7 +53,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(outputs(machine));
     diagnostics.extend(drives(machine));
     diagnostics.extend(strokes(machine));
-    diagnostics.extend(takts::refusals(machine));
+    diagnostics.extend(table_speeds::refusals(machine));
     diagnostics.extend(card::validate(machine));
     diagnostics.extend(parallel::validate(machine));
     diagnostics.extend(adapter::validate(machine));

@@ -2,16 +2,16 @@
 //!
 //! ```text
 //! interrupts  . . . . . . . . . . . . . . . . . . . . . . . . .
-//! takts                   |       |   | | | | | |   |       |             |
+//! steps                   |       |   | | | | | |   |       |             |
 //! state      0            1       2   3 …         2    1        0              at rest
 //!              period[0]     [1]   [2]  [3]     [2]   [1]           [0]
 //! ```
 //!
-//! After every takt the state may go one up or one down, by what distance is left ([`next_state`]). A new target may be given
+//! After every step the state may go one up or one down, by what distance is left ([`next_state`]). A new target may be given
 //! at any time; the motor brakes, turns round and comes back where that is needed. A table that
 //! [`check`] accepts ends every move exactly at its target, in state 0.
 //!
-//! Comes in: a table, targets in takts, interrupts. Goes out: takts, with the numbers of their interrupts counted from the
+//! Comes in: a table, targets in steps, interrupts. Goes out: steps, with the numbers of their interrupts counted from the
 //! command, which is given before interrupt 1. Source: R. Arendt's laboratory drill; `docs/motion-profiles.md` A.4 and A.5. Does not know
 //! frequencies or lengths.
 
@@ -22,10 +22,10 @@ use serde::{Deserialize, Serialize};
 
 pub use crate::machine::dynamics::{FARTHEST, MOST_STATES, SLOWEST, check, next_state, state_within};
 
-/// One takt: the motor is given the next column of its phase table.
+/// One step: the motor is given the next column of its phase table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TableStep {
-    /// Position after it, in takts.
+    /// Position after it, in steps.
     pub position: i64,
     /// Whether the axis counts up.
     pub forward: bool,
@@ -40,7 +40,7 @@ pub struct Automaton {
     position: i64,
     target: i64,
     state: i32,
-    /// Interrupts since the last takt, or since the command at rest.
+    /// Interrupts since the last step, or since the command at rest.
     count: u32,
 }
 
@@ -50,12 +50,12 @@ impl Automaton {
         Self { dynamics, position, target: position, state: 0, count: 0 }
     }
 
-    /// Where it is, in takts.
+    /// Where it is, in steps.
     pub fn position(&self) -> i64 {
         self.position
     }
 
-    /// Where it goes, in takts.
+    /// Where it goes, in steps.
     pub fn target(&self) -> i64 {
         self.target
     }
@@ -95,16 +95,16 @@ impl Automaton {
     }
 }
 
-/// So many takts in a row at the same interval.
+/// So many steps in a row at the same interval.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct SteadyStretch {
-    /// Interrupts before each takt, counted from the takt before it, or from the command.
+    /// Interrupts before each step, counted from the step before it, or from the command.
     pub interval: u32,
-    /// How many takts.
+    /// How many steps.
     pub count: u64,
 }
 
-/// The takts of a move of `distance` takts from rest, either way. A handful of stretches for any distance: the middle, where
+/// The steps of a move of `distance` steps from rest, either way. A handful of stretches for any distance: the middle, where
 /// the state stays, is one of them. Refused when the table would run over the target, or has no states.
 pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch>, Diagnostic> {
     let refuse = |code: &str| Diagnostic::error(code).with("distance", distance).with("state", 0);
@@ -119,12 +119,12 @@ pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch
         // A state that does not change now stays until the distance at which it is left: it cannot rise any more, since
         // what is left only shrinks.
         let leave = usize::try_from(state - 1).ok().and_then(|row| dynamics.leave.get(row));
-        let takts = if after == state { left - leave.map_or(0, |leave| i64::from(*leave)) } else { 1 };
-        left -= takts;
+        let steps = if after == state { left - leave.map_or(0, |leave| i64::from(*leave)) } else { 1 };
+        left -= steps;
         state = after;
         match out.last_mut() {
-            Some(last) if last.interval == interval => last.count += takts as u64,
-            _ => out.push(SteadyStretch { interval, count: takts as u64 }),
+            Some(last) if last.interval == interval => last.count += steps as u64,
+            _ => out.push(SteadyStretch { interval, count: steps as u64 }),
         }
     }
     if state == 0 {
@@ -134,8 +134,8 @@ pub fn stretches(dynamics: &Dynamics, distance: u64) -> Result<Vec<SteadyStretch
     }
 }
 
-/// The interrupts of all takts of a move from rest. See [`stretches`] for long moves.
-pub fn takts(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = u64>, Diagnostic> {
+/// The interrupts of all steps of a move from rest. See [`stretches`] for long moves.
+pub fn steps(dynamics: &Dynamics, distance: u64) -> Result<impl Iterator<Item = u64>, Diagnostic> {
     let mut now = 0;
     let stretches = stretches(dynamics, distance)?;
     let intervals =

@@ -59,7 +59,7 @@ fn path_laws(machine: &Machine, part: &AxisMove) -> Result<(), Diagnostic> {
 }
 
 /// Whether `axis` is asked for more than it may do. Greatest speed, acceleration and jerk of a stroke are among its
-/// closed forms; an axis has its share of each. Takts are checked against the fastest interrupts only: their jumps are the
+/// closed forms; an axis has its share of each. Steps are checked against the fastest interrupts only: their jumps are the
 /// motor's to follow.
 fn too_much(timeline: &Timeline, machine: &Machine, part: &AxisMove, axis: usize) -> bool {
     let way_mm = (part.to[axis] - part.from[axis]) as f64 * timeline.mm_per_step[axis];
@@ -80,9 +80,9 @@ fn too_much(timeline: &Timeline, machine: &Machine, part: &AxisMove, axis: usize
                 || over(acceleration, limits.acceleration_mm_per_s2)
                 || over(jerk, limits.jerk_mm_per_s3)
         }
-        Motion::TableSteps(takts) => {
-            let shortest = takts.stretches.iter().map(|some| some.interval).min().unwrap_or(1);
-            let hz = TICK_HZ as f64 / (takts.interrupt_ticks * u64::from(shortest).max(1)) as f64;
+        Motion::TableSteps(steps) => {
+            let shortest = steps.stretches.iter().map(|some| some.interval).min().unwrap_or(1);
+            let hz = TICK_HZ as f64 / (steps.interrupt_ticks * u64::from(shortest).max(1)) as f64;
             hz > f64::from(machine.pulse_hz()) * (1.0 + ROUNDING_SHARE)
         }
     }

@@ -7,7 +7,7 @@
 //!     +-----------> x
 //! ```
 //!
-//! Comes in: a machine, two places in steps. Goes out: a [`Profile`] along the line, or the takts of table-driven axes.
+//! Comes in: a machine, two places in steps. Goes out: a [`Profile`] along the line, or the steps of table-driven axes.
 //! Does not know why.
 
 use super::automaton;
@@ -142,9 +142,9 @@ pub(super) fn line(
     profile::plan(shape(machine, law, length_mm, limits)?, length_mm, limits)
 }
 
-/// The takts of a table-driven axis over `way` steps, not faster than `speed_mm_per_s` and the axis's own speeds. What its motor
+/// The steps of a table-driven axis over `way` steps, not faster than `speed_mm_per_s` and the axis's own speeds. What its motor
 /// can follow is no limit: the table decides.
-pub(super) fn takts(
+pub(super) fn steps(
     machine: &Machine,
     axis: usize,
     way: i64,
@@ -164,8 +164,8 @@ pub fn rapid_time_s(machine: &Machine, from: Point, to: Point) -> f64 {
     if machine.drive == DriveKind::Table {
         let way = |axis: usize, from, to| {
             let scale = machine.axis(axis).scale;
-            takts(machine, axis, scale.steps(to) - scale.steps(from), f64::INFINITY)
-                .map_or(f64::INFINITY, |takts| takts.duration_ticks() as f64 / TICK_HZ as f64)
+            steps(machine, axis, scale.steps(to) - scale.steps(from), f64::INFINITY)
+                .map_or(f64::INFINITY, |steps| steps.duration_ticks() as f64 / TICK_HZ as f64)
         };
         return way(0, from.x, to.x).max(way(1, from.y, to.y));
     }

@@ -1,7 +1,7 @@
 //! When each axis is where: a program's commands as jerk-limited moves from rest to rest.
 //!
 //! ```text
-//! Program ─ writer ─▶ Timeline: move, move, dwell, move …   each of parts, each part with its profile or its takts
+//! Program ─ writer ─▶ Timeline: move, move, dwell, move …   each of parts, each part with its profile or its steps
 //! machine ─ cycles ─▶ Timeline: homing, going somewhere, jogging
 //! ```
 //!

@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Comes in: a machine, distances from hole to hole in mm. Goes out: the instants of every hole in s, and the [`Timeline`] they come
-//! from: takts where the table drives, profiles elsewhere. A stroke that ends on a sensor is taken to end at the counted depth.
+//! from: steps where the table drives, profiles elsewhere. A stroke that ends on a sensor is taken to end at the counted depth.
 //! Does not know [`coordination`](super::coordination)'s rules.
 
 use super::coordination::{Cycle, SpindleTimes, Stroked};

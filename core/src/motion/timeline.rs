@@ -68,7 +68,7 @@ pub struct AxisMove {
 pub enum Motion {
     /// By a profile over the length of the line.
     Line(Stroke),
-    /// By the table of dynamics, takt by takt; one axis.
+    /// By the table of dynamics, step by step; one axis.
     TableSteps(TableSteps),
     /// X, Y and spindles along lines, arcs and helices, without a stop.
     Path(Box<MotorPath>),
@@ -95,12 +95,12 @@ impl MotorPath {
     }
 }
 
-/// The takts of one axis.
+/// The steps of one axis.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct TableSteps {
     /// Ticks from interrupt to interrupt.
     pub interrupt_ticks: u64,
-    /// Takts at equal distances, in interrupts, in order.
+    /// Steps at equal distances, in interrupts, in order.
     pub stretches: Vec<SteadyStretch>,
 }
 
@@ -111,7 +111,7 @@ impl TableSteps {
         interrupts.sum::<u64>() * self.interrupt_ticks
     }
 
-    /// How many takts have come by `tick`.
+    /// How many steps have come by `tick`.
     pub fn count_at(&self, tick: u64) -> u64 {
         let (mut done, mut now) = (0, 0);
         for some in &self.stretches {
@@ -126,7 +126,7 @@ impl TableSteps {
         done
     }
 
-    /// The tick of takt `index`, counted from 0; that of the last one beyond it.
+    /// The tick of step `index`, counted from 0; that of the last one beyond it.
     pub fn tick_of(&self, index: u64) -> u64 {
         let (mut left, mut now) = (index + 1, 0);
         for some in &self.stretches {
@@ -147,7 +147,7 @@ impl AxisMove {
     pub fn duration_s(&self) -> f64 {
         match &self.motion {
             Motion::Line(stroke) => stroke.duration_s(),
-            Motion::TableSteps(takts) => takts.duration_ticks() as f64 / TICK_HZ as f64,
+            Motion::TableSteps(steps) => steps.duration_ticks() as f64 / TICK_HZ as f64,
             Motion::Path(route) => route.path.duration_s(),
         }
     }
@@ -203,9 +203,9 @@ impl AxisMove {
                 stroke.position_mm(own_s) / stroke.length_mm()
             }
             Motion::Line(_) => 1.0,
-            Motion::TableSteps(takts) => {
-                let done = takts.count_at((own_s.max(0.0) * TICK_HZ as f64) as u64);
-                done as f64 / takts.count().max(1) as f64
+            Motion::TableSteps(steps) => {
+                let done = steps.count_at((own_s.max(0.0) * TICK_HZ as f64) as u64);
+                done as f64 / steps.count().max(1) as f64
             }
             Motion::Path(route) if route.path.length_mm() > 0.0 => {
                 route.path.position_mm(own_s) / route.path.length_mm()
@@ -214,7 +214,7 @@ impl AxisMove {
         }
     }
 
-    /// Speed along the line `t_s` seconds after the start of the move, mm/s; of takts the mean of the whole move.
+    /// Speed along the line `t_s` seconds after the start of the move, mm/s; of steps the mean of the whole move.
     pub fn speed(&self, t_s: f64, mm_per_step: &[f64; AXES]) -> f64 {
         let own_s = t_s - self.start_s();
         match &self.motion {

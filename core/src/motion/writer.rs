@@ -12,7 +12,7 @@
 //! Comes in: a program, a machine. Goes out: a [`Timeline`]. Does not know step times.
 
 use super::drill_cycles::{DrillCycles, Hole, Low, plain_hole};
-use super::limits::{line, mm_per_step, takts};
+use super::limits::{line, mm_per_step, steps};
 use super::milling;
 use super::path::PlannedPath;
 use super::profile::Stroke;
@@ -459,7 +459,7 @@ pub(super) fn lines(
             .map(|axis| {
                 let mut alone = from;
                 alone[axis] = to[axis];
-                let motion = Motion::TableSteps(takts(machine, axis, to[axis] - from[axis], speed_mm_per_s)?);
+                let motion = Motion::TableSteps(steps(machine, axis, to[axis] - from[axis], speed_mm_per_s)?);
                 Ok(AxisMove { stage, start_tick: 0, from, to: alone, motion })
             })
             .collect();

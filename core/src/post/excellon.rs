@@ -49,7 +49,7 @@ pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String
     let mut router = Router::new(program, chord_error_mm);
     for (index, leg) in program.legs.iter().enumerate() {
         match leg.mark {
-            Mark::ChangeBit(bit) => {
+            Mark::ToolChange(bit) => {
                 router.bit = bit;
                 out.push_str(&format!("T{}\n", u64::from(bit) + 1));
             }

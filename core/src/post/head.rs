@@ -63,7 +63,7 @@ fn cut_up(dialect: &Dialect, program: &Program) -> Vec<FileOf> {
     let parts = parts(program, dialect);
     let works = program.legs.iter().zip(&parts);
     for (leg, &part) in works.filter(|(leg, _)| !matches!(leg.mark, Mark::Prepare | Mark::Finish)) {
-        let asked = if let Mark::ChangeBit(bit) = leg.mark { Some(bit) } else { None };
+        let asked = if let Mark::ToolChange(bit) = leg.mark { Some(bit) } else { None };
         loaded = asked.or(loaded);
         let last = files.last().and_then(|file| file.part);
         let turned = last.is_none_or(|last| {

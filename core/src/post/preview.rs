@@ -63,7 +63,7 @@ fn change(bit: u32) -> Leg {
         Command::Spindle { rpm: 30_000 },
         Command::Dwell { us: 1_500_000 },
     ];
-    Leg { mark: Mark::ChangeBit(bit), commands }
+    Leg { mark: Mark::ToolChange(bit), commands }
 }
 
 fn drilling(pecks: bool) -> Vec<Leg> {

@@ -31,7 +31,7 @@ pub(super) enum Value {
 
 /// A file being written.
 #[derive(Debug)]
-pub(super) struct Sheet<'a> {
+pub(super) struct OpenFile<'a> {
     dialect: &'a Dialect,
     part: TemplateKind,
     out: String,
@@ -52,7 +52,7 @@ struct Filled<'t> {
     fields: Vec<(Range<usize>, &'t str)>,
 }
 
-impl<'a> Sheet<'a> {
+impl<'a> OpenFile<'a> {
     pub(super) fn new(dialect: &'a Dialect, part: TemplateKind) -> Self {
         Self {
             dialect,

@@ -19,7 +19,7 @@ use super::dialect::{Changes, Dialect, FileSplit, NameStyle, Templates};
 use super::head::{self, FileOf};
 use super::names::{Block, TemplateKind};
 use super::preview::Sample;
-use super::sheet::Sheet;
+use super::sheet::OpenFile;
 use super::values::{Action, Frame, number_of};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
@@ -120,7 +120,7 @@ pub(super) fn parts(program: &Program, dialect: &Dialect) -> Vec<TemplateKind> {
 struct Writer<'a> {
     dialect: &'a Dialect,
     program: &'a Program,
-    sheet: Option<Sheet<'a>>,
+    sheet: Option<OpenFile<'a>>,
     part: TemplateKind,
     done: Vec<(TemplateKind, String)>,
     /// How many files there will be is not known when a name is needed: they are counted first.
@@ -173,7 +173,7 @@ impl<'a> Writer<'a> {
                 self.settings(leg);
                 Ok(())
             }
-            Mark::ChangeBit(bit) => {
+            Mark::ToolChange(bit) => {
                 let apart = self.dialect.files == FileSplit::Bit;
                 if apart {
                     self.close()?;
@@ -224,7 +224,7 @@ impl<'a> Writer<'a> {
             sheet.turn_to(part);
             return Ok(());
         }
-        self.sheet = Some(Sheet::new(self.dialect, part));
+        self.sheet = Some(OpenFile::new(self.dialect, part));
         self.said_rpm = 0;
         let home = Tip { at: Point::default(), height: self.program.safe_height };
         let start = Action { from: home, to: home, ..self.now };

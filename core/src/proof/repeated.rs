@@ -15,7 +15,7 @@ pub(super) fn repeated(programs: &[Program]) -> u32 {
         let mut own = Vec::new();
         let mut bit = 0;
         for leg in &program.legs {
-            if let Mark::ChangeBit(index) = leg.mark {
+            if let Mark::ToolChange(index) = leg.mark {
                 bit = index;
             }
             let wide = program.bits.get(bit as usize).map_or(0, |bit| bit.diameter.nm());

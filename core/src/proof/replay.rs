@@ -109,7 +109,7 @@ pub fn replay(program: &Program, index: u32, copper: Length) -> ReplayedCuts {
 impl Tip<'_> {
     fn leg(&mut self, leg: &Leg) {
         self.mark = leg.mark;
-        if let Mark::ChangeBit(bit) = leg.mark {
+        if let Mark::ToolChange(bit) = leg.mark {
             self.bit = Some(bit);
         }
         for command in &leg.commands {

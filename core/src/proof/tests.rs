@@ -77,7 +77,7 @@ fn program(bit: Bit, toolpaths: &[Toolpath]) -> Program {
         commands.push(Command::Retract { to: safe_height });
         Leg { mark: way.mark, commands }
     };
-    let first = Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }, ON] };
+    let first = Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }, ON] };
     Program {
         name: String::new(),
         machine: String::new(),

@@ -332,7 +332,7 @@ type ByTool = BTreeMap<Tool, (String, Vec<Stretch>)>;
 
 impl Walk<'_> {
     fn leg(&mut self, leg: &Leg, out: &mut ByTool, still: &mut Option<(Spot, f64)>) {
-        if let Mark::ChangeBit(bit) = leg.mark {
+        if let Mark::ToolChange(bit) = leg.mark {
             self.bit = bit;
         }
         for command in &leg.commands {

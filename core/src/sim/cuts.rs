@@ -75,7 +75,7 @@ pub fn cuts(program: &Program) -> Vec<Cut> {
     let (mut found, mut bit) = (Vec::new(), 0);
     let mut at = [0.0, 0.0, program.safe_height.mm()];
     for (leg, steps) in (0..).zip(&program.legs) {
-        if let Mark::ChangeBit(next) = steps.mark {
+        if let Mark::ToolChange(next) = steps.mark {
             bit = next;
         }
         for (command, step) in (0..).zip(&steps.commands) {

@@ -88,7 +88,7 @@ impl Playback {
         let (mut bit, mut drilled_leg) = (None, None);
         for planned in &timeline.moves {
             if legs.last().is_none_or(|last| last.leg != planned.leg) {
-                if let Mark::ChangeBit(change) = planned.mark {
+                if let Mark::ToolChange(change) = planned.mark {
                     bit = Some(change);
                 }
                 let (leg, mark, start_s) = (planned.leg, planned.mark, seconds(planned.start_tick));
@@ -220,7 +220,7 @@ mod tests {
             spindles: u8::MAX,
             safe_height: Length::from_um(2_000),
             legs: vec![
-                Leg { mark: Mark::ChangeBit(0), commands: change },
+                Leg { mark: Mark::ToolChange(0), commands: change },
                 hole(7, 10.0, 5.0),
                 hole(3, 20.0, 0.0),
             ],

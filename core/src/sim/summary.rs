@@ -90,7 +90,7 @@ fn spent(timeline: &Timeline) -> Spent {
             (Mark::Hole(_), _) => &mut spent.drill_s,
             (Mark::Toolpath(_), Stage::Mill | Stage::Drill) => &mut spent.mill_s,
             (Mark::Toolpath(_), _) => &mut spent.between_s,
-            (Mark::ChangeBit(_), _) => &mut spent.change_s,
+            (Mark::ToolChange(_), _) => &mut spent.change_s,
             (Mark::Prepare | Mark::Finish, _) => &mut spent.other_s,
         };
         *place += planned.duration_ticks as f64 / TICK_HZ as f64;
@@ -103,7 +103,7 @@ pub fn time_by_bit_s(timeline: &Timeline) -> Vec<f64> {
     let mut times: Vec<f64> = Vec::new();
     let mut now = 0;
     for planned in &timeline.moves {
-        if let Mark::ChangeBit(bit) = planned.mark {
+        if let Mark::ToolChange(bit) = planned.mark {
             now = bit as usize;
         }
         if times.len() <= now {

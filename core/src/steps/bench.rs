@@ -64,7 +64,7 @@ fn planned_s(planned: &Move, axis: usize, mut index: u64) -> f64 {
             return part.start_s()
                 + match &part.motion {
                     Motion::Line(stroke) => stroke.time_at(share * stroke.length_mm()),
-                    Motion::TableSteps(takts) => takts.tick_of(index) as f64 / TICK_HZ as f64,
+                    Motion::TableSteps(steps) => steps.tick_of(index) as f64 / TICK_HZ as f64,
                     Motion::Path(_) => f64::NAN,
                 };
         }

@@ -94,7 +94,7 @@ impl Guess {
 
     /// The change of a run of `count` steps that begins with `interval`.
     fn change(&self, interval: i64, count: u32, grain: Grain) -> i64 {
-        // Whole ticks are those of takts, which come evenly.
+        // Whole ticks are those of steps, which come evenly.
         if grain == Grain::Coarse { 2 * (interval - self.last) / (i64::from(count) + 1) } else { 0 }
     }
 }

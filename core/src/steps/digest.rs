@@ -76,7 +76,7 @@ fn put_segment(segment: &Segment, sink: &mut dyn Sink) {
     sink.put(&segment.leg.to_le_bytes());
     let (tag, value) = match segment.mark {
         Mark::Prepare => (0_u8, 0),
-        Mark::ChangeBit(bit) => (1, bit),
+        Mark::ToolChange(bit) => (1, bit),
         Mark::Hole(hole) => (2, hole),
         Mark::Finish => (3, 0),
         Mark::Toolpath(way) => (4, way),

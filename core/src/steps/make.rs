@@ -142,7 +142,7 @@ impl Maker {
                 match &part.motion {
                     Motion::Line(stroke) if axis >= 2 => self.stroke(part, axis, stroke, &mut cursor),
                     Motion::Line(stroke) => self.line(part, axis, stroke, &mut cursor),
-                    Motion::TableSteps(takts) => takts_runs(part, axis, takts, &mut cursor),
+                    Motion::TableSteps(steps) => step_runs(part, axis, steps, &mut cursor),
                     Motion::Path(route) => self.path(part, axis, route, &mut cursor),
                 }
             }
@@ -261,12 +261,12 @@ fn sets(planned: &Move) -> Vec<(usize, u8)> {
 }
 
 /// Runs of a table-driven axis: one for each stretch of equal intervals.
-fn takts_runs(part: &AxisMove, axis: usize, takts: &TableSteps, cursor: &mut Cursor<'_>) {
+fn step_runs(part: &AxisMove, axis: usize, steps: &TableSteps, cursor: &mut Cursor<'_>) {
     let forward = part.to[axis] > part.from[axis];
     let begin = part.start_tick as i64;
     let mut offset = begin - cursor.last_tick;
-    for some in &takts.stretches {
-        let interval = i64::from(some.interval) * takts.interrupt_ticks as i64;
+    for some in &steps.stretches {
+        let interval = i64::from(some.interval) * steps.interrupt_ticks as i64;
         let mut left = some.count;
         if offset != 0 && left > 0 {
             cursor.push(forward, interval + offset, 1);

@@ -274,7 +274,7 @@ impl VirtualDrill {
         let thrown = self.faults.lost_steps.contains(&(axis, step));
         let bit = axis.checked_sub(2).and_then(|spindle| self.bits.get_mut(spindle));
         let held = bit.is_some_and(|bit| !forward && bit.holds(tick, place));
-        if let Some((lost, cause)) = self.rotors[axis].takt(Push { tick, forward, held, thrown }) {
+        if let Some((lost, cause)) = self.rotors[axis].step(Push { tick, forward, held, thrown }) {
             self.slipped(Slip { axis, tick, step, place, lost, cause, until: tick });
         }
         if axis > 1 {

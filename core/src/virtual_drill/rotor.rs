@@ -1,20 +1,20 @@
 //! One two-phase stepping motor: its rotor follows the field of its windings while it can.
 //!
 //! ```text
-//! rate │        ______ a tenth above its limit it only shakes, until the takts come slowly enough to start from rest
+//! rate │        ______ a tenth above its limit it only shakes, until the steps come slowly enough to start from rest
 //!      │      /‾‾‾‾‾‾‾ a little above its limit it loses a turn of the current now and then, and runs on
-//!      │    /  jump between two takts: at most what the motor's torque gives in that time, and its elasticity
+//!      │    /  jump between two steps: at most what the motor's torque gives in that time, and its elasticity
 //!      └──────────▶ time      the faster it turns, the less torque is left
 //!
 //! field   1 ──▶ 3 ──▶ 5 ──▶ 7 ──▶ 1      eighths of a turn of the current, four full steps a turn
 //! rotor   1     3     3     3     3      it missed two: the field is straight across, then nearer from behind …
 //! pulled        +2    +2    ±4    −2     … so what is lost is lost by whole turns of the current
 //!
-//! field   1 ──▶ 3 ──▶ 1 ──▶ 7            a takt back brings the field to where it was: between the two the motor stands, however
+//! field   1 ──▶ 3 ──▶ 1 ──▶ 7            a step back brings the field to where it was: between the two the motor stands, however
 //!               ╰─────╯                  soon the one follows the other; how fast it turns shows with the next
 //! ```
 //!
-//! Comes in: takts with their ticks. Goes out: where the rotor really is, in takts, and what it lost. The field is that of the
+//! Comes in: steps with their ticks. Goes out: where the rotor really is, in steps, and what it lost. The field is that of the
 //! bytes really put out, so a wrong table or a broken wire shows. Does not know what it drives.
 
 use crate::machine::PhaseTable;
@@ -27,25 +27,25 @@ const RESERVE_FACTOR: f64 = 3.0;
 /// Share of its rate that a turning rotor takes as a jump.
 const ELASTICITY_SHARE: f64 = 0.15;
 
-/// Takts a second that any stepping motor makes at once from rest.
+/// Steps a second that any stepping motor makes at once from rest.
 const PULL_IN_HZ: f64 = 300.0;
 
-/// What a motor falls behind by above its limit, in takts a takt for each part of its rate that is too much: it stalls where
+/// What a motor falls behind by above its limit, in steps a step for each part of its rate that is too much: it stalls where
 /// it would fall behind by all of them.
 const BEHIND_PER_SHARE: f64 = 10.0;
 
 /// How far above its limit a motor is really pulled out, where pulses may come some time beside their time.
 const PULL_OUT_FACTOR: f64 = 1.03;
 
-/// The same where takts come by interrupts, which are exact but for a whole number of ticks.
+/// The same where steps come by interrupts, which are exact but for a whole number of ticks.
 const PULL_OUT_BY_INTERRUPTS_FACTOR: f64 = 1.001;
 
 /// Why a rotor fell behind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// The takts came faster than it can turn.
+    /// The steps came faster than it can turn.
     TooFast,
-    /// The takts' rate changed more than its torque allows.
+    /// The steps' rate changed more than its torque allows.
     TooSteep,
     /// It stood at a hard stop.
     Blocked,
@@ -71,7 +71,7 @@ impl Cause {
     }
 }
 
-/// One takt as the motor meets it.
+/// One step as the motor meets it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Push {
     /// When.
@@ -94,22 +94,22 @@ impl Push {
 /// A stepping motor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rotor {
-    /// Where it really is, in takts.
+    /// Where it really is, in steps.
     pub at: i64,
-    /// Takts that it was sent.
+    /// Steps that it was sent.
     pub sent: u64,
-    /// Takts that it fell behind, all together.
+    /// Steps that it fell behind, all together.
     pub lost: u64,
     driver: Commutator,
     /// 5 V and 24 V bits that reach the motor.
     wires: u8,
     start: i64,
-    /// Takts in a cycle of the table, and turns of the current in it.
+    /// Steps in a cycle of the table, and turns of the current in it.
     cycle: (i64, i64),
     /// Its angle in eighths of a turn of the current, and the angle it began at.
     angle: i64,
     zero: i64,
-    /// Turns of the current that it is off its takts.
+    /// Turns of the current that it is off its steps.
     off: i64,
     stops: (i64, i64),
     fastest_hz: f64,
@@ -120,9 +120,9 @@ pub struct Rotor {
     /// Rate it turns at, signed.
     rate_hz: f64,
     last_tick: Option<u64>,
-    /// Whether the last takt went forward.
+    /// Whether the last step went forward.
     last_forward: bool,
-    /// What it is behind by above its limit, in takts.
+    /// What it is behind by above its limit, in steps.
     behind: f64,
     /// Why it does not follow the field, if it does not.
     stalled: Option<Cause>,
@@ -177,7 +177,7 @@ impl Rotor {
         self
     }
 
-    /// The same motor where a table makes its takts, interrupt by interrupt.
+    /// The same motor where a table makes its steps, interrupt by interrupt.
     #[must_use]
     pub fn by_interrupts(mut self) -> Self {
         self.pull_out_hz = self.fastest_hz * PULL_OUT_BY_INTERRUPTS_FACTOR;
@@ -189,10 +189,10 @@ impl Rotor {
         self.driver.byte()
     }
 
-    /// One takt. Gives what was lost by it, if anything, and why.
-    pub fn takt(&mut self, push: Push) -> Option<(u64, Cause)> {
+    /// One step. Gives what was lost by it, if anything, and why.
+    pub fn step(&mut self, push: Push) -> Option<(u64, Cause)> {
         self.sent += 1;
-        let field = angle(self.driver.takt(push.forward) & self.wires);
+        let field = angle(self.driver.step(push.forward) & self.wires);
         let follows = self.follows(push);
         let pull = field.map(|field| turn(self.angle, i64::from(field))).filter(|turn| turn.abs() < 4);
         let missed = match (follows, pull) {
@@ -214,7 +214,7 @@ impl Rotor {
         lost
     }
 
-    /// Whether the rotor keeps up with a takt at this moment.
+    /// Whether the rotor keeps up with a step at this moment.
     fn follows(&mut self, push: Push) -> Result<(), Cause> {
         let since = self.last_tick.replace(push.tick).map_or(TICK_HZ, |last| push.tick.saturating_sub(last));
         let time_s = since.max(1) as f64 / TICK_HZ as f64;
@@ -261,19 +261,19 @@ impl Rotor {
         }
     }
 
-    /// How many turns of the current a rotor at `angle` is off its takts, to the nearest.
+    /// How many turns of the current a rotor at `angle` is off its steps, to the nearest.
     fn turns_off(&self, angle: i64) -> i64 {
         let (length, turns) = self.cycle;
-        let eighths = (angle - self.zero) * length - 8 * turns * self.driver.takts();
+        let eighths = (angle - self.zero) * length - 8 * turns * self.driver.steps();
         (2 * eighths + 8 * length).div_euclid(16 * length)
     }
 
     fn place(&self, off: i64) -> i64 {
         let (length, turns) = self.cycle;
-        self.start + self.driver.takts() + off * length / turns
+        self.start + self.driver.steps() + off * length / turns
     }
 
-    /// Works out where it is, and what the takt cost.
+    /// Works out where it is, and what the step cost.
     fn settle(&mut self) -> Option<(u64, Cause)> {
         let (length, turns) = self.cycle;
         let off = self.turns_off(self.angle);

@@ -23,7 +23,7 @@ mod vectors;
 use crate::programs::{Chance, machines, random_program, rounds};
 
 /// Replays a segment beside its plan: before and after every step the motor is within half a step of the plan, and
-/// as much more as the plan goes in 1 µs. Takts are where they are.
+/// as much more as the plan goes in 1 µs. Steps are where they are.
 fn replay_keeps_to_the_plan(plan: &Timeline, index: usize, segment: &Segment, seed: u64) {
     let planned = &plan.moves[index];
     let mut at = planned.from;
@@ -52,7 +52,7 @@ fn replay_keeps_to_the_plan(plan: &Timeline, index: usize, segment: &Segment, se
     assert_eq!(at, segment.end, "seed {seed}: ends elsewhere than it says");
 }
 
-/// Steps that the plan of `axis` goes in a microsecond around second `t_s`; half a step more for takts.
+/// Steps that the plan of `axis` goes in a microsecond around second `t_s`; half a step more for steps.
 fn passed_in_a_microsecond(planned: &Move, axis: usize, t_s: f64) -> f64 {
     let near =
         |part: &AxisMove| part.moves(axis) && part.start_s() <= t_s + 1e-6 && t_s - 1e-6 <= part.end_s();

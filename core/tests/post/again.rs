@@ -46,7 +46,7 @@ fn job() -> Program {
     let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 };
     let up = Command::Retract { to: mm(2.0) };
     let on = |bit| Leg {
-        mark: Mark::ChangeBit(bit),
+        mark: Mark::ToolChange(bit),
         commands: vec![
             Command::Spindle { rpm: 0 },
             Command::AwaitBit { bit },
@@ -131,7 +131,7 @@ fn a_drill_file_does_what_it_can_say() {
     program.bits.remove(0);
     for leg in &mut program.legs {
         let before = |bit: &mut u32| *bit -= 1;
-        if let Mark::ChangeBit(bit) = &mut leg.mark {
+        if let Mark::ToolChange(bit) = &mut leg.mark {
             before(bit);
         }
         for command in &mut leg.commands {

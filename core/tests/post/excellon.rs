@@ -125,7 +125,7 @@ fn what_a_drill_file_cannot_say_is_refused() {
     assert_eq!(post::excellon(&program, None).unwrap_err().code, "post.excellon_depth");
     let mut vee = steps(&[-100]);
     for leg in &mut vee.legs {
-        if let Mark::ChangeBit(bit) = &mut leg.mark {
+        if let Mark::ToolChange(bit) = &mut leg.mark {
             *bit = 2;
         }
     }

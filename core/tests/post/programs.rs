@@ -30,7 +30,7 @@ pub(crate) fn change(bit: u32, rpm: u32, wait_us: u32) -> Leg {
     if wait_us > 0 {
         commands.push(Command::Dwell { us: wait_us });
     }
-    Leg { mark: Mark::ChangeBit(bit), commands }
+    Leg { mark: Mark::ToolChange(bit), commands }
 }
 
 /// A program around `legs`, with a drill, a mill and a V-bit.

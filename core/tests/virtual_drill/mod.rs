@@ -54,7 +54,7 @@ fn a_rotor_follows_ramps_and_falls_behind_where_it_is_overdriven() {
             let share = f64::from(step) / f64::from(count);
             let square = from * from * (1.0 - share) + to * to * share;
             time_s += 1.0 / square.sqrt();
-            let lost = rotor.takt(Push::free((time_s * TICK_HZ as f64) as u64, true));
+            let lost = rotor.step(Push::free((time_s * TICK_HZ as f64) as u64, true));
             cause = cause.or(lost.map(|(_, cause)| cause));
         }
         assert_eq!(cause, why, "{from} to {to} in {count}: {} lost", rotor.lost);
@@ -64,7 +64,7 @@ fn a_rotor_follows_ramps_and_falls_behind_where_it_is_overdriven() {
         let lost = rotor.lost;
         for _ in 0..2 * turn {
             time_s += 0.01;
-            rotor.takt(Push::free((time_s * TICK_HZ as f64) as u64, true));
+            rotor.step(Push::free((time_s * TICK_HZ as f64) as u64, true));
         }
         assert!(rotor.lost <= lost + turn, "{from} to {to}");
     }
@@ -263,8 +263,8 @@ fn shuttle(
         automaton.retarget(target);
         while !automaton.is_at_rest() {
             *tick += TICK_HZ / interrupt_hz;
-            if let Some(takt) = automaton.interrupt() {
-                twin.step(*tick, 1 << axis, if takt.forward { 1 << axis } else { 0 });
+            if let Some(step) = automaton.interrupt() {
+                twin.step(*tick, 1 << axis, if step.forward { 1 << axis } else { 0 });
             }
         }
         *tick += TICK_HZ;
@@ -336,10 +336,10 @@ fn a_wrong_phase_table_slips_or_runs_backwards() {
     let good = PhaseTable::arendt();
     let reversed = PhaseTable { columns: good.columns.iter().rev().copied().collect() };
     let mut swapped = good.clone();
-    for takt in 3..6 {
-        swapped.columns.swap(takt, takt + 3);
+    for step in 3..6 {
+        swapped.columns.swap(step, step + 3);
     }
-    // (table, wires that are broken, least and most of the way really made of 120 takts)
+    // (table, wires that are broken, least and most of the way really made of 120 steps)
     let rows = [
         (good.clone(), 0, 120..=120),
         (reversed, 0, -126..=-114),

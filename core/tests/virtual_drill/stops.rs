@@ -71,7 +71,7 @@ fn two_holes(machine: &Machine, way_mm: [f64; 2]) -> Program {
             Command::Retract { to: machine.process.safe_height },
         ],
     };
-    let change = Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] };
+    let change = Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] };
     Program {
         name: "two".to_owned(),
         machine: machine.fingerprint(),

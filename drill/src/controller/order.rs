@@ -1,7 +1,7 @@
 //! A job in a controller's words: its program, the text that is sent, and which leg each section of that is.
 //!
 //! ```text
-//! program   Prepare  ChangeBit 0  Hole 4  Hole 17  …  Finish
+//! program   Prepare  ToolChange 0  Hole 4  Hole 17  …  Finish
 //! sections           Change 0     Hole 1  Hole 2   …  Finish      a section is found by the place where its leg begins
 //! ```
 //!
@@ -92,7 +92,7 @@ fn legs(program: &Program, routine: &Routine) -> Vec<usize> {
     let mut next = 0;
     let mut of = |section: &controller::Section| {
         let is = |leg: &usize| match (section.kind, program.legs[*leg].mark) {
-            (SectionKind::Change(_), Mark::ChangeBit(_)) | (SectionKind::Finish, Mark::Finish) => true,
+            (SectionKind::Change(_), Mark::ToolChange(_)) | (SectionKind::Finish, Mark::Finish) => true,
             (SectionKind::Hole(_) | SectionKind::Toolpath(_), Mark::Hole(_) | Mark::Toolpath(_)) => {
                 lies(begins(program, *leg), section.entry)
             }

@@ -244,7 +244,7 @@ impl<F: Files> Station<F> {
 /// The bit that is in at leg `at`.
 fn bit_at(legs: &[annulus_core::job::Leg], at: usize) -> Option<u32> {
     legs.iter().take(at).rev().find_map(|leg| match leg.mark {
-        Mark::ChangeBit(bit) => Some(bit),
+        Mark::ToolChange(bit) => Some(bit),
         _ => None,
     })
 }

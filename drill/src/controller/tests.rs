@@ -287,12 +287,12 @@ fn a_board_of_two_tools_is_made_as_the_program_says() {
     let key = bench.upload(&program);
     bench.start(&key, 0);
     let first = bench.state(State::ToolChange);
-    assert!(matches!(program.legs[first.leg.unwrap() as usize].mark, Mark::ChangeBit(0)));
+    assert!(matches!(program.legs[first.leg.unwrap() as usize].mark, Mark::ToolChange(0)));
     // The first is the one that was in when the height was set.
     assert_eq!(bench.refused(&Ask::ToolChanged), None);
     bench.until(|status| status.holes_done > 0);
     let second = bench.state(State::ToolChange);
-    assert!(matches!(program.legs[second.leg.unwrap() as usize].mark, Mark::ChangeBit(1)));
+    assert!(matches!(program.legs[second.leg.unwrap() as usize].mark, Mark::ToolChange(1)));
     assert_eq!(bench.refused(&Ask::ToolChanged).as_deref(), Some("grbl.height_first"));
     assert_eq!(bench.finish(), (Ending::Done, 10));
     let status = bench.state(State::Ready);

@@ -44,7 +44,7 @@ pub fn isolated(board: &Board) -> Program {
     let cutter = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 };
     let bit = Bit { diameter: Length::from_mm(3.0), name: "V".to_owned(), cutter };
     let depth = bit.depth_for(Length::from_um(200)).unwrap_or_default();
-    let mut legs = vec![Leg { mark: Mark::ChangeBit(0), commands: vec![Command::AwaitBit { bit: 0 }] }];
+    let mut legs = vec![Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] }];
     for away_um in [101, 241] {
         for (way, path) in (0..).zip(grow(copper, Length::from_um(away_um)).paths()) {
             legs.push(Leg { mark: Mark::Toolpath(way), commands: along(path, -depth) });

@@ -21,7 +21,7 @@ use super::{Effect, Model};
 use crate::drawing::fields::{self, Field, FieldRow};
 use crate::drawing::keys::StepSize;
 use crate::drawing::tree::{self, TreeRow};
-use crate::drawing::{Act, Chosen, DrawKey, Editor, Marks, Pen, Pointer, Sheet, Tool, typed};
+use crate::drawing::{Act, Chosen, DrawKey, DrawnPieces, Editor, Marks, Pen, Pointer, Tool, typed};
 use crate::keys::Tab;
 use crate::said::{Text, key};
 use crate::view::Touch;
@@ -52,7 +52,7 @@ pub enum Least {
 #[derive(Clone, Debug, Default)]
 pub struct Shown {
     /// What is drawn.
-    pub sheet: Arc<Sheet>,
+    pub sheet: Arc<DrawnPieces>,
     /// What is chosen, as it lies over that.
     pub chosen: Arc<Chosen>,
     /// What follows the pointer.

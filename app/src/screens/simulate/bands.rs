@@ -46,7 +46,7 @@ fn operation_of(mark: Mark) -> Option<usize> {
             };
             work.operations.iter().position(drills)
         }),
-        Mark::Prepare | Mark::ChangeBit(_) | Mark::Finish => None,
+        Mark::Prepare | Mark::ToolChange(_) | Mark::Finish => None,
     }
 }
 

@@ -74,7 +74,7 @@ fn text(leg: LegStart) -> String {
         match leg.mark {
             Mark::Prepare => say!("page.leg.prepare"),
             Mark::Finish => say!("page.leg.finish"),
-            Mark::ChangeBit(bit) => {
+            Mark::ToolChange(bit) => {
                 let tool = program.and_then(|program| program.bits.get(bit as usize));
                 say!("page.leg.change", tool = tool.map(|tool| tool.title(&language())).unwrap_or_default())
             }

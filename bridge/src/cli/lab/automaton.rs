@@ -1,10 +1,10 @@
 //! `annulus lab automaton`: the step automaton, interrupt by interrupt (A4).
 //!
-//! Comes in: a table of dynamics, targets, when the target changes. Goes out: every takt with its state; a plot of
+//! Comes in: a table of dynamics, targets, when the target changes. Goes out: every step with its state; a plot of
 //! position, state and rate. Does not know the rule.
 
 use super::super::{Answer, Refusal};
-use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
 use crate::{lab, machine_file};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Dynamics, dynamics};
@@ -15,8 +15,8 @@ use std::path::Path;
 
 /// Interrupts that are served at most.
 const MOST_INTERRUPTS: u64 = 10_000_000;
-/// Takts that are listed at most.
-const MOST_TAKTS: usize = 200_000;
+/// Steps that are listed at most.
+const MOST_STEPS: usize = 200_000;
 
 /// Arguments of `annulus lab automaton`.
 #[derive(Debug, clap::Args)]
@@ -27,7 +27,7 @@ pub(crate) struct AutomatonArgs {
     /// The table and the interrupt frequency of a machine, by name or file.
     #[arg(long, value_name = "NAME", conflicts_with = "table")]
     machine: Option<String>,
-    /// Where the axis goes, in takts.
+    /// Where the axis goes, in steps.
     #[arg(long, default_value_t = 100, allow_negative_numbers = true, value_name = "N",
         value_parser = clap::value_parser!(i64).range(-1_000_000_000..=1_000_000_000))]
     target: i64,
@@ -41,7 +41,7 @@ pub(crate) struct AutomatonArgs {
     output: OutputArgs,
 }
 
-/// A takt: interrupt, position, state.
+/// A step: interrupt, position, state.
 type Row = (u64, i64, i32);
 
 /// Runs the command.
@@ -52,7 +52,7 @@ pub(crate) fn run(args: &AutomatonArgs) -> Result<Answer, Refusal> {
         Refusal::content(first.unwrap_or_else(|| Diagnostic::error("lab.bad_table")))
     })?;
     let changes = changes(&args.retarget)?;
-    let (rows, served) = takts(table.clone(), args.target, &changes)?;
+    let (rows, served) = steps(table.clone(), args.target, &changes)?;
     let sheet = sheet(args, &table, hz, &changes, &rows, served);
     let mut answer = deliver(&args.output, sheet)?;
     answer.object["diagnostics"] = json!(super::super::diagnostic_objects(&diagnostics));
@@ -97,23 +97,23 @@ fn changes(texts: &[String]) -> Result<Vec<(u64, i64)>, Refusal> {
     Ok(changes)
 }
 
-/// Every takt until the last target is reached, and how many interrupts that took.
-fn takts(table: Dynamics, target: i64, changes: &[(u64, i64)]) -> Result<(Vec<Row>, u64), Refusal> {
+/// Every step until the last target is reached, and how many interrupts that took.
+fn steps(table: Dynamics, target: i64, changes: &[(u64, i64)]) -> Result<(Vec<Row>, u64), Refusal> {
     let mut axis = Automaton::new(table, 0);
     axis.retarget(target);
     let mut changes = changes.iter().peekable();
     let (mut interrupt, mut rows) = (0, Vec::new());
     while !axis.is_at_rest() || changes.peek().is_some() {
         interrupt += 1;
-        if interrupt > MOST_INTERRUPTS || rows.len() >= MOST_TAKTS {
-            let why = Diagnostic::error("lab.long_move").with("most", MOST_TAKTS);
+        if interrupt > MOST_INTERRUPTS || rows.len() >= MOST_STEPS {
+            let why = Diagnostic::error("lab.long_move").with("most", MOST_STEPS);
             return Err(Refusal::content(why));
         }
         while let Some((_, target)) = changes.next_if(|(when, _)| *when == interrupt) {
             axis.retarget(*target);
         }
-        if let Some(takt) = axis.interrupt() {
-            rows.push((interrupt, takt.position, takt.state));
+        if let Some(step) = axis.interrupt() {
+            rows.push((interrupt, step.position, step.state));
         }
     }
     Ok((rows, interrupt))
@@ -126,7 +126,7 @@ fn sheet(
     changes: &[(u64, i64)],
     rows: &[Row],
     served: u64,
-) -> Sheet {
+) -> ComputedCase {
     let last = rows.last().map_or(0, |row| row.0);
     let object = json!({ "table": { "period": table.period, "enter": table.enter, "leave": table.leave },
         "interrupt_hz": hz, "target": args.target,
@@ -143,7 +143,7 @@ fn sheet(
     let samples = rows
         .iter()
         .map(|row| [row.0 as f64, row.0 as f64 / hz, row.1 as f64, f64::from(row.2)].map(Some).to_vec());
-    Sheet {
+    ComputedCase {
         object,
         rows: text,
         columns: ["interrupt", "t_s", "position_takts", "state"].map(str::to_owned).to_vec(),
@@ -159,12 +159,12 @@ fn plot(hz: f64, changes: &[(u64, i64)], rows: &[Row]) -> Plot {
         let points = [start].into_iter().chain(rows.iter().map(|row| [ms(row.0), value(row)]));
         vec![Series::line("", points.collect()).looking(SeriesLook::Stairs)]
     };
-    // The rate over an interval is that of the takt at its end.
+    // The rate over an interval is that of the step at its end.
     let mut rate = vec![start];
     let mut before = 0;
     for row in rows {
-        let takts_per_s = if row.0 > before { hz / (row.0 - before) as f64 } else { f64::NAN };
-        rate.extend([[ms(before), takts_per_s], [ms(row.0), takts_per_s]]);
+        let steps_per_s = if row.0 > before { hz / (row.0 - before) as f64 } else { f64::NAN };
+        rate.extend([[ms(before), steps_per_s], [ms(row.0), steps_per_s]]);
         before = row.0;
     }
     let marks: Vec<PlotMark> =

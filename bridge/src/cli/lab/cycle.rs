@@ -1,11 +1,11 @@
 //! `annulus lab cycle`: table and spindles in time, hole by hole, with and without overlap (P3, P4, C1).
 //!
-//! Comes in: hops, limits, heights, margins; or a machine. Goes out: every event, the cycle times, a chart of who moves
+//! Comes in: rapids, limits, heights, margins; or a machine. Goes out: every event, the cycle times, a chart of who moves
 //! when. A machine whose table and spindles do not move together shows its own moves. Does not know the rules of release
 //! and trigger.
 
 use super::super::{Answer, Refusal};
-use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Law, Machine};
@@ -18,13 +18,13 @@ use annulus_core::motion::profile::{
 use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series, SeriesLook};
 use serde_json::{Value, json};
 
-/// Hops without words: those of the reference.
+/// Rapids where none is given: those of the reference.
 const HOPS_MM: [[f64; 2]; 3] = [[10.0, 0.0], [2.54, 2.54], [0.5, 0.0]];
 
 /// Arguments of `annulus lab cycle`. What is not given is that of the machine, or of the reference.
 #[derive(Debug, clap::Args)]
 pub(crate) struct CycleArgs {
-    /// A hop in X and Y, mm; repeated, one a hole.
+    /// A rapid in X and Y, mm; repeated, one a hole.
     #[arg(long, allow_hyphen_values = true, value_name = "X,Y")]
     hop: Vec<String>,
     /// A machine, by name or file.
@@ -301,7 +301,7 @@ fn shape(law: Law, order: f64, length_mm: f64, limits: Limits) -> Result<MotionL
     })
 }
 
-/// How long a hop takes: its slower axis.
+/// How long a rapid takes: its slower axis.
 fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Diagnostic> {
     let mut longest_s = 0.0_f64;
     for (way, limits) in hop.into_iter().zip([setting.x, setting.y]) {
@@ -356,13 +356,13 @@ fn together(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic
     })
 }
 
-fn sheet(found: &Found, hops_mm: &[[f64; 2]]) -> Sheet {
+fn sheet(found: &Found, hops_mm: &[[f64; 2]]) -> ComputedCase {
     let times = &found.times;
     let rate = |seconds: f64| 60.0 * hops_mm.len() as f64 / seconds;
     let all = f64::from(found.spindles);
     let columns = "hole,hop_x_mm,hop_y_mm,xy_start_s,xy_end_s,ready_s,trigger_s,start_s,contact_s,bottom_s,\
                    up_start_s,clear_s,top_s,cycle_s,last_stop_s";
-    Sheet {
+    ComputedCase {
         object: json!({ "hops_mm": hops_mm, "overlap": found.overlaps, "spindle": { "down_s": times.down_s,
             "up_s": times.up_s, "contact_s": times.contact_s, "leave_s": times.leave_s, "air_s": times.air_s(),
             "board_s": times.board_s(), "last_stop_s": found.last_stop_s },

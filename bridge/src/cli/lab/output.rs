@@ -1,6 +1,6 @@
 //! The forms a computed case goes out in: a short table, JSON, CSV, an SVG plot; on standard output or in a file.
 //!
-//! Comes in: a [`Sheet`]. Goes out: the answer, and the file if one was asked for. Does not know what was computed.
+//! Comes in: a [`ComputedCase`]. Goes out: the answer, and the file if one was asked for. Does not know what was computed.
 
 use super::super::{Answer, Exit, Refusal};
 use annulus_core::diagnostic::Diagnostic;
@@ -32,7 +32,7 @@ pub(super) struct OutputArgs {
 }
 
 /// A case computed.
-pub(super) struct Sheet {
+pub(super) struct ComputedCase {
     /// For scripts: inputs and results, without the samples.
     pub(super) object: Value,
     /// For people: what and how much.
@@ -51,7 +51,7 @@ pub(super) fn word(key: &str) -> String {
 }
 
 /// Puts the sheet out as asked.
-pub(super) fn deliver(args: &OutputArgs, mut sheet: Sheet) -> Result<Answer, Refusal> {
+pub(super) fn deliver(args: &OutputArgs, mut sheet: ComputedCase) -> Result<Answer, Refusal> {
     sheet.object["columns"] = json!(sheet.columns);
     sheet.object["samples"] = json!(sheet.samples);
     let Some(path) = &args.output else {
@@ -88,7 +88,7 @@ fn table(rows: &[(String, String)]) -> String {
 }
 
 /// Comma separated, a line of names first; lines end as the format wants it.
-fn csv(sheet: &Sheet) -> String {
+fn csv(sheet: &ComputedCase) -> String {
     let quoted = |name: &String| {
         if name.contains([',', '"', '\n']) {
             format!("\"{}\"", name.replace('"', "\"\""))

@@ -4,7 +4,7 @@
 //! the other. Does not know how profiles are planned.
 
 use super::super::{Answer, Refusal};
-use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{self, Choice, Limits, MotionLaw, Profile, bounds};
@@ -136,7 +136,7 @@ fn sheet(
     limits: Limits,
     choice: &Choice,
     profiles: &[Profile],
-) -> Result<Sheet, Diagnostic> {
+) -> Result<ComputedCase, Diagnostic> {
     let least_s = bounds::least_duration_s(args.length_mm, limits, None)?;
     let mut rows = vec![
         (word("length"), format!("{} mm", short(args.length_mm))),
@@ -162,7 +162,7 @@ fn sheet(
         let all = profiles.iter().flat_map(|profile| moments(profile, t));
         std::iter::once(Some(t)).chain(all).collect::<Vec<_>>()
     };
-    Ok(Sheet {
+    Ok(ComputedCase {
         object: json!({ "length_mm": args.length_mm, "limits": { "speed_mm_per_s": limits.speed_mm_per_s,
             "acceleration_mm_per_s2": limits.acceleration_mm_per_s2, "jerk_mm_per_s3": limits.jerk_mm_per_s3 },
             "choice": key(choice.choice), "choice_case": choice.case, "linear_from_mm": choice.linear_from_mm,

@@ -4,7 +4,7 @@
 //! of place, error and control. Does not know how the loop is computed.
 
 use super::super::{Answer, Refusal};
-use super::output::{OutputArgs, Sheet, deliver, ms, short, word};
+use super::output::{ComputedCase, OutputArgs, deliver, ms, short, word};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::motion::profile::{self, Limits, MotionLaw, Profile};
 use annulus_core::plot::{Plot, PlotAxis, PlotMark, PlotPanel, Series};
@@ -135,7 +135,7 @@ fn plant(args: &ServoArgs) -> Plant {
     Plant { gain_mm_per_s_per_v: args.plant_gain, tau_s: args.plant_tau }
 }
 
-fn step(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
+fn step(args: &ServoArgs) -> Result<ComputedCase, Diagnostic> {
     let stage = match args.stage {
         StageName::Travel => CycleStage::Travel,
         StageName::Approach => CycleStage::Approach,
@@ -194,7 +194,7 @@ fn step(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
     Ok(sheet(object, rows, &curves, title, place))
 }
 
-fn stroke(args: &ServoArgs) -> Result<Sheet, Diagnostic> {
+fn stroke(args: &ServoArgs) -> Result<ComputedCase, Diagnostic> {
     let full_mm = args.height_mm + args.depth_mm;
     let down = Limits {
         speed_mm_per_s: args.down_speed,
@@ -255,7 +255,7 @@ fn sheet(
     curves: &[(Rival, Vec<Row>)],
     title: String,
     place: Vec<PlotMark>,
-) -> Sheet {
+) -> ComputedCase {
     let mut columns = vec!["t_s".to_owned(), "r_mm".to_owned()];
     for (rival, _) in curves {
         columns.extend(["y_mm", "u_v"].map(|unit| format!("{}_{unit}", rival.key)));
@@ -285,5 +285,5 @@ fn sheet(
             panel("control", "V", Vec::new(), |row| row[3]),
         ],
     };
-    Sheet { object, rows, columns, samples: (0..count).map(sample).collect(), plot }
+    ComputedCase { object, rows, columns, samples: (0..count).map(sample).collect(), plot }
 }

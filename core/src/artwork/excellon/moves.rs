@@ -17,7 +17,7 @@ impl Reader<'_> {
         let reached = !start.any() || self.go(start);
         let from = self.at;
         if !end.any() {
-            self.say(Severity::Error, "drill.slot_without_end", 1, b"");
+            self.report(Severity::Error, "drill.slot_without_end", 1, b"");
         } else if reached && self.go(end) {
             let tool = self.tool_in_use();
             let after_hits = self.out.hits.len() as u32;
@@ -40,12 +40,12 @@ impl Reader<'_> {
             Motion::Counterclockwise => self.arc(from, to, block, false),
             Motion::Straight => Some(PathSegment::Line { to }),
             Motion::Rapid => {
-                self.say(Severity::Warning, "drill.rapid_while_down", 1, line);
+                self.report(Severity::Warning, "drill.rapid_while_down", 1, line);
                 Some(PathSegment::Line { to })
             }
         };
         let segment = segment.unwrap_or_else(|| {
-            self.say(Severity::Error, "drill.arc_without_centre", 1, line);
+            self.report(Severity::Error, "drill.arc_without_centre", 1, line);
             PathSegment::Line { to }
         });
         self.moves += 1;
@@ -93,7 +93,7 @@ impl Reader<'_> {
     pub(super) fn repeat(&mut self, count: Decimal, step: Pair) -> Result<(), Diagnostic> {
         let last = self.out.hits.last().filter(|hit| hit.at == self.at).copied();
         let (Some(hit), false, true) = (last, count.point || count.mantissa < 0, step.any()) else {
-            self.say(Severity::Error, "drill.repeat_of_nothing", 1, b"");
+            self.report(Severity::Error, "drill.repeat_of_nothing", 1, b"");
             return Ok(());
         };
         let count = usize::try_from(count.mantissa).unwrap_or(usize::MAX);
@@ -135,7 +135,7 @@ impl Reader<'_> {
     pub(super) fn pattern_again(&mut self, step: Pair) -> Result<(), Diagnostic> {
         self.pattern_ends();
         let Some(Pattern { from, to: Some(to), shift }) = self.pattern else {
-            self.say(Severity::Error, "drill.repeat_of_nothing", 1, b"");
+            self.report(Severity::Error, "drill.repeat_of_nothing", 1, b"");
             return Ok(());
         };
         let count = (0..3).map(|kind| to[kind] - from[kind]).sum::<usize>();
@@ -149,7 +149,7 @@ impl Reader<'_> {
         let by = Point::new(shift.x + self.at.x, shift.y + self.at.y);
         (self.incremental, self.at, self.zero) = was;
         if good && !self.stays(from, to, by) {
-            self.say(Severity::Error, "drill.out_of_range", 1, b"");
+            self.report(Severity::Error, "drill.out_of_range", 1, b"");
         } else if good {
             self.copy(from, to, by);
             self.pattern = Some(Pattern { from, to: Some(to), shift: by });

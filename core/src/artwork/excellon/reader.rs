@@ -217,7 +217,7 @@ impl<'a> Reader<'a> {
     }
 
     /// Says something about a word of the current line.
-    pub(super) fn say(&mut self, severity: Severity, code: &str, column: u32, found: &[u8]) {
+    pub(super) fn report(&mut self, severity: Severity, code: &str, column: u32, found: &[u8]) {
         self.findings.at(severity, code, self.line, column, found);
     }
 
@@ -237,7 +237,7 @@ impl<'a> Reader<'a> {
         match parsed.content {
             Content::Blank => {}
             Content::Percent => self.header = false,
-            Content::Optional => self.say(Severity::Error, "drill.optional_line", 1, line.trim_ascii()),
+            Content::Optional => self.report(Severity::Error, "drill.optional_line", 1, line.trim_ascii()),
             Content::Statement { keyword, args } => self.statement(keyword, args),
             Content::Garbled(words, column) => {
                 self.fault(&words, Fault { code: "drill.bad_number", column }, line);
@@ -253,7 +253,7 @@ impl<'a> Reader<'a> {
     /// A line that makes no sense. If it chose a tool, what follows has no tool rather than the last one.
     fn fault(&mut self, words: &[Word], fault: Fault, line: &[u8]) {
         let found = line.get(fault.column.saturating_sub(1) as usize..).unwrap_or_default();
-        self.say(Severity::Error, fault.code, fault.column, found);
+        self.report(Severity::Error, fault.code, fault.column, found);
         if words.first().is_some_and(|word| word.letter == b'T') && !self.header {
             self.tool = None;
         }
@@ -278,7 +278,7 @@ impl<'a> Reader<'a> {
     fn coordinates(&mut self, block: &Block, line: &[u8]) {
         if self.header {
             self.header = false;
-            self.say(Severity::Warning, "drill.header_open", 1, line);
+            self.report(Severity::Warning, "drill.header_open", 1, line);
         }
         let from = self.at;
         if !self.go(block.to) {
@@ -310,7 +310,7 @@ impl<'a> Reader<'a> {
                 return true;
             }
         }
-        self.say(Severity::Error, "drill.out_of_range", 1, b"");
+        self.report(Severity::Error, "drill.out_of_range", 1, b"");
         false
     }
 
@@ -365,7 +365,7 @@ impl<'a> Reader<'a> {
         };
         let (severity, code) =
             if short { (Severity::Error, "drill.cut_short") } else { (Severity::Warning, "drill.no_end") };
-        self.say(severity, code, 1, tail);
+        self.report(severity, code, 1, tail);
     }
 }
 

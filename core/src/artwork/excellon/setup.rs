@@ -31,16 +31,16 @@ impl Reader<'_> {
         }
         match upper.as_slice() {
             b"ICI" => self.incremental = args.eq_ignore_ascii_case(b"ON"),
-            b"FMAT" if args.starts_with(b"1") => self.say(Severity::Note, "drill.format_1", 1, args),
+            b"FMAT" if args.starts_with(b"1") => self.report(Severity::Note, "drill.format_1", 1, args),
             b"FMAT" if args.starts_with(b"2") => {}
-            b"M97" | b"M98" => self.say(Severity::Error, "drill.text_not_drilled", 1, args),
-            [b'M', b'4', _] => self.say(Severity::Note, "drill.operator_message", 1, args),
+            b"M97" | b"M98" => self.report(Severity::Error, "drill.text_not_drilled", 1, args),
+            [b'M', b'4', _] => self.report(Severity::Note, "drill.operator_message", 1, args),
             _ if MACHINE_WORDS.iter().any(|word| upper == word.as_bytes()) => {
                 self.findings.once(Severity::Note, "drill.machine_word", self.line, 1, keyword);
             }
             _ => {
                 let severity = if self.header { Severity::Warning } else { Severity::Error };
-                self.say(severity, "drill.unknown_statement", 1, keyword);
+                self.report(severity, "drill.unknown_statement", 1, keyword);
             }
         }
     }
@@ -60,7 +60,7 @@ impl Reader<'_> {
         });
         if units != self.reading.units {
             if !self.out.hits.is_empty() {
-                self.say(Severity::Note, "drill.units_change", 1, units.name().as_bytes());
+                self.report(Severity::Note, "drill.units_change", 1, units.name().as_bytes());
             }
             self.reading = super::sense::after_switch(self.task.reading, units, digits);
             self.scale = Scale::new(self.reading);
@@ -107,7 +107,7 @@ impl Reader<'_> {
                 return;
             }
             self.header = false;
-            self.say(Severity::Warning, "drill.header_open", word.column, b"");
+            self.report(Severity::Warning, "drill.header_open", word.column, b"");
         }
         self.tool_up();
         let index = self.tool_index(word.code);
@@ -136,7 +136,7 @@ impl Reader<'_> {
             .and_then(|size| size.length(self.reading.units))
             .filter(|&length| Length::ZERO < length && length <= LARGEST_DIAMETER);
         if diameter.is_none() {
-            self.say(
+            self.report(
                 Severity::Error,
                 "drill.tool_diameter",
                 word.column,
@@ -146,7 +146,7 @@ impl Reader<'_> {
         let before = self.codes.get(&word.code).and_then(|&index| self.out.tools.get(usize::from(index)));
         let differs = before.and_then(|tool| tool.diameter).is_some_and(|old| Some(old) != diameter);
         if differs {
-            self.say(
+            self.report(
                 Severity::Warning,
                 "drill.tool_defined_twice",
                 word.column,
@@ -203,10 +203,10 @@ impl Reader<'_> {
                     takes = true;
                     self.findings.once(Severity::Note, "drill.machine_word", self.line, column, b"G04");
                 }
-                41 | 42 => self.say(Severity::Error, "drill.cutter_compensation", column, line),
+                41 | 42 => self.report(Severity::Error, "drill.cutter_compensation", column, line),
                 _ => {
                     takes = true;
-                    self.say(Severity::Error, "drill.unsupported_cycle", column, line);
+                    self.report(Severity::Error, "drill.unsupported_cycle", column, line);
                 }
             }
         }
@@ -233,7 +233,7 @@ impl Reader<'_> {
         }
         (self.at, self.incremental) = was;
         if self.zero != crate::geometry::Point::default() {
-            self.say(Severity::Note, "drill.zero_set", 1, line);
+            self.report(Severity::Note, "drill.zero_set", 1, line);
         }
     }
 
@@ -253,8 +253,8 @@ impl Reader<'_> {
                 30 => self.ended = true,
                 48 => self.header = true,
                 95 => self.header = false,
-                70 | 80 | 90 => self.say(Severity::Error, "drill.mirrored_pattern", column, line),
-                97 | 98 => self.say(Severity::Error, "drill.text_not_drilled", column, line),
+                70 | 80 | 90 => self.report(Severity::Error, "drill.mirrored_pattern", column, line),
+                97 | 98 => self.report(Severity::Error, "drill.text_not_drilled", column, line),
                 6 | 9 | 12..=14 | 18 | 21 | 22 | 31 | 40..=47 | 50 | 60 => {
                     self.findings.once(
                         Severity::Note,
@@ -264,7 +264,7 @@ impl Reader<'_> {
                         format!("M{code:02}").as_bytes(),
                     );
                 }
-                _ => self.say(Severity::Error, "drill.unknown_code", column, line),
+                _ => self.report(Severity::Error, "drill.unknown_code", column, line),
             }
         }
         Ok(())

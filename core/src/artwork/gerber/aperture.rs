@@ -86,7 +86,7 @@ impl Reader {
         }
         let function = self.attributes.aperture_function();
         let aperture =
-            Aperture { code: number.mantissa as u32, form, opening, function, copies: 1, depth: 0 };
+            Aperture { code: number.mantissa as u32, form, opening, function, repeated: 1, depth: 0 };
         self.define(aperture, block);
     }
 

@@ -137,7 +137,7 @@ mod tests {
     use std::f64::consts::PI;
 
     fn area(form: Form, opening: Option<Opening>) -> f64 {
-        let aperture = Aperture { code: 10, form, opening, function: None, copies: 1, depth: 0 };
+        let aperture = Aperture { code: 10, form, opening, function: None, repeated: 1, depth: 0 };
         let paths = outlines(&aperture, &mut Fuel::new(100_000)).unwrap();
         area_mm2(&paint(&[Exposure { clear: false, outlines: paths }]))
     }

@@ -104,7 +104,7 @@ impl Reader {
                 path.start = from;
             }
             path.segments.push(segment);
-            self.copies.kept += 1;
+            self.step_repeat.kept += 1;
             return;
         }
         match segment {

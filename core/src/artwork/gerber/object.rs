@@ -173,7 +173,7 @@ pub struct Aperture {
     /// What it is for (`.AperFunction`), as written.
     pub function: Option<String>,
     /// How many objects one flash of it makes.
-    pub(super) copies: u64,
+    pub(super) repeated: u64,
     /// Blocks within blocks in it; 0 where it is no block.
     pub(super) depth: u32,
 }

@@ -41,7 +41,7 @@ pub(super) struct Reader {
     pub(super) apertures: Apertures,
     pub(super) graphics: Graphics,
     pub(super) attributes: Attributes,
-    pub(super) copies: StepRepeat,
+    pub(super) step_repeat: StepRepeat,
     /// Pairs of edges that may still be looked at for crossings.
     pub(super) pairs_left: u32,
     /// Whether a level (`%LN`) has named the layer.
@@ -71,7 +71,7 @@ impl Reader {
             apertures: Apertures::default(),
             graphics: Graphics::new(),
             attributes: Attributes::new(),
-            copies: StepRepeat::default(),
+            step_repeat: StepRepeat::default(),
             pairs_left: crossing::FUEL,
             level_named: false,
             ended: false,
@@ -91,7 +91,7 @@ impl Reader {
             } else {
                 self.tell(Severity::Error, "gerber.cut_off", block.at, block.text);
             }
-            if self.copies.kept >= MOST_OBJECTS {
+            if self.step_repeat.kept >= MOST_OBJECTS {
                 self.tell(Severity::Error, "gerber.too_many_objects", block.at, b"");
                 break;
             }

@@ -60,17 +60,18 @@ impl Reader {
         };
         // A contour that is copied counts by its corners.
         let corners = match &object.shape {
-            ObjectShape::Contour(path) if !self.copies.open.is_empty() => {
+            ObjectShape::Contour(path) if !self.step_repeat.open.is_empty() => {
                 path.segments.len() as u64 / CORNERS
             }
             _ => 0,
         };
-        let (copies, depth) = aperture.map_or((1 + corners, 0), |aperture| (aperture.copies, aperture.depth));
+        let (copies, depth) =
+            aperture.map_or((1 + corners, 0), |aperture| (aperture.repeated, aperture.depth));
         self.keep_copies(object, copies, depth);
     }
 
     fn keep_copies(&mut self, object: Object, copies: u64, depth: u32) {
-        let total = self.copies.made.saturating_add(copies);
+        let total = self.step_repeat.made.saturating_add(copies);
         if copies > 1 && total > MOST_COPIES || depth > DEEPEST {
             self.tell_once(
                 Severity::Error,
@@ -80,15 +81,15 @@ impl Reader {
             );
             return;
         }
-        self.copies.kept += 1;
-        match self.copies.open.last_mut() {
+        self.step_repeat.kept += 1;
+        match self.step_repeat.open.last_mut() {
             Some(open) => {
                 open.copies = open.copies.saturating_add(copies);
                 open.depth = open.depth.max(depth);
                 open.objects.push(object);
             }
             None => {
-                self.copies.made = total;
+                self.step_repeat.made = total;
                 self.out.objects.push(object);
             }
         }
@@ -98,7 +99,7 @@ impl Reader {
     pub(super) fn block_aperture(&mut self, rest: &[u8], block: &Block<'_>) {
         if rest.is_empty() {
             self.close_repeat();
-            if self.copies.open.is_empty() {
+            if self.step_repeat.open.is_empty() {
                 self.tell(Severity::Warning, "gerber.unknown_command", block.at, block.text);
             }
             self.close(block);
@@ -106,13 +107,13 @@ impl Reader {
         }
         let code = fields(rest, *b"D").and_then(|[code]| Some(code?.mantissa));
         let code = code.and_then(|code| u32::try_from(code).ok());
-        if code.is_none() || self.copies.open.len() >= DEEPEST as usize {
+        if code.is_none() || self.step_repeat.open.len() >= DEEPEST as usize {
             self.tell_once(Severity::Error, "gerber.bad_block", block.at, block.text);
         }
         // Opened in any case, so that its end closes it and nothing else. Without a code nothing can flash it.
-        if self.copies.open.len() < 2 * DEEPEST as usize {
+        if self.step_repeat.open.len() < 2 * DEEPEST as usize {
             let what = What::Block { code: code.unwrap_or(0) };
-            self.copies.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 1, at: block.at });
+            self.step_repeat.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 1, at: block.at });
         }
     }
 
@@ -132,16 +133,22 @@ impl Reader {
         });
         match known {
             Some(((1, 1), _)) => {}
-            Some(((columns, rows), (x, y))) if self.copies.open.len() < 2 * DEEPEST as usize => {
+            Some(((columns, rows), (x, y))) if self.step_repeat.open.len() < 2 * DEEPEST as usize => {
                 let what = What::Repeat { columns, rows, step: Point::new(x, y) };
-                self.copies.open.push(Open { what, objects: Vec::new(), copies: 1, depth: 0, at: block.at });
+                self.step_repeat.open.push(Open {
+                    what,
+                    objects: Vec::new(),
+                    copies: 1,
+                    depth: 0,
+                    at: block.at,
+                });
             }
             _ => self.tell(Severity::Error, "gerber.bad_repeat", block.at, block.text),
         }
     }
 
     fn close_repeat(&mut self) {
-        if matches!(self.copies.open.last(), Some(Open { what: What::Repeat { .. }, .. })) {
+        if matches!(self.step_repeat.open.last(), Some(Open { what: What::Repeat { .. }, .. })) {
             self.close(&Block::made(b"SR"));
         }
     }
@@ -149,26 +156,26 @@ impl Reader {
     /// Closes what is open at the end of the file.
     pub(super) fn close_all(&mut self) {
         self.close_repeat();
-        if let Some(at) = self.copies.open.last().map(|open| open.at) {
+        if let Some(at) = self.step_repeat.open.last().map(|open| open.at) {
             self.tell(Severity::Warning, "gerber.block_open", at, b"");
         }
-        while !self.copies.open.is_empty() {
+        while !self.step_repeat.open.is_empty() {
             self.close(&Block::made(b"AB"));
         }
     }
 
     fn close(&mut self, block: &Block<'_>) {
-        let Some(Open { what, objects, copies, depth, at }) = self.copies.open.pop() else { return };
+        let Some(Open { what, objects, copies, depth, at }) = self.step_repeat.open.pop() else { return };
         match what {
             What::Block { code } => {
                 let function = self.attributes.aperture_function();
                 let form = Form::Block { objects };
                 let depth = depth + 1;
-                self.define(Aperture { code, form, opening: None, function, copies, depth }, block);
+                self.define(Aperture { code, form, opening: None, function, repeated: copies, depth }, block);
             }
             What::Repeat { columns, rows, step } if !objects.is_empty() => {
                 let all = copies.saturating_mul(u64::from(columns)).saturating_mul(u64::from(rows));
-                let too_many = self.copies.made.saturating_add(all) > MOST_COPIES;
+                let too_many = self.step_repeat.made.saturating_add(all) > MOST_COPIES;
                 let (columns, rows) = if too_many { (1, 1) } else { (columns, rows) };
                 if too_many {
                     self.tell(Severity::Error, "gerber.too_many_copies", at, b"");

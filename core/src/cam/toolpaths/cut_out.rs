@@ -397,7 +397,7 @@ fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>
         return None;
     };
     let process = &context.machine.process;
-    let strokes = places.into_iter().map(|at| DrillCycle { at, hole: None }).collect();
+    let drill_cycles = places.into_iter().map(|at| DrillCycle { at, hole: None }).collect();
     let depth = rack::through(process, process.breakthrough, diameter, POINT_DEG);
-    Some(BitTask { strokes, depth, ..BitTask::with(&rack::drill(diameter)) })
+    Some(BitTask { drill_cycles, depth, ..BitTask::with(&rack::drill(diameter)) })
 }

@@ -142,8 +142,13 @@ fn task(
     let stroke =
         |hole: u32| DrillCycle { at: places.get(&hole).copied().unwrap_or(origin), hole: Some(hole) };
     let bit = rack::drill(diameter);
-    let strokes = order.into_iter().map(stroke).collect();
-    Ok(BitTask { strokes, depth: depth(context, drill, diameter), peck: drill.peck, ..BitTask::with(&bit) })
+    let drill_cycles = order.into_iter().map(stroke).collect();
+    Ok(BitTask {
+        drill_cycles,
+        depth: depth(context, drill, diameter),
+        peck: drill.peck,
+        ..BitTask::with(&bit)
+    })
 }
 
 /// How deep a drill goes: as the operation says, else through, and pins into the bed.

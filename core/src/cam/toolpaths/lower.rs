@@ -42,7 +42,7 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
         let operation = &limits::within(operation, machine);
         for task in &part.tasks {
             writer.take(&task.bit, operation);
-            for stroke in &task.strokes {
+            for stroke in &task.drill_cycles {
                 let hole = stroke.hole.unwrap_or_else(|| {
                     strays += 1;
                     strays - 1
@@ -97,7 +97,7 @@ impl Writer<'_> {
         ];
         self.rpm = 0;
         commands.extend(self.turning(operation));
-        self.legs.push(Leg { mark: Mark::ChangeBit(index), commands });
+        self.legs.push(Leg { mark: Mark::ToolChange(index), commands });
     }
 
     /// What brings the spindle to the speed of `operation`.

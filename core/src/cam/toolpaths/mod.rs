@@ -99,7 +99,7 @@ pub struct BitTask {
     /// The bit.
     pub bit: Bit,
     /// Places to drill, in order.
-    pub strokes: Vec<DrillCycle>,
+    pub drill_cycles: Vec<DrillCycle>,
     /// How deep it drills, positive downwards.
     pub depth: Length,
     /// Depth after which it comes up to clear itself; 0 for never.
@@ -157,7 +157,7 @@ impl Planned {
         let leg = leg as usize;
         program.legs.get(leg).filter(does)?;
         let mut before = program.legs.iter().take(leg).filter(does).count();
-        let count = |task: &BitTask| task.strokes.len() + task.toolpaths.len();
+        let count = |task: &BitTask| task.drill_cycles.len() + task.toolpaths.len();
         self.parts.iter().find_map(|part| {
             let own = part.tasks.iter().map(count).sum();
             let here = before < own;
@@ -437,7 +437,7 @@ impl BitTask {
     fn with(bit: &Bit) -> Self {
         Self {
             bit: bit.clone(),
-            strokes: Vec::new(),
+            drill_cycles: Vec::new(),
             depth: Length::ZERO,
             peck: Length::ZERO,
             toolpaths: Vec::new(),

@@ -149,7 +149,7 @@ impl Hand {
         }) as u32;
         self.count += 1;
         let commands = vec![Command::AwaitBit { bit: index }];
-        self.legs.push(Leg { mark: Mark::ChangeBit(index), commands });
+        self.legs.push(Leg { mark: Mark::ToolChange(index), commands });
     }
 
     /// The spindle turns so fast; 0 stands.
@@ -330,7 +330,7 @@ fn number(legs: &mut [Leg], bits: &[Bit]) {
     let (mut holes, mut toolpaths, mut drills) = (0, 0, false);
     for leg in legs {
         match leg.mark {
-            Mark::ChangeBit(bit) => {
+            Mark::ToolChange(bit) => {
                 drills = bits.get(bit as usize).is_some_and(|bit| bit.cutter == Cutter::Drill);
             }
             Mark::Toolpath(_) if drills && is_stroke(&leg.commands) => {

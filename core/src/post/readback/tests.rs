@@ -23,7 +23,7 @@ fn done(program: &Program) -> Vec<(u32, &'static str, Vec<Place>)> {
     let um = |length: Length| libm::round(length.mm() * 1e3) as i64;
     let (mut bit, mut at, mut out) = (0, Point::default(), Vec::new());
     for leg in &program.legs {
-        if let Mark::ChangeBit(next) = leg.mark {
+        if let Mark::ToolChange(next) = leg.mark {
             bit = next;
         }
         let mut places = Vec::new();
@@ -66,7 +66,7 @@ fn program() -> Program {
         feed_um_per_s: 5_000,
     };
     let on = |bit| Leg {
-        mark: Mark::ChangeBit(bit),
+        mark: Mark::ToolChange(bit),
         commands: vec![
             Command::Spindle { rpm: 0 },
             Command::AwaitBit { bit },
@@ -143,7 +143,7 @@ fn every_dialect_that_ships_reads_back_as_the_program_it_was_written_from() {
 #[test]
 fn drill_files_read_back_where_holes_are() {
     let mut program = program();
-    program.legs.retain(|leg| !matches!(leg.mark, Mark::Toolpath(_) | Mark::ChangeBit(0 | 2)));
+    program.legs.retain(|leg| !matches!(leg.mark, Mark::Toolpath(_) | Mark::ToolChange(0 | 2)));
     let files = post::write("excellon", &program, &post::Manner::default()).unwrap().unwrap();
     let back = read_back(&files[0].name, &files[0].text, &BTreeMap::new()).unwrap();
     assert!(back.of_files);

@@ -1,15 +1,15 @@
 //! The table of dynamics: typed, checked by running it, shown as speed over time, applied to the machine.
 //!
 //! ```text
-//! state  period enter leave  takts/s  mm/s │ speed over time with the lost-step line
+//! state  period enter leave  steps/s  mm/s │ speed over time with the lost-step line
 //! interrupts, move                         │ mm/s of each axis
-//! what is wrong with it                    │ the takts
+//! what is wrong with it                    │ the steps
 //! ```
 //!
 //! Comes in: the bench, else the machine's table. Goes out: `Configure`, once the core's check lets it.
 
+use super::steps;
 use super::table::{Shown, shown};
-use super::takts;
 use crate::i18n::{advice, message, say, t};
 use crate::lab::motion::StateRow;
 use crate::lab::motion::{self, Column};
@@ -37,11 +37,11 @@ pub(super) fn dynamics() -> impl IntoView {
                 )),
                 section().class("block").child((
                     shown.interrupts.view(t!("page.lab.motion.interrupts")),
-                    shown.takts.view(t!("page.lab.motion.takts_to_go")),
+                    shown.steps.view(t!("page.lab.motion.takts_to_go")),
                 )),
                 findings(shown),
             )),
-            takts::takts(shown),
+            steps::steps(shown),
         )),
         apply::apply(move || shown.sound.get()),
     ))

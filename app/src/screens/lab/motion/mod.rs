@@ -1,12 +1,12 @@
-//! Motion: the table of dynamics takt by takt, the profiles beside each other, table and spindles in time.
+//! Motion: the table of dynamics step by step, the profiles beside each other, table and spindles in time.
 //!
 //! Comes in: the machine and what was typed. Goes out: plots and tables; the dynamics can be applied.
 
 mod cycle;
 mod dynamics;
 mod profiles;
+mod steps;
 mod table;
-mod takts;
 
 use crate::i18n::{say, t};
 use crate::lab::panel::PanelPart;

@@ -23,8 +23,8 @@ pub(super) struct Shown {
     pub(super) sound: Memo<bool>,
     /// Interrupts a second.
     pub(super) interrupts: Field,
-    /// Length of the move, takts.
-    pub(super) takts: Field,
+    /// Length of the move, steps.
+    pub(super) steps: Field,
 }
 
 /// The table on show.
@@ -52,7 +52,7 @@ pub(super) fn shown() -> Shown {
             range: (*INTERRUPTS_HZ.start(), *INTERRUPTS_HZ.end()),
             own: interrupt_hz,
         },
-        takts: Field {
+        steps: Field {
             name: "move.takts",
             unit: "",
             range: (-20_000.0, 20_000.0),

@@ -1,4 +1,4 @@
-//! The rotor: where the field pulls it, takt by takt, played or stepped by hand.
+//! The rotor: where the field pulls it, step by step, played or stepped by hand.
 //!
 //! ```text
 //!        1a
@@ -6,7 +6,7 @@
 //!        1b
 //! ```
 //!
-//! Comes in: the table and its takt. Goes out: the takt.
+//! Comes in: the table and its step. Goes out: the step.
 
 use super::Table;
 use crate::i18n::{say, t};
@@ -18,8 +18,8 @@ use leptos::prelude::*;
 use leptos::svg::{circle, g, line, svg, text};
 use std::time::Duration;
 
-/// A takt while playing: slow enough to see.
-const TAKT: Duration = Duration::from_millis(250);
+/// A step while playing: slow enough to see.
+const STEP_TIME: Duration = Duration::from_millis(250);
 
 /// The dial with its buttons.
 pub(super) fn dial(table: Table) -> impl IntoView {
@@ -28,7 +28,7 @@ pub(super) fn dial(table: Table) -> impl IntoView {
     let step = move |on: bool| {
         forward.set(on);
         table.driver.update(|driver| {
-            driver.takt(on);
+            driver.step(on);
         });
     };
     let timer = set_interval_with_handle(
@@ -37,7 +37,7 @@ pub(super) fn dial(table: Table) -> impl IntoView {
                 step(forward.get_untracked());
             }
         },
-        TAKT,
+        STEP_TIME,
     );
     on_cleanup(move || {
         if let Ok(timer) = timer {

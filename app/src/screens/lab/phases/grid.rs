@@ -75,11 +75,11 @@ fn cell(table: Table, line: PhaseLine, at: Cell) -> impl IntoView {
     let focus = Memo::new(move |_| block.with(|block| block.cursor == at));
     let here = Memo::new(move |_| table.column() == at.column);
     let name = move || {
-        let takt = at.column + 1;
+        let step = at.column + 1;
         if on.get() {
-            say!("page.lab.phases.cell_on", line = line.name, takt = takt)
+            say!("page.lab.phases.cell_on", line = line.name, takt = step)
         } else {
-            say!("page.lab.phases.cell_off", line = line.name, takt = takt)
+            say!("page.lab.phases.cell_off", line = line.name, takt = step)
         }
     };
     div()

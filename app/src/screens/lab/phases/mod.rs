@@ -1,8 +1,8 @@
-//! Phase tables: which half of which winding is on in which takt.
+//! Phase tables: which half of which winding is on in which step.
 //!
 //! ```text
 //! motor, cycle, preset, edits
-//! grid of bits × takts                │ dial with play and step
+//! grid of bits × steps                │ dial with play and step
 //! waveforms below the same columns    │ what is wrong with the table, test on the virtual motor
 //! what would change ─▶ Apply
 //! ```
@@ -27,13 +27,13 @@ use annulus_core::machine::{Machine, PhaseTable};
 use leptos::html::{div, section};
 use leptos::prelude::*;
 
-/// The table on show and the takt it stands at.
+/// The table on show and the step it stands at.
 #[derive(Clone, Copy)]
 pub(super) struct Table {
     lab: Lab,
     /// Its columns.
     columns: Memo<Vec<u8>>,
-    /// What the motor gets, takt by takt.
+    /// What the motor gets, step by step.
     driver: RwSignal<Commutator>,
 }
 
@@ -46,8 +46,8 @@ impl Table {
 
     /// The column that is put out.
     fn column(self) -> usize {
-        let takts = self.driver.with(Commutator::takts);
-        self.columns.with(|columns| takts.saturating_sub(1).rem_euclid(columns.len().max(1) as i64) as usize)
+        let steps = self.driver.with(Commutator::steps);
+        self.columns.with(|columns| steps.saturating_sub(1).rem_euclid(columns.len().max(1) as i64) as usize)
     }
 }
 
@@ -78,7 +78,7 @@ pub(super) fn phases() -> impl IntoView {
     let driver = RwSignal::new(Commutator::new(PhaseTable { columns: columns.get_untracked() }, 1));
     Effect::new(move |_| {
         let table = PhaseTable { columns: columns.get() };
-        driver.update(|driver| *driver = Commutator::new(table, driver.takts()));
+        driver.update(|driver| *driver = Commutator::new(table, driver.steps()));
     });
     let table = Table { lab, columns, driver };
     div().class("phases").child((

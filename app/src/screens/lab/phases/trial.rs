@@ -1,6 +1,6 @@
 //! The table on a virtual motor: pressed, run, and said in a sentence.
 //!
-//! Comes in: the table, the dynamics and the interrupts as they lie on the bench. Goes out: how many takts were lost, and why.
+//! Comes in: the table, the dynamics and the interrupts as they lie on the bench. Goes out: how many steps were lost, and why.
 
 use super::Table;
 use crate::i18n::{say, t};
@@ -25,13 +25,13 @@ fn in_words(outcome: TrialOutcome) -> String {
     let TrialOutcome { interrupt_hz, sent, lost, first, off } = outcome;
     match first {
         None => say!("page.lab.trial.clean", sent = sent, hz = interrupt_hz),
-        Some((takt, cause)) => {
+        Some((step, cause)) => {
             say!(
                 "page.lab.trial.lost",
                 lost = lost,
                 sent = sent,
                 hz = interrupt_hz,
-                takt = takt,
+                takt = step,
                 why = cause_words(cause),
                 off = off
             )

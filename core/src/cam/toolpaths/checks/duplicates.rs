@@ -60,7 +60,7 @@ pub(in crate::cam::toolpaths) fn once(
         // A shape has many toolpaths, and may have some of several bits: it stays or goes with all that this part does there.
         let mut judged: BTreeMap<HoleOrSlot, bool> = BTreeMap::new();
         part.tasks.retain_mut(|task| {
-            let before = (task.strokes.len(), task.toolpaths.len());
+            let before = (task.drill_cycles.len(), task.toolpaths.len());
             drill_once(task, &mut places, &mut twice);
             task.toolpaths.retain(|way| {
                 let Some(shape) = way.clears else { return true };
@@ -69,8 +69,8 @@ pub(in crate::cam::toolpaths) fn once(
                     .entry(shape)
                     .or_insert_with(|| mill_again(shape, depth, board, &mut milled, &mut twice))
             });
-            (task.strokes.len(), task.toolpaths.len()) == before
-                || !task.strokes.is_empty()
+            (task.drill_cycles.len(), task.toolpaths.len()) == before
+                || !task.drill_cycles.is_empty()
                 || !task.toolpaths.is_empty()
         });
         let name = work.operations.get(part.operation as usize).map(Operation::title).unwrap_or_default();
@@ -82,7 +82,7 @@ pub(in crate::cam::toolpaths) fn once(
 /// Takes strokes of `task` away that find their hole drilled.
 fn drill_once(task: &mut BitTask, places: &mut Places, twice: &mut Twice) {
     let (bit, depth) = (task.bit.diameter, task.depth);
-    task.strokes.retain(|stroke| {
+    task.drill_cycles.retain(|stroke| {
         let again = stroke.hole.is_some() && places.again(bit, stroke.at, depth);
         if again {
             twice.add(stroke.at);

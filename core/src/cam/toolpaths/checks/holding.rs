@@ -39,7 +39,7 @@ pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &Pl
 /// How deep a task goes; none where it has nothing to do.
 fn deepest(task: &BitTask) -> Option<Length> {
     let milled = task.toolpaths.iter().filter_map(|way| way.depths.last().copied()).max();
-    let drilled = (!task.strokes.is_empty()).then_some(task.depth);
+    let drilled = (!task.drill_cycles.is_empty()).then_some(task.depth);
     milled.max(drilled)
 }
 

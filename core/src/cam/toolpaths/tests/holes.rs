@@ -78,8 +78,8 @@ fn slots_beside_the_board_are_told_and_pins_and_boards_without_outline_are_not()
     assert!(said(&diagnostics, "cam.holes_outside").is_empty(), "{diagnostics:?}");
 }
 
-fn strokes(planned: &Planned) -> usize {
-    planned.parts.iter().flat_map(|part| &part.tasks).map(|task| task.strokes.len()).sum()
+fn drill_cycles(planned: &Planned) -> usize {
+    planned.parts.iter().flat_map(|part| &part.tasks).map(|task| task.drill_cycles.len()).sum()
 }
 
 #[test]
@@ -93,7 +93,7 @@ fn a_hole_that_is_there_twice_is_made_once() {
     board.slots.push(Slot { path: vec![at(27.0, 17.0), at(24.0, 17.0)], ..board.slots[0].clone() });
     let plain = planned(&coupon(), &Work::default_for(&coupon(), &virtual_drill())).0;
     let (planned, diagnostics) = planned(&board, &Work::default_for(&board, &virtual_drill()));
-    assert_eq!(strokes(&planned), strokes(&plain) + 1);
+    assert_eq!(drill_cycles(&planned), drill_cycles(&plain) + 1);
     assert_eq!(planned.toolpaths().count(), plain.toolpaths().count());
     let notes = said(&diagnostics, "cam.holes_twice");
     let counts: Vec<_> = notes.iter().map(|note| (arg(note, "operation"), arg(note, "count"))).collect();
@@ -112,9 +112,10 @@ fn an_operation_that_is_there_twice_drills_once_unless_it_goes_deeper() {
         let again = Operation { depth: mm(second), ..work.operations[0].clone() };
         work.operations.push(again);
         let (planned, diagnostics) = planned(&board, &work);
-        assert_eq!(strokes(&planned), count, "{first} {second}");
+        assert_eq!(drill_cycles(&planned), count, "{first} {second}");
         assert_eq!(said(&diagnostics, "cam.holes_twice").len(), usize::from(count == 3), "{diagnostics:?}");
-        let empty = planned.parts.iter().flat_map(|part| &part.tasks).filter(|task| task.strokes.is_empty());
+        let empty =
+            planned.parts.iter().flat_map(|part| &part.tasks).filter(|task| task.drill_cycles.is_empty());
         assert_eq!(empty.count(), 0, "no bit is put in for nothing");
     }
 }

@@ -29,7 +29,7 @@ fn every_leg_knows_its_operation() {
     let told: Vec<u32> =
         (0..program.legs.len() as u32).filter_map(|leg| planned.operation_at(&program, leg)).collect();
     let count = |part: &PlannedOperation| {
-        part.tasks.iter().map(|task| task.strokes.len() + task.toolpaths.len()).sum()
+        part.tasks.iter().map(|task| task.drill_cycles.len() + task.toolpaths.len()).sum()
     };
     let meant: Vec<u32> =
         planned.parts.iter().flat_map(|part| std::iter::repeat_n(part.operation, count(part))).collect();
@@ -243,11 +243,11 @@ fn mouse_bites_are_drilled_on_the_edge_and_tabs_are_not_cut() {
     let (planned, _) = planned(&board, &work);
     let [bites, cut] = planned.parts[0].tasks.as_slice() else { panic!("drill and mill") };
     assert_eq!(cut.toolpaths.len(), 1 + 4);
-    assert!(bites.strokes.len() >= 4 * 3, "{}", bites.strokes.len());
+    assert!(bites.drill_cycles.len() >= 4 * 3, "{}", bites.drill_cycles.len());
     let process = virtual_drill().process;
     assert!(bites.depth > process.board_thickness + process.breakthrough, "the point goes through too");
     let edge = Area::of(&board.outline);
-    for stroke in &bites.strokes {
+    for stroke in &bites.drill_cycles {
         assert!(edge.index().nearest(stroke.at, mm(0.003)).is_some(), "{:?}", stroke.at);
     }
 }
@@ -285,7 +285,7 @@ fn the_bottom_is_mirrored_and_pins_fall_on_pins() {
     work.setup.face = Face::Bottom;
     let (bottom, _) = planned(&board, &work);
     assert_eq!(bottom.parts[0].holes, [4, 5]);
-    let pins: Vec<Point> = bottom.parts[0].tasks[0].strokes.iter().map(|stroke| stroke.at).collect();
+    let pins: Vec<Point> = bottom.parts[0].tasks[0].drill_cycles.iter().map(|stroke| stroke.at).collect();
     assert!(pins.iter().all(|pin| pin.x < Length::ZERO || pin.x > mm(30.0)));
     assert!(top.parts.iter().all(|part| part.holes.iter().all(|hole| *hole < 4)), "pins are drilled once");
     assert_eq!(bottom.board.holes[0].at, at(27.0, 3.0));
@@ -335,8 +335,8 @@ fn tabs_beside_a_zone_stay_and_those_in_it_are_told() {
             planned.toolpaths().flat_map(|way| way.tabs.iter().map(move |tab| middle(way, tab))).collect();
         if bites {
             assert!(found.is_empty());
-            let strokes = &planned.parts[0].tasks[0].strokes;
-            assert!(strokes.len() > 4 && strokes.iter().all(|stroke| !zone.contains(stroke.at)));
+            let drill_cycles = &planned.parts[0].tasks[0].drill_cycles;
+            assert!(drill_cycles.len() > 4 && drill_cycles.iter().all(|stroke| !zone.contains(stroke.at)));
             continue;
         }
         assert_eq!(found.len(), 2, "{found:?}");
@@ -362,7 +362,11 @@ fn holes_in_a_zone_are_a_error_and_the_zero_is_where_one_wants_it() {
     assert_eq!(told.count(), 1, "{diagnostics:?}");
     assert_eq!(planned.parts[0].left_holes, [0]);
     assert!(
-        planned.parts[0].tasks.iter().flat_map(|task| &task.strokes).all(|stroke| stroke.at != at(3.0, 3.0))
+        planned.parts[0]
+            .tasks
+            .iter()
+            .flat_map(|task| &task.drill_cycles)
+            .all(|stroke| stroke.at != at(3.0, 3.0))
     );
     work.setup.alignment.pairs = 1;
     for (zero, face, corner) in [

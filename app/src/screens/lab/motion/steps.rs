@@ -1,4 +1,4 @@
-//! A move by the table of dynamics: its speed over time, the line above which steps are lost, its takts one by one.
+//! A move by the table of dynamics: its speed over time, the line above which steps are lost, its steps one by one.
 //!
 //! Comes in: the table on show. Goes out: a plot and a list.
 
@@ -14,15 +14,15 @@ use leptos::html::{code, div, h3, p, section, span};
 use leptos::prelude::*;
 use std::sync::Arc;
 
-/// Takts listed at most; the rest are in the plot.
+/// Steps listed at most; the rest are in the plot.
 const LISTED: usize = 400;
 
 /// Plot and list.
-pub(super) fn takts(shown: Shown) -> impl IntoView {
+pub(super) fn steps(shown: Shown) -> impl IntoView {
     let moved = Memo::new(move |_| {
-        let distance = shown.takts.number()? as i64;
+        let distance = shown.steps.number()? as i64;
         let table = shown.table.get()?;
-        Some(motion::takts(&table, distance))
+        Some(motion::steps(&table, distance))
     });
     let plot = Memo::new(move |_| {
         let (moved, interrupt_hz) =
@@ -41,7 +41,7 @@ pub(super) fn takts(shown: Shown) -> impl IntoView {
     ))
 }
 
-/// The fastest takts of the table come faster than the motor takes them.
+/// The fastest steps of the table come faster than the motor takes them.
 fn warning(shown: Shown) -> Option<impl IntoView> {
     let most_hz = open_board().machine.with(|machine| f64::from(machine.max_step_hz));
     let fastest = shown.table.with(|table| table.as_ref()?.period.iter().min().copied())?;
@@ -104,7 +104,7 @@ fn list(moved: &[Numbered], interrupt_hz: Option<f64>) -> impl IntoView {
     let cut = (moved.len() > LISTED)
         .then(|| p().class("quiet").child(t!("page.lab.motion.more_takts", listed = LISTED)));
     let count = moved.len();
-    let end = moved.last().map_or(0, |(_, takt)| takt.position);
+    let end = moved.last().map_or(0, |(_, step)| step.position);
     div().class("takts").child((
         p().child(t!(
             "page.lab.motion.took",

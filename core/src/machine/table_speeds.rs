@@ -1,7 +1,7 @@
 //! How fast the table of dynamics drives the axes of a machine, and what of it does not fit the machine's settings.
 //!
 //! ```text
-//! takts/s  71   125   250   500      states 0 … 3 of Arendt's table at 500 interrupts a second
+//! steps/s  71   125   250   500      states 0 … 3 of Arendt's table at 500 interrupts a second
 //!           |    |     |     |
 //!           |    `- a speed below a state's rate leaves out that state and all above it: a warning
 //!           `- a speed below that of state 0 cannot be kept at all: refused
@@ -10,7 +10,7 @@
 //! The table decides how fast an axis goes; `max_speed`, `motion.down_speed` and the feed only hold it to slower states. Rates above
 //! `drive.max_step_rate` are more than the motors follow: a virtual drill may be asked for them and shows what is lost.
 //!
-//! Comes in: a machine. Goes out: takts a second, refusals, warnings. Does not know moves.
+//! Comes in: a machine. Goes out: steps a second, refusals, warnings. Does not know moves.
 
 use super::dynamics::{self, period, state_within, top};
 use super::{Axis, DriveKind, Machine, Output};
@@ -23,7 +23,7 @@ const SAID_PARTS: f64 = 1e4;
 const ROUNDING_SHARE: f64 = 1e-9;
 
 impl Machine {
-    /// Takts a second in `state` of the table.
+    /// Steps a second in `state` of the table.
     pub fn step_hz(&self, state: usize) -> f64 {
         let state = i32::try_from(state).unwrap_or(i32::MAX);
         f64::from(self.interrupt_hz.max(1)) / f64::from(period(&self.dynamics, state))
@@ -62,14 +62,14 @@ fn has_table(machine: &Machine) -> bool {
     machine.drive == DriveKind::Table && dynamics::check(&machine.dynamics).is_ok()
 }
 
-/// The fastest takts of any axis, takts a second.
+/// The fastest steps of any axis, steps a second.
 fn fastest_hz(machine: &Machine) -> f64 {
     let axes = [&machine.x, &machine.y, &machine.z];
     let states = axes.map(|axis| machine.fastest_state(axis, axis.max_speed_mm_per_s));
     states.into_iter().map(|state| machine.step_hz(state)).fold(0.0, f64::max)
 }
 
-/// Why the table cannot drive the machine as its settings want it: speeds below the slowest state; on hardware, takts faster
+/// Why the table cannot drive the machine as its settings want it: speeds below the slowest state; on hardware, steps faster
 /// than the motors follow.
 pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
     if !has_table(machine) {
@@ -93,7 +93,7 @@ pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// What a machine that goes by a table does and its owner should know: states that a speed leaves out, and takts that
+/// What a machine that goes by a table does and its owner should know: states that a speed leaves out, and steps that
 /// its motors do not follow.
 pub fn warnings(machine: &Machine) -> Vec<Diagnostic> {
     if !has_table(machine) {
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn more_interrupts_than_the_motors_follow_are_a_warning_on_the_virtual_drill_and_refused_on_hardware() {
-        // (interrupts a second, whether more than the 580 takts that the motors follow)
+        // (interrupts a second, whether more than the 580 steps that the motors follow)
         for (interrupts, too_many) in [(500.0, false), (580.0, false), (581.0, true), (600.0, true)] {
             let change = number("drive.interrupt_frequency", interrupts);
             let tried = apply(&lab(), std::slice::from_ref(&change)).unwrap();
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn a_speed_that_is_typed_lower_leaves_out_states_and_says_so() {
-        // (setting, mm/s, fastest takts a second that are left at 500 interrupts a second)
+        // (setting, mm/s, fastest steps a second that are left at 500 interrupts a second)
         let rows =
             [("x.max_speed", 100.0, 250.0), ("y.max_speed", 30.0, 125.0), ("motion.down_speed", 4.0, 125.0)];
         for (key, speed, left) in rows {
@@ -170,7 +170,7 @@ mod tests {
 
     #[test]
     fn a_speed_below_the_slowest_state_is_refused_with_the_least_that_can_be() {
-        // State 0 makes 500/7 takts a second: 1.5119 mm/s of Z, 15.119 mm/s of X.
+        // State 0 makes 500/7 steps a second: 1.5119 mm/s of Z, 15.119 mm/s of X.
         for (key, speed, refused) in [
             ("stroke.feed", 0.5, true),
             ("stroke.feed", 1.0, true),
