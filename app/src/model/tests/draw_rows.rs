@@ -11,13 +11,13 @@ use annulus_core::geometry::Point;
 use annulus_core::units::Length;
 
 /// A model on the Draw screen, with what was asked of the outside.
-pub(super) struct Sheet {
+pub(super) struct DrawnBoard {
     pub(super) model: Model,
     pub(super) out: Vec<Effect>,
     pub(super) all: Vec<Effect>,
 }
 
-impl Default for Sheet {
+impl Default for DrawnBoard {
     fn default() -> Self {
         let mut sheet = Self { model: Model::default(), out: Vec::new(), all: Vec::new() };
         sheet.event(FrameEvent::Zoom { px_per_mm: 20.0 });
@@ -32,7 +32,7 @@ fn mm(text: &str) -> [f64; 2] {
     [x.parse().unwrap(), y.parse().unwrap()]
 }
 
-impl Sheet {
+impl DrawnBoard {
     pub(super) fn event(&mut self, event: impl Into<Event>) {
         self.out = update(&mut self.model, event.into());
         self.all.extend(self.out.iter().cloned());
@@ -194,15 +194,15 @@ fn what_is_drawn_with_each_tool() {
         ("escape: choice, then tool", "key:p at:5,5 key:v key:Ctrl+a escape", "0/1/1/1/0 1/0 0"),
     ];
     for (name, words, expected) in rows {
-        assert_eq!(Sheet::tell(words).counts(), expected, "{name}: {words}");
+        assert_eq!(DrawnBoard::tell(words).counts(), expected, "{name}: {words}");
     }
 }
 
 #[test]
 fn mouse_keys_and_numbers_draw_the_same() {
-    let mouse = Sheet::tell("key:x at:5,5 at:10,5 key:End key:p at:5,5");
-    let typed = Sheet::tell("key:x type:5,5 type:@5,0 key:End key:p type:x5_y5");
-    let keys = Sheet::tell(
+    let mouse = DrawnBoard::tell("key:x at:5,5 at:10,5 key:End key:p at:5,5");
+    let typed = DrawnBoard::tell("key:x type:5,5 type:@5,0 key:End key:p type:x5_y5");
+    let keys = DrawnBoard::tell(
         "key:x key:Shift+ArrowRight key:Shift+ArrowUp key:Enter key:Shift+ArrowRight key:Enter key:End \
          key:p key:Shift+ArrowLeft key:Enter",
     );
@@ -258,7 +258,7 @@ fn what_is_moved_goes_onto_the_grid_with_all_that_hangs_on_it() {
         ),
     ];
     for (name, words, [a, b]) in rows {
-        let found = Sheet::tell(words).tracks();
+        let found = DrawnBoard::tell(words).tracks();
         assert_eq!(found, [[Point::from_mm(a.0, a.1), Point::from_mm(b.0, b.1)]], "{name}: {words}");
     }
 }
@@ -276,33 +276,33 @@ fn every_property_is_a_number_that_can_be_typed() {
         ("set:plated=false", "plated: false"),
     ];
     for (words, expected) in rows {
-        let sheet = Sheet::tell(&format!("{pad}{words}"));
+        let sheet = DrawnBoard::tell(&format!("{pad}{words}"));
         let text = format!("{:?}", sheet.drawing().things().collect::<Vec<_>>());
         assert!(text.contains(expected), "{words}: {text}");
         assert_eq!(sheet.model.draw.editor.said, None, "{words}");
     }
     for words in ["set:size=wide", "set:size=0", "set:size=5000", "set:turn=a", "type:nowhere", "type:9999,0"]
     {
-        let sheet = Sheet::tell(&format!("{pad}{words}"));
-        let before = Sheet::tell(pad);
+        let sheet = DrawnBoard::tell(&format!("{pad}{words}"));
+        let before = DrawnBoard::tell(pad);
         assert_eq!(sheet.drawing(), before.drawing(), "{words}");
         assert!(
             sheet.model.draw.editor.said.is_some() || words.starts_with("type:9999"),
             "{words} is refused with a sentence"
         );
     }
-    let named = Sheet::tell("key:p at:5,5 key:Ctrl+a group set:name=U1");
+    let named = DrawnBoard::tell("key:p at:5,5 key:Ctrl+a group set:name=U1");
     let groups = named.of("group");
     assert_eq!(named.drawing().thing(groups[0]), Some(&Thing::Group { name: "U1".to_owned() }));
-    let bare = Sheet::tell("key:p at:5,5 escape escape set:name=Robot");
+    let bare = DrawnBoard::tell("key:p at:5,5 escape escape set:name=Robot");
     assert_eq!(bare.drawing().name(), "Robot");
 }
 
 #[test]
 fn the_smallest_gap_is_live_and_is_found() {
-    let sheet = Sheet::tell("key:p at:5,5 at:8,5");
+    let sheet = DrawnBoard::tell("key:p at:5,5 at:8,5");
     assert_eq!(sheet.model.draw.editor.smallest.gap.unwrap().0, Length::from_um(1_000));
-    let sheet = Sheet::tell("key:p at:5,5 at:8,5 key:v drag:8.7,5>8.2,5 gap");
+    let sheet = DrawnBoard::tell("key:p at:5,5 at:8,5 key:v drag:8.7,5>8.2,5 gap");
     assert_eq!(sheet.model.draw.editor.smallest.gap.unwrap().0, Length::from_um(500));
     assert_eq!(sheet.model.draw.editor.chosen.len(), 2);
     assert_eq!(sheet.model.draw.look, (1, Some([6.25, 5.0])));
@@ -310,7 +310,7 @@ fn the_smallest_gap_is_live_and_is_found() {
 
 #[test]
 fn the_picture_is_made_anew_only_where_it_was_touched() {
-    let mut sheet = Sheet::tell("key:o");
+    let mut sheet = DrawnBoard::tell("key:o");
     for at in 0..600 {
         sheet.word(&format!("at:{},{}", f64::from(at % 30), f64::from(at / 30)));
     }
@@ -338,9 +338,9 @@ fn the_picture_is_made_anew_only_where_it_was_touched() {
 #[test]
 fn things_go_into_groups_and_out_of_them_in_the_tree() {
     // Two groups of a hole each, and a hole by itself.
-    let mut sheet = Sheet::tell("key:o at:1,1 at:9,1 at:17,1 key:v at:1,1 group at:9,1 group at:17,1");
+    let mut sheet = DrawnBoard::tell("key:o at:1,1 at:9,1 at:17,1 key:v at:1,1 group at:9,1 group at:17,1");
     let (groups, holes) = (sheet.of("group"), sheet.of("hole"));
-    let lies = |sheet: &Sheet, id: Id| sheet.drawing().get(id).unwrap().group;
+    let lies = |sheet: &DrawnBoard, id: Id| sheet.drawing().get(id).unwrap().group;
     sheet.word("into");
     assert_eq!(lies(&sheet, holes[2]), Some(groups[1]), "into the nearest one above");
     assert_eq!(sheet.counts(), "0/0/3/3/2 6/0 1");
@@ -354,7 +354,7 @@ fn things_go_into_groups_and_out_of_them_in_the_tree() {
     assert_eq!(lies(&sheet, groups[1]), None, "a group does not go into itself");
     assert!(sheet.model.draw.editor.said.is_some());
     sheet.event(DrawEvent::Regroup { id: holes[2], group: Some(groups[0]) });
-    let deepest = |sheet: &Sheet| sheet.model.draw.shown.tree.iter().map(|row| row.depth).max().unwrap();
+    let deepest = |sheet: &DrawnBoard| sheet.model.draw.shown.tree.iter().map(|row| row.depth).max().unwrap();
     assert_eq!((lies(&sheet, holes[2]), deepest(&sheet)), (Some(groups[0]), 2), "shown where it went");
     while sheet.model.draw.editor.can_undo().0 {
         sheet.word("key:Ctrl+z");
@@ -364,7 +364,8 @@ fn things_go_into_groups_and_out_of_them_in_the_tree() {
 
 #[test]
 fn the_tree_after_edits_is_that_of_the_drawing() {
-    let mut sheet = Sheet::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 at:20,9 key:End key:Ctrl+a group");
+    let mut sheet =
+        DrawnBoard::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 at:20,9 key:End key:Ctrl+a group");
     let words =
         "key:Ctrl+z key:Ctrl+y drag:5,5>7,7 key:Ctrl+d key:Delete key:Ctrl+Shift+g key:Ctrl+z key:Ctrl+z";
     for word in words.split_whitespace() {
@@ -380,7 +381,7 @@ fn the_tree_after_edits_is_that_of_the_drawing() {
 #[test]
 fn what_is_chosen_goes_to_a_typed_place() {
     let at = |words: &str| {
-        let sheet = Sheet::tell(words);
+        let sheet = DrawnBoard::tell(words);
         let [x, y] =
             sheet.of("node").first().and_then(|id| sheet.drawing().at(*id)).map(|at| [at.x, at.y]).unwrap();
         (x.mm(), y.mm())

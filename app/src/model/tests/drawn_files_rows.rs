@@ -1,6 +1,6 @@
 //! The board editor and files, by rows: what is drawn over them, made of it, kept in the store, and saved.
 
-use super::draw_rows::Sheet;
+use super::draw_rows::DrawnBoard;
 use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
@@ -23,7 +23,7 @@ fn asked(effects: &[Effect]) -> Option<(u32, Request)> {
 
 #[test]
 fn a_drawn_board_is_read_like_files_that_were_dropped() {
-    let mut sheet = Sheet::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 key:End");
+    let mut sheet = DrawnBoard::tell("key:p at:5,5 at:15,5 key:x at:5,5 at:15,5 key:End");
     sheet.event(DrawEvent::Use { tab: Tab::Cam });
     let Some((number, Request::Read(wanted))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
     assert_eq!(wanted.files.len(), 1);
@@ -52,8 +52,8 @@ X1000Y1000D03*X5000Y1000D03*X1000Y5000D02*X5000Y5000D01*M02*";
 const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.5\n%\nT1\nX1.0Y1.0\nX5.0Y1.0\nM30\n";
 
 /// Files are open, and what they draw is in the editor.
-fn over_files() -> Sheet {
-    let mut sheet = Sheet::default();
+fn over_files() -> DrawnBoard {
+    let mut sheet = DrawnBoard::default();
     let files = vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), DRILL.to_vec())];
     sheet.event(FilesEvent::Chosen { files });
     let (number, request) = asked(&sheet.out).unwrap();
@@ -104,7 +104,7 @@ fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {
 
 #[test]
 fn a_reload_gives_the_drawing_back_with_all_its_edits() {
-    let mut sheet = Sheet::tell("key:p at:5,5 at:9,9 key:Ctrl+z");
+    let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9 key:Ctrl+z");
     let change = sheet.model.draw.editor.changes();
     sheet.event(DrawEvent::Rested { change: change - 1 });
     assert_eq!(kept(&sheet.out), None, "it changed meanwhile");
@@ -113,7 +113,7 @@ fn a_reload_gives_the_drawing_back_with_all_its_edits() {
     assert_eq!(place, None);
     sheet.event(DrawEvent::Kept { of, place: Some(3) });
     assert_eq!(sheet.out, [Effect::OwnDrawing { place: Some(3) }]);
-    let mut again = Sheet { model: Model::default(), out: Vec::new(), all: Vec::new() };
+    let mut again = DrawnBoard { model: Model::default(), out: Vec::new(), all: Vec::new() };
     again.event(FrameEvent::Show { tab: Tab::Draw });
     assert_eq!(again.out, [Effect::LookForDrawings { own: true }]);
     again.event(DrawEvent::Found { own: Some((3, text)), earlier: Vec::new() });
@@ -128,7 +128,7 @@ fn a_reload_gives_the_drawing_back_with_all_its_edits() {
 
 #[test]
 fn a_new_drawing_leaves_the_one_before_in_the_store() {
-    let mut sheet = Sheet::tell("key:p at:5,5 new");
+    let mut sheet = DrawnBoard::tell("key:p at:5,5 new");
     assert!(sheet.drawing().is_empty());
     let (of, place, text) = kept(&sheet.out).unwrap();
     assert_eq!((of, place), (0, None));
@@ -140,7 +140,7 @@ fn a_new_drawing_leaves_the_one_before_in_the_store() {
     sheet.event(DrawEvent::Rested { change });
     let (of, place, _) = kept(&sheet.out).unwrap();
     assert_eq!((of, place), (1, None), "it does not take the place of the one before");
-    let mut bad = Sheet::tell("key:p at:5,5");
+    let mut bad = DrawnBoard::tell("key:p at:5,5");
     let before = bad.counts();
     bad.event(DrawEvent::Opened { place: None, text: Some("{}".to_owned()) });
     bad.event(DrawEvent::Opened { place: None, text: None });
@@ -149,7 +149,7 @@ fn a_new_drawing_leaves_the_one_before_in_the_store() {
 
 #[test]
 fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
-    let mut sheet = Sheet::tell("key:p at:5,5 at:9,9");
+    let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9");
     let before = sheet.model.draw.editor.history().clone();
     let example = include_str!("../../../../www/drawings/robot.json");
     sheet.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
@@ -160,7 +160,7 @@ fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
     // And the other way round; a sheet on which nothing was drawn is not offered.
     sheet.event(DrawEvent::Back);
     assert_eq!(sheet.of("hole").len(), 15);
-    let mut empty = Sheet::default();
+    let mut empty = DrawnBoard::default();
     empty.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
     assert!(empty.model.frame.toasts.is_empty());
 }
@@ -183,7 +183,7 @@ fn the_example_does_not_lie_over_open_files() {
 
 #[test]
 fn a_drawing_is_saved_as_files() {
-    let mut sheet = Sheet::tell("key:p at:5,5 escape escape set:name=my_board");
+    let mut sheet = DrawnBoard::tell("key:p at:5,5 escape escape set:name=my_board");
     let mut name = |what| {
         sheet.event(DrawEvent::Export { what });
         match sheet.out.first() {
@@ -193,7 +193,7 @@ fn a_drawing_is_saved_as_files() {
     };
     let names = [DrawingExport::Board, DrawingExport::Svg, DrawingExport::Drawing].map(&mut name);
     assert_eq!(names, ["my_board.zip", "my_board.svg", "my_board.drawing.json"]);
-    let mut empty = Sheet::default();
+    let mut empty = DrawnBoard::default();
     empty.event(DrawEvent::Export { what: DrawingExport::Board });
     assert!(empty.out.is_empty() && empty.model.draw.editor.said.is_some());
 }
