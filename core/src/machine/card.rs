@@ -68,13 +68,7 @@ const PINOUT: Pinout = Pinout { section: "card", outputs: 32, inputs: 32 };
 
 /// Every reason why the wiring cannot be. A machine that is on no card may have any wiring of the right shape.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
-    let wiring = &machine.card.wiring;
-    let mut diagnostics = PINOUT.lengths(wiring);
-    if machine.output == Output::Card {
-        diagnostics.extend(PINOUT.clashes(wiring));
-        diagnostics.extend(PINOUT.missing(wiring, machine));
-    }
-    diagnostics
+    PINOUT.validate(&machine.card.wiring, machine, machine.output == Output::Card)
 }
 
 #[cfg(test)]

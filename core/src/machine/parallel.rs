@@ -57,13 +57,7 @@ const PINOUT: Pinout = Pinout { section: "parallel", outputs: 12, inputs: 5 };
 
 /// Every reason why the wiring cannot be. A machine that is on no port may have any wiring of the right shape.
 pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
-    let wiring = &machine.parallel.wiring;
-    let mut diagnostics = PINOUT.lengths(wiring);
-    if machine.output == Output::Parallel {
-        diagnostics.extend(PINOUT.clashes(wiring));
-        diagnostics.extend(PINOUT.missing(wiring, machine));
-    }
-    diagnostics
+    PINOUT.validate(&machine.parallel.wiring, machine, machine.output == Output::Parallel)
 }
 
 #[cfg(test)]

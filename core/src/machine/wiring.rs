@@ -119,8 +119,18 @@ impl Pinout {
         Diagnostic::error(code).with("key", format!("{}.{name}", self.section))
     }
 
+    /// Every reason why `machine` cannot be wired so; what is not in use may have any wiring of the right shape.
+    pub(super) fn validate(&self, wiring: &Wiring, machine: &Machine, in_use: bool) -> Vec<Diagnostic> {
+        let mut diagnostics = self.lengths(wiring);
+        if in_use {
+            diagnostics.extend(self.clashes(wiring));
+            diagnostics.extend(self.missing(wiring, machine));
+        }
+        diagnostics
+    }
+
     /// Every list that has the wrong length.
-    pub(super) fn lengths(&self, wiring: &Wiring) -> Vec<Diagnostic> {
+    fn lengths(&self, wiring: &Wiring) -> Vec<Diagnostic> {
         let lengths: [(&str, usize, usize); 6] = [
             (MOTORS[0], wiring.phases[0].len(), PHASE_BITS),
             (MOTORS[1], wiring.phases[1].len(), PHASE_BITS),
@@ -138,7 +148,7 @@ impl Pinout {
     }
 
     /// Bits that are not there, two signals on one bit, and motors that lie over two bytes: a byte is what is written at once.
-    pub(super) fn clashes(&self, wiring: &Wiring) -> Vec<Diagnostic> {
+    fn clashes(&self, wiring: &Wiring) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         let motors = MOTORS.iter().zip(&wiring.phases);
         let outputs = motors.flat_map(|(name, bits)| bits.iter().map(move |bit| (*name, *bit)));
@@ -172,7 +182,7 @@ impl Pinout {
     }
 
     /// Signals that `machine` cannot do without.
-    pub(super) fn missing(&self, wiring: &Wiring, machine: &Machine) -> Vec<Diagnostic> {
+    fn missing(&self, wiring: &Wiring, machine: &Machine) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
         if wiring.device.is_empty() {
             diagnostics.push(self.refuse("machine.card_no_device", "device"));
