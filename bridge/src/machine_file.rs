@@ -186,7 +186,8 @@ fn moved_from_card(changes: &[Placed]) -> Vec<Placed> {
     let is_on_it =
         |((key, value), _): &Placed| key == "machine.output" && *value == Value::Text("parallel".to_owned());
     let has_own = changes.iter().any(|((key, _), _)| key.starts_with("parallel."));
-    if has_own || !changes.iter().any(is_on_it) {
+    let was_wired = changes.iter().any(|((key, _), _)| key.starts_with("card."));
+    if has_own || !was_wired || !changes.iter().any(is_on_it) {
         return Vec::new();
     }
     let usual = machine::virtual_drill();
@@ -315,6 +316,11 @@ mod tests {
         assert_eq!((own.address, own.wiring.start_stop_hz), (888, 70));
         let card = parse("card", &old.replace("parallel", "virtual")).unwrap();
         assert_eq!(card.parallel, machine::virtual_drill().parallel);
+        // A new file that says nothing of wires has the port as shipped.
+        for bare in ["", "[parallel]\n"] {
+            let bare = format!("schema = 1\n[machine]\noutput = \"parallel\"\n{bare}");
+            assert_eq!(parse("bare", &bare).unwrap().parallel, machine::virtual_drill().parallel);
+        }
         let why = parse("bad", &old.replace("spindle = -1", "spindle = 24")).unwrap_err();
         let place = why.place.clone().unwrap();
         assert_eq!((why.code.as_str(), place.line), ("machine.card_bit_outside", 9), "{why:?}");

@@ -93,7 +93,16 @@ fn walk(path: &Path, home: &Path) -> Option<()> {
     };
     let own = home.join("own.annulus-program");
     let (exit, plan, accepted) = ask(&["plan", &named, "-o", own.to_str()?], &BTreeSet::new());
+    let read =
+        |path: &Path| (path.file_name().unwrap().to_str().unwrap().to_owned(), fs::read(path).unwrap());
+    let files: Vec<_> = files(path).iter().filter(|path| path.is_file()).map(|path| read(path)).collect();
+    fs::write(home.join("holes.toml"), HOLES).unwrap();
+    let words = ["cam", &named, "--job", "holes.toml", "--to", "program", "-o", "cam"];
     if exit != 0 {
+        // What one refuses, nobody plans.
+        let (exit, cam, all) = ask(&words, &accepted);
+        assert_ne!(exit, 0, "{named}: plan refuses ({}), cam does not: {cam}", plan["error"]);
+        assert!(page(&files, &all).is_none(), "{named}: plan refuses ({}), the page does not", plan["error"]);
         return None;
     }
     let bytes = fs::read(&own).unwrap();
@@ -101,10 +110,8 @@ fn walk(path: &Path, home: &Path) -> Option<()> {
     let (program, seen) = apart(&bytes);
 
     // `cam` with the same operations.
-    fs::write(home.join("holes.toml"), HOLES).unwrap();
     let out = home.join("cam");
     let _ = fs::remove_dir_all(&out);
-    let words = ["cam", &named, "--job", "holes.toml", "--to", "program", "-o", "cam"];
     let (exit, cam, all) = ask(&words, &accepted);
     assert_eq!(exit, 0, "{named}: {}", cam["error"]);
     let file = cam["files"][0]["file"].as_str().expect("a file");
@@ -118,9 +125,6 @@ fn walk(path: &Path, home: &Path) -> Option<()> {
     }
 
     // The page.
-    let read =
-        |path: &Path| (path.file_name().unwrap().to_str().unwrap().to_owned(), fs::read(path).unwrap());
-    let files: Vec<_> = files(path).iter().map(|path| read(path)).collect();
     let planned = page(&files, &all).unwrap_or_else(|| panic!("{named}: the page refuses"));
     let (by_page, seen_by_page) = apart(&planned.program);
     assert!(program == by_page, "{named}: page\n{program:?}\n{by_page:?}");

@@ -1,4 +1,4 @@
-//! What a reader, a plan or a check has to say: a code, a place and typed arguments. The sentences themselves
+//! What a reader, a plan or a check has to say: a code, a place and named arguments. The sentences themselves
 //! live in the locale tables under the same code.
 //!
 //! Comes in: a finding. Goes out: a [`Diagnostic`]. Does not know any language.

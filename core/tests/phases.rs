@@ -39,7 +39,7 @@ fn what_ships_is_right_and_forces_where_it_switches_whichever_way_it_turns() {
         let forces = table.columns.iter().any(|byte| byte & FORCING != 0);
         let mut chance = Chance::new(11);
         let mut motor = Commutator::new(table.clone(), 5);
-        assert_eq!(motor.byte() & FORCING, 0, "nothing is forced before the first takt");
+        assert_eq!(motor.byte() & FORCING, 0, "nothing is forced before the first step");
         let mut angle_now = i64::from(angle(motor.byte()).unwrap());
         let begun = angle_now;
         for _ in 0..5_000 {

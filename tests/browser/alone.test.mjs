@@ -118,8 +118,11 @@ test("STOP stops the virtual drill of the page in mid-job, and the job is taken 
     await bit(page).click();
     await until(async () => Number(await data(page, "done")) > 2, "the first holes");
     await page.keyboard.press("Control+Shift+E");
-    await page.getByText(/^You stopped it\. Holes drilled/).waitFor();
+    const told = page.getByText(/^You stopped it\. Holes drilled: \d+/).first();
+    const done = Number((await told.innerText()).match(/drilled: (\d+)/)[1]);
+    // A stop in the lift out of a hole leaves one that is made and not done: it is made again, as any that nobody is sure of.
     const made = (await drilled(page)).length;
+    assert.ok(made === done || made === done + 1, `${made} made, ${done} done`);
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal((await drilled(page)).length, made, "nothing was drilled after STOP");
     // What is left is offered where the stop is told; its pre-flight counts the rest alone, and beginning anew is told as such.
@@ -133,7 +136,7 @@ test("STOP stops the virtual drill of the page in mid-job, and the job is taken 
       await before.getByRole("button", { name: "Cancel" }).click();
       return found;
     };
-    assert.deepEqual(await planned(/Resume where it stopped/), [holes - made, 0]);
+    assert.deepEqual(await planned(/Resume where it stopped/), [holes - done, 0]);
     assert.deepEqual(await planned("Start…"), [holes, 1]);
     await page.getByRole("button", { name: "Close", exact: true }).click();
     await page.getByRole("button", { name: /Resume where it stopped/ }).waitFor();

@@ -111,7 +111,7 @@ test("a phase table by keyboard: toggle, undo, copy, what is wrong cannot be app
     await is("2a", 4, "on");
     await page.keyboard.press("Control+z");
     await is("2a", 4, "off");
-    // Its motor turns without losing a takt, and what was edited is applied by the machine.
+    // Its motor turns without losing a step, and what was edited is applied by the machine.
     await page.getByRole("button", { name: "Test on virtual motor" }).press("Enter");
     await page.getByText(/none was lost/).waitFor();
     await page.getByRole("button", { name: "Play the table" }).press("Enter");

@@ -33,7 +33,6 @@ const SAID: &[(&str, &str, &str)] = &[
     ("ways", "toolpaths", ""),
     ("way", "toolpath", "core/src/cam"),
     ("hop", "rapid", ""),
-    ("hops", "rapids", ""),
     ("stroke", "drill cycle", "core/src/cam"),
     ("takt", "step", ""),
     ("interrupts takt", "ticks per step", ""),

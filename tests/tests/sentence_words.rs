@@ -65,10 +65,8 @@ fn words(sentence: &str) -> Vec<String> {
 
 /// The word to say instead of one in `sentence`, with that.
 fn instead(sentence: &str) -> Option<(&'static str, &'static str)> {
-    if KEPT.iter().any(|(piece, _)| sentence.contains(piece)) {
-        return None;
-    }
-    let own = words(sentence);
+    let rest = KEPT.iter().fold(sentence.to_owned(), |text, (piece, _)| text.replace(piece, "."));
+    let own = words(&rest);
     let says = |old: &str| {
         let old: Vec<&str> = old.split(' ').collect();
         let is_same = |word: &String, old: &&str| word == old || word.strip_suffix('s') == Some(old);

@@ -59,7 +59,7 @@ fn wasm_speed() -> Done {
 }
 
 fn sizes() -> Done {
-    let folder = page::build()?;
+    let folder = page::build(page::Effort::Whole)?;
     say("Sizes of the page");
     for name in page::PARTS.into_iter().flat_map(|part| [format!("{part}_bg.wasm"), format!("{part}.js")]) {
         let size =

@@ -19,6 +19,7 @@ mod test;
 mod tools;
 mod wasm;
 
+use page::Effort;
 use std::process::ExitCode;
 
 const USAGE: &str = "usage: cargo xtask COMMAND
@@ -26,8 +27,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   run       build page and bridge, start the bridge with the virtual drill and a sample board
   test      prepare and run every test and check; the last line counts them; --long for the full size
   build     build the page into target/www and the bridge in release
-  page      build the page alone
-  site      build the page as a site of files, for any server, into target/site
+  page      build the page alone; --quick for work on it: larger, in a fraction of the time
+  site      build the page as a site of files, for any server, into target/site; --quick likewise
   firmware  build the firmware of the USB step adapter into target/firmware
   tools     build what the tests need, once
   bench     print the measured numbers: parsing, tours, steps, sizes
@@ -40,10 +41,10 @@ fn main() -> ExitCode {
     let done = match arguments.first().map(String::as_str) {
         Some("run") => run::run(rest),
         Some("test") => test::run(rest),
-        Some("build") => page::build().and_then(|_| run::build_bridge()).map(drop),
+        Some("build") => page::build(Effort::Whole).and_then(|_| run::build_bridge()).map(drop),
         Some("tools") => tools::ensure().map(drop),
-        Some("site") => site::build().map(drop),
-        Some("page") => page::build().map(drop),
+        Some("site") => effort(rest).and_then(site::build).map(drop),
+        Some("page") => effort(rest).and_then(page::build).map(drop),
         Some("firmware") => firmware::build().map(drop),
         Some("bench") => bench::run(rest),
         Some("doctor") => doctor::run(),
@@ -55,5 +56,14 @@ fn main() -> ExitCode {
             eprintln!("{message}");
             ExitCode::FAILURE
         }
+    }
+}
+
+/// How small the page is to become: as it ships, but where `--quick` says otherwise.
+fn effort(arguments: &[String]) -> sh::Done<Effort> {
+    match arguments {
+        [] => Ok(Effort::Whole),
+        [word] if word == "--quick" => Ok(Effort::Quick),
+        _ => Err(USAGE.to_owned()),
     }
 }

@@ -8,7 +8,7 @@ use std::path::PathBuf;
 
 /// Builds page and bridge and serves; `arguments` go to `annulus serve`.
 pub(crate) fn run(arguments: &[String]) -> Done {
-    page::build()?;
+    page::build(page::Effort::Whole)?;
     let bridge = build_bridge()?;
     call(command(bridge, &["serve"]).args(arguments))
 }

@@ -8,7 +8,7 @@
 //!
 //! Goes out: `target/site`; every address in it is relative, so that it may lie in any folder. Does not know what serves it.
 
-use crate::page;
+use crate::page::{self, Effort};
 use crate::sh::{Done, root, say};
 use sha2::{Digest, Sha256};
 use std::collections::BTreeMap;
@@ -30,8 +30,8 @@ const LIST: &str = "const SITE = { version: \"\", files: {} };";
 const KEEPER: &str = "service-worker.js";
 
 /// Builds the page and writes the site.
-pub(crate) fn build() -> Done<PathBuf> {
-    let page = page::build()?;
+pub(crate) fn build(effort: Effort) -> Done<PathBuf> {
+    let page = page::build(effort)?;
     write(&page, &folder())?;
     say(&format!("The site is in {}: put it on any server of files", folder().display()));
     Ok(folder())

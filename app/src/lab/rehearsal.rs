@@ -115,7 +115,9 @@ mod tests {
     fn a_row_out_of_range_is_refused_before_it_moves() {
         let queue = read("", "MOVE_BY 999999 0\n").unwrap();
         let mut trial = Trial::begin(&virtual_drill(), queue, Vec::new()).unwrap();
-        assert!(matches!(run(&mut trial, Mode::ToEnd), Rest::Failed(why, _) if why.code == "queue.outside"));
+        assert!(
+            matches!(run(&mut trial, Mode::ToEnd), Rest::Failed { why, .. } if why.code == "queue.outside")
+        );
         assert!(trial.trail().is_empty());
         assert!(standing(&virtual_drill()).unwrap().all_homed());
     }

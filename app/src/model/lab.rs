@@ -343,7 +343,7 @@ fn go_on(model: &mut Model, mode: Mode) -> Vec<Effect> {
         }
         Rest::Done => with(key!("page.lab.queue.ended"), "holes", trial.holes().to_string()),
         Rest::Stopped => Text::of(key!("page.lab.queue.stopped_here")),
-        Rest::Failed(why, _) => Text::Found(why),
+        Rest::Failed { why, .. } => Text::Found(why),
     });
     Vec::new()
 }

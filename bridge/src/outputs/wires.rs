@@ -394,7 +394,7 @@ mod tests {
         assert_eq!(wires.inputs(999 + interrupt), 0);
         assert_eq!(noted.take(), [], "not yet");
         wires.step(1_000 + interrupt, 0b010, 0b010);
-        assert_eq!(noted.take(), [(0, 0x05), (1, 0x05), (2, 0x05)], "X and Z had no takt meanwhile");
+        assert_eq!(noted.take(), [(0, 0x05), (1, 0x05), (2, 0x05)], "X and Z had no step meanwhile");
         assert_eq!(wires.due(), None);
         wires.step(2_000 + interrupt, 0b001, 0b000);
         assert_eq!(wires.image()[0], 0x26);

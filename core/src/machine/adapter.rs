@@ -10,7 +10,8 @@
 //! Does not know pins: which pin is which input the adapter says itself.
 
 use super::settings::{Setting, Value, ValueKind};
-use super::{Machine, Output, StrokeEnd, UNWIRED};
+use super::wiring::{bits, numbers};
+use super::{Machine, Output, UNWIRED};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
@@ -100,14 +101,8 @@ macro_rules! text {
 }
 macro_rules! list {
     ($key:literal, $low:literal, $high:literal, $field:ident) => {
-        row!(
-            $key,
-            ValueKind::Wholes($low, $high),
-            |m| Value::Numbers(m.adapter.$field.iter().map(|number| f64::from(*number)).collect()),
-            |m, v| if let Value::Numbers(numbers) = v {
-                m.adapter.$field = numbers.iter().map(|number| *number as i8).collect();
-            }
-        )
+        row!($key, ValueKind::Wholes($low, $high), |m| numbers(&m.adapter.$field), |m, v| m.adapter.$field =
+            bits(v))
     };
 }
 
@@ -156,11 +151,7 @@ fn sensors(machine: &Machine) -> Vec<Diagnostic> {
     if let Some((_, number)) = twice {
         diagnostics.push(refuse("machine.card_bit_twice", KEY).with("bit", number).with("other", KEY));
     }
-    let mut needed: Vec<Input> = (0..3).map(|axis| machine.home_input(axis)).collect();
-    if machine.stroke_end == StrokeEnd::Sensor {
-        needed.push(Input::ZBottom);
-    }
-    for input in needed.into_iter().filter(|input| machine.adapter.sensor(*input).is_none()) {
+    for input in machine.needed_inputs().filter(|input| machine.adapter.sensor(*input).is_none()) {
         let why = refuse("machine.card_sensor_unwired", KEY);
         diagnostics.push(why.with("sensor", format!("{input:?}")));
     }

@@ -66,7 +66,7 @@ pub struct Machine {
     pub spindles: u32,
     /// How step times come about.
     pub drive: DriveKind,
-    /// Interrupt (step) frequency of table-stepped drives, in Hz.
+    /// Interrupt frequency of table-stepped drives, in Hz.
     pub interrupt_hz: u32,
     /// Their table of dynamics.
     pub dynamics: Dynamics,
@@ -296,7 +296,16 @@ impl Machine {
 
     /// The wiring in force: that of the parallel port where one is driven, else that of the card.
     pub fn wiring(&self) -> &Wiring {
-        if self.output == Output::Parallel { &self.parallel.wiring } else { &self.card.wiring }
+        match self.output {
+            Output::Parallel => &self.parallel.wiring,
+            Output::Virtual | Output::Card | Output::Adapter => &self.card.wiring,
+        }
+    }
+
+    /// The inputs that it cannot do without: of the home ends, and of the end of a stroke where a sensor tells it.
+    pub(super) fn needed_inputs(&self) -> impl Iterator<Item = Input> {
+        let ends = [0, 1, 2].map(|axis| self.home_input(axis));
+        ends.into_iter().chain((self.stroke_end == StrokeEnd::Sensor).then_some(Input::ZBottom))
     }
 
     /// The input that tells that `axis` reached its home end.

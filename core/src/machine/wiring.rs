@@ -8,8 +8,8 @@
 //! Comes in: numbers of bits. Goes out: the wiring as data, its rows of the settings table under the section of whatever is wired,
 //! and every reason why it cannot be. Does not know registers, nor which hardware has the bytes.
 
+use super::Machine;
 use super::settings::Value;
-use super::{Machine, StrokeEnd};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
@@ -199,11 +199,7 @@ impl Pinout {
                 }
             }
         }
-        let mut needed: Vec<Input> = (0..3).map(|axis| machine.home_input(axis)).collect();
-        if machine.stroke_end == StrokeEnd::Sensor {
-            needed.push(Input::ZBottom);
-        }
-        for input in needed.into_iter().filter(|input| wiring.sensor(*input) == UNWIRED) {
+        for input in machine.needed_inputs().filter(|input| wiring.sensor(*input) == UNWIRED) {
             let why = self.refuse("machine.card_sensor_unwired", "sensors");
             diagnostics.push(why.with("sensor", format!("{input:?}")));
         }

@@ -38,8 +38,13 @@ pub struct Homing {
 
 /// What follows from a report.
 pub enum HomingNext {
-    /// Play this; the count of the axis is to be corrected by so much before.
-    Play(Segment, i64),
+    /// A move is to be played.
+    Play {
+        /// The move.
+        segment: Segment,
+        /// The count of the axis is to be corrected by so much before.
+        correction_steps: i64,
+    },
     /// All axes are homed.
     Homed,
 }
@@ -69,7 +74,7 @@ impl Homing {
     fn stage(&mut self, correction: i64) -> Option<HomingNext> {
         let segment = self.later.pop_front()?;
         self.stage = segment.stage;
-        Some(HomingNext::Play(segment, correction))
+        Some(HomingNext::Play { segment, correction_steps: correction })
     }
 
     /// What follows. `position` is where the axes were counted to be; it is set right here. An error ends it: with

@@ -34,7 +34,7 @@ impl Rig {
         let home = home.map_err(|why| why.unwrap_or_else(|| super::text::refuse("queue.empty")))?;
         let mut rehearsal = Rehearsal::new(home, Vec::new(), Self::default());
         match rehearsal.go(machine, Mode::ToEnd, pins, usize::MAX) {
-            Some(Rest::Failed(why, _)) => Err(why),
+            Some(Rest::Failed { why, .. }) => Err(why),
             _ => {
                 let mut bench = rehearsal.bench();
                 bench.standing.zero = Some([bench.standing.position[0], bench.standing.position[1]]);

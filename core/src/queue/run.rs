@@ -116,7 +116,12 @@ pub enum Rest {
     /// STOP.
     Stopped,
     /// A row was refused or failed, and what is left of the trust in the position.
-    Failed(Diagnostic, Harm),
+    Failed {
+        /// Why.
+        why: Diagnostic,
+        /// What is left of the trust.
+        harm: Harm,
+    },
 }
 
 /// What a failure leaves of the trust in the position.
@@ -326,7 +331,7 @@ impl QueueRun {
     fn homing_goes_on(&mut self, homing: Homing, next: HomingNext) -> Vec<QueueAction> {
         match next {
             HomingNext::Homed => Vec::new(),
-            HomingNext::Play(segment, correction) => {
+            HomingNext::Play { segment, correction_steps: correction } => {
                 let axis = homing.axis();
                 if let Some(homed) = self.standing.homed.get_mut(axis) {
                     *homed = false;
@@ -441,7 +446,7 @@ impl QueueRun {
         if let Some(result) = row.and_then(|row| self.results.get_mut(row)) {
             (result.state, result.why) = (RowState::Refused, Some(why.clone()));
         }
-        self.end(Rest::Failed(why, harm))
+        self.end(Rest::Failed { why, harm })
     }
 }
 

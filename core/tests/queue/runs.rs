@@ -318,7 +318,7 @@ fn what_goes_wrong_stops_the_queue_at_its_row_with_a_named_alarm() {
     ];
     for (machine, faults, text, code, row, harm) in rows {
         let (rest, run) = with_faults(&machine, faults, text);
-        let Rest::Failed(why, left) = rest else { panic!("{text}: {rest:?}") };
+        let Rest::Failed { why, harm: left } = rest else { panic!("{text}: {rest:?}") };
         assert_eq!((why.code.as_str(), left), (code, harm), "{text}");
         assert_eq!(why.place.as_ref().map(|place| place.line as usize), Some(row + 1), "{why:?}");
         let results = run.run().results();
@@ -359,13 +359,14 @@ fn a_row_that_no_longer_fits_is_refused_when_its_turn_comes() {
     let (mut twin, _) = twin(&machine, Faults::default());
     let bench = Rig::homed(&machine, &mut twin).unwrap();
     let mut run = rehearse("WAIT 5\nMOVE_TO -5 0", bench.clone());
-    let Some(Rest::Failed(why, Harm::None)) = run.go(&machine, Mode::ToEnd, &mut twin, usize::MAX) else {
+    let Some(Rest::Failed { why, harm: Harm::None }) = run.go(&machine, Mode::ToEnd, &mut twin, usize::MAX)
+    else {
         panic!("it moved")
     };
     assert_eq!((why.code.as_str(), twin.real()[0]), ("queue.outside", bench.standing.position[0]));
     let unknown = Rig { standing: Standing::default(), ..bench };
     let mut run = rehearse("MOVE_BY 1 0", unknown);
     assert!(
-        matches!(run.go(&machine, Mode::Step, &mut twin, 5), Some(Rest::Failed(why, _)) if why.code == "queue.not_homed")
+        matches!(run.go(&machine, Mode::Step, &mut twin, 5), Some(Rest::Failed { why, .. }) if why.code == "queue.not_homed")
     );
 }

@@ -303,8 +303,8 @@ fn the_laboratory_drill_is_clean_up_to_580_interrupts_a_second_slips_above_and_s
                 // Whole turns of the current; short of a stall it goes most of its way, to a wrong place.
                 assert!(slip.lost.is_multiple_of(12) && way < 400, "{interrupt_hz} Hz: {slip:?}");
                 let lost = twin.lost()[axis];
-                println!("{interrupt_hz} Hz: {lost} takts lost");
-                assert_eq!(stalls, lost > 400, "{interrupt_hz} Hz: {lost} takts lost");
+                println!("{interrupt_hz} Hz: {lost} steps lost");
+                assert_eq!(stalls, lost > 400, "{interrupt_hz} Hz: {lost} steps lost");
             }
         }
     }

@@ -34,10 +34,10 @@ impl Owner {
             Ok(next) => self.homing_goes_on(homing, next),
             Err((why, Harm::None)) => {
                 self.pending.push_back(Event::Homed);
-                self.pending.push_back(Event::Failed { alarm: why, left: Trust::Trusted });
+                self.fails(why, Trust::Trusted);
             }
             Err((why, Harm::Suspect | Harm::Lost)) => {
-                self.pending.push_back(Event::Failed { alarm: why, left: Trust::Lost });
+                self.fails(why, Trust::Lost);
             }
         }
     }
@@ -45,7 +45,7 @@ impl Owner {
     fn homing_goes_on(&mut self, homing: Homing, next: HomingNext) {
         match next {
             HomingNext::Homed => self.pending.push_back(Event::Homed),
-            HomingNext::Play(segment, correction) => {
+            HomingNext::Play { segment, correction_steps: correction } => {
                 for axis in cycles::together(&self.machine, homing.axis()) {
                     self.executor.correct(axis, correction);
                 }

@@ -339,7 +339,7 @@ impl Owner {
         for action in actions {
             if let Err(why) = self.act(action, counted) {
                 // Nothing was set in motion after all.
-                self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust });
+                self.fails(why, self.session.trust);
             }
         }
         self.drain();

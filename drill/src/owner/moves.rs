@@ -293,7 +293,7 @@ impl Owner {
             match work.job.entry(&self.machine, work.leg) {
                 Ok(leg) => segments.extend(leg),
                 Err(why) => {
-                    return self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust });
+                    return self.fails(why, self.session.trust);
                 }
             }
             work.given = work.segments.len();
@@ -370,7 +370,7 @@ impl Owner {
             match work.job.lift(&self.machine, work.leg - 1) {
                 Ok(lift) => return self.give(Doing::Lift { cut: hole || way, last }, lift),
                 Err(why) => {
-                    return self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust });
+                    return self.fails(why, self.session.trust);
                 }
             }
         }
@@ -410,7 +410,7 @@ impl Owner {
         if lift && self.position[2] < top {
             match cycles::retract(&self.machine, self.position, top) {
                 Ok(timeline) => segments_up = segments(&timeline, &self.machine),
-                Err(why) => self.pending.push_back(Event::Failed { alarm: why, left: self.session.trust }),
+                Err(why) => self.fails(why, self.session.trust),
             }
         }
         segments_up.push(rest(Stage::Dwell, Switching::Spindle { rpm: 0 }, 0, self.position));
@@ -486,7 +486,7 @@ impl Owner {
     }
 
     /// What is done fails: the alarm that tells of it, and what the position is worth afterwards.
-    fn fails(&mut self, alarm: Diagnostic, left: Trust) {
+    pub(super) fn fails(&mut self, alarm: Diagnostic, left: Trust) {
         self.pending.push_back(Event::Failed { alarm, left });
     }
 }

@@ -163,7 +163,7 @@ impl Owner {
                     self.queue_trust();
                     match self.in_time(segments) {
                         Ok(segments) => self.give(Doing::Queue, segments),
-                        Err(why) => self.queue_rests(Rest::Failed(why, Harm::None)),
+                        Err(why) => self.queue_rests(Rest::Failed { why, harm: Harm::None }),
                     }
                 }
                 QueueAction::Rest(rest) => {
@@ -199,7 +199,7 @@ impl Owner {
                 lab.phase = QueuePhase::Stopped;
                 Event::Rested
             }
-            Rest::Failed(why, harm) => {
+            Rest::Failed { why, harm } => {
                 (lab.phase, lab.why) = (QueuePhase::Failed, Some(why.clone()));
                 let left = match harm {
                     Harm::None => Trust::Trusted,
@@ -215,7 +215,7 @@ impl Owner {
     /// The row in work came to rest on its way; what was believed of the position still is.
     pub(crate) fn queue_ran_dry(&mut self, why: Diagnostic) {
         let harm = if self.session.trust == Trust::Trusted { Harm::None } else { Harm::Lost };
-        self.queue_rests(Rest::Failed(why, harm));
+        self.queue_rests(Rest::Failed { why, harm });
     }
 
     /// The session ended what it was doing. A queue that was held then is over.

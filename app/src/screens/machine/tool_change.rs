@@ -1,4 +1,4 @@
-//! The bit change: from which to which, what to do, and Continue.
+//! The tool change: from which to which, what to do, and Continue.
 //!
 //! Comes in: the state and the program's bits. Goes out: `ToolChanged`. The machine moves only after Continue.
 
