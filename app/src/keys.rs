@@ -74,6 +74,8 @@ pub struct Press {
     pub in_lines: bool,
     /// The focus is on something that Space or the arrows already work.
     pub on_control: bool,
+    /// The focus is on the picture.
+    pub on_picture: bool,
 }
 
 /// What a press asks for.
@@ -96,6 +98,19 @@ pub enum KeyAction {
     },
     /// Whole board.
     Fit,
+    /// The hole beside the chosen one in the picture, by so many to the right and up.
+    Walk {
+        /// To the right, 0 or to the left.
+        x: i8,
+        /// Up, 0 or down.
+        y: i8,
+    },
+    /// What is chosen.
+    FitChosen,
+    /// As large as the board is.
+    ActualSize,
+    /// The grid is drawn, or not.
+    Grid,
     /// The other side of the board.
     Flip,
     /// Straight from above.
@@ -162,8 +177,14 @@ pub struct Shortcut {
 impl Shortcut {
     /// How it is written for people.
     pub fn written(&self) -> String {
-        let signs =
-            [("ArrowUp", "↑"), ("ArrowDown", "↓"), ("ArrowRight", "→"), ("Escape", "Esc"), ("_", "-")];
+        let signs = [
+            ("ArrowUp", "↑"),
+            ("ArrowDown", "↓"),
+            ("ArrowRight", "→"),
+            ("Escape", "Esc"),
+            ("_", "-"),
+            ("ArrowLeft", "←"),
+        ];
         let text = signs.into_iter().fold(self.keys.to_owned(), |text, (from, to)| text.replace(from, to));
         let (before, last) = match text.strip_suffix("++") {
             Some(before) => (before, "+"),
@@ -183,7 +204,7 @@ const fn drawn(keys: &'static str, name: &'static str, key: DrawKey) -> Shortcut
 }
 
 /// Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
-pub const SHORTCUTS: [Shortcut; 75] = [
+pub const SHORTCUTS: &[Shortcut] = &[
     shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), KeyAction::Stop),
     shortcut(None, "Escape", key!("page.key.escape"), KeyAction::Escape),
     shortcut(None, "0", key!("page.key.draw"), KeyAction::Show(Tab::Draw)),
@@ -196,20 +217,27 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     shortcut(None, "Ctrl+o", key!("page.key.open"), KeyAction::Open),
     shortcut(None, "Ctrl+s", key!("page.key.save"), KeyAction::Save),
     shortcut(None, "Ctrl+u", key!("page.key.units"), KeyAction::Units),
+    shortcut(None, "Ctrl+,", key!("page.key.settings"), KeyAction::Show(Tab::Settings)),
     shortcut(None, "Ctrl+k", key!("page.key.palette"), KeyAction::Palette),
     shortcut(None, "F1", key!("page.key.help"), KeyAction::Help),
     shortcut(None, "F6", key!("page.key.region"), KeyAction::Region { onwards: true }),
+    shortcut(None, "Shift+F6", key!("page.key.region_back"), KeyAction::Region { onwards: false }),
     shortcut(None, "Shift+w", key!("page.key.speak"), KeyAction::Speak),
     shortcut(None, "Shift+1", key!("page.key.fit"), KeyAction::Fit),
+    shortcut(None, "Shift+2", key!("page.key.fit_chosen"), KeyAction::FitChosen),
+    shortcut(None, "Ctrl+0", key!("page.key.actual_size"), KeyAction::ActualSize),
     shortcut(None, "Shift++", key!("page.key.closer"), KeyAction::ZoomIn),
     shortcut(None, "Shift+_", key!("page.key.further"), KeyAction::ZoomOut),
     shortcut(None, "f", key!("page.key.flip"), KeyAction::Flip),
+    shortcut(Some(Tab::Board), "ArrowRight", key!("page.key.walk"), KeyAction::Walk { x: 1, y: 0 }),
     drawn("v", key!("page.key.draw_select"), DrawKey::Tool(Tool::Select)),
     drawn("x", key!("page.key.draw_track"), DrawKey::Tool(Tool::Track)),
+    drawn("l", key!("page.key.draw_track"), DrawKey::Tool(Tool::Track)),
     drawn("p", key!("page.key.draw_pad"), DrawKey::Tool(Tool::Pad)),
     drawn("o", key!("page.key.draw_hole"), DrawKey::Tool(Tool::Hole)),
     drawn("n", key!("page.key.draw_node"), DrawKey::Tool(Tool::Node)),
     drawn("d", key!("page.key.draw_measure"), DrawKey::Tool(Tool::Measure)),
+    drawn("Ctrl+Shift+m", key!("page.key.draw_measure"), DrawKey::Tool(Tool::Measure)),
     drawn("m", key!("page.key.draw_move"), DrawKey::Move),
     drawn("ArrowRight", key!("page.key.draw_step"), DrawKey::Step { x: 1, y: 0, size: StepSize::Grid }),
     drawn(
@@ -231,6 +259,7 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     drawn("F2", key!("page.key.draw_rename"), DrawKey::Rename),
     drawn("h", key!("page.key.draw_dim"), DrawKey::Act(Act::Dim)),
     drawn("r", key!("page.key.draw_turn"), DrawKey::Act(Act::Turn { mdeg: QUARTER_MDEG })),
+    drawn("Shift+r", key!("page.key.draw_turn_back"), DrawKey::Act(Act::Turn { mdeg: -QUARTER_MDEG })),
     drawn("b", key!("page.key.draw_mirror"), DrawKey::Act(Act::Mirror { x: true })),
     drawn("Shift+b", key!("page.key.draw_mirror_y"), DrawKey::Act(Act::Mirror { x: false })),
     drawn("Ctrl+a", key!("page.key.draw_all"), DrawKey::Act(Act::All)),
@@ -245,6 +274,7 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo { back: false })),
     drawn("g", key!("page.key.draw_snap"), DrawKey::Act(Act::Snap)),
     drawn("Shift+g", key!("page.key.draw_next_grid"), DrawKey::Act(Act::NextGrid)),
+    shortcut(Some(Tab::Draw), "Ctrl+'", key!("page.key.draw_grid"), KeyAction::Grid),
     drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side { upper: true }),
     drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side { upper: false }),
     shortcut(Some(Tab::Cam), "a", key!("page.key.add"), KeyAction::Cam(CamKey::Add)),
@@ -259,6 +289,12 @@ pub const SHORTCUTS: [Shortcut; 75] = [
     shortcut(Some(Tab::Cam), "Ctrl+z", key!("page.key.undo"), KeyAction::Cam(CamKey::Undo { back: true })),
     shortcut(Some(Tab::Cam), "Ctrl+y", key!("page.key.redo"), KeyAction::Cam(CamKey::Undo { back: false })),
     shortcut(Some(Tab::Cam), "F8", key!("page.key.problem"), KeyAction::Cam(CamKey::Problem { next: true })),
+    shortcut(
+        Some(Tab::Cam),
+        "Shift+F8",
+        key!("page.key.problem_before"),
+        KeyAction::Cam(CamKey::Problem { next: false }),
+    ),
     shortcut(Some(Tab::Cam), "s", key!("page.key.simulate"), KeyAction::Show(Tab::Simulate)),
     shortcut(Some(Tab::Simulate), "Space", key!("page.key.play"), KeyAction::Play),
     shortcut(
@@ -279,7 +315,29 @@ pub const SHORTCUTS: [Shortcut; 75] = [
         key!("page.key.hundredth"),
         KeyAction::Step(Stride::Percent { onwards: true }),
     ),
+    shortcut(
+        Some(Tab::Simulate),
+        "ArrowLeft",
+        key!("page.key.segment_back"),
+        KeyAction::Step(Stride::Segment { onwards: false }),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "Shift+ArrowLeft",
+        key!("page.key.hole_back"),
+        KeyAction::Step(Stride::Hole { onwards: false }),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "Ctrl+ArrowLeft",
+        key!("page.key.hundredth_back"),
+        KeyAction::Step(Stride::Percent { onwards: false }),
+    ),
     shortcut(Some(Tab::Simulate), ".", key!("page.key.faster"), KeyAction::Faster { more: true }),
+    shortcut(Some(Tab::Simulate), ",", key!("page.key.slower"), KeyAction::Faster { more: false }),
+    shortcut(Some(Tab::Simulate), "t", key!("page.key.from_above"), KeyAction::FromAbove),
+    shortcut(Some(Tab::Simulate), "h", key!("page.key.home_view"), KeyAction::HomeView),
+    shortcut(Some(Tab::Simulate), "Alt+3", key!("page.key.space"), KeyAction::Space),
     shortcut(Some(Tab::Simulate), "Home", key!("page.key.beginning"), KeyAction::Beginning),
     shortcut(Some(Tab::Simulate), "End", key!("page.key.end"), KeyAction::End),
     shortcut(Some(Tab::Machine), "Space", key!("page.key.pause"), KeyAction::Pause),
@@ -354,9 +412,15 @@ pub fn is_escape(key: &str) -> bool {
     key == "Escape"
 }
 
-/// What `press` asks for on `tab`.
-pub fn action(press: &Press, tab: Tab) -> Option<KeyAction> {
-    if press.composing {
+/// A key that types something, pressed alone or with Shift. Who speaks to the computer types them by mistake: they can be turned off.
+fn is_sign(press: &Press) -> bool {
+    let mut letters = press.key.chars();
+    !press.ctrl && !press.alt && letters.next().is_some_and(|sign| sign != ' ') && letters.next().is_none()
+}
+
+/// What `press` asks for on `tab`; keys that type something mean nothing where `signs` are off.
+pub fn action(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
+    if press.composing || (!signs && is_sign(press)) {
         return None;
     }
     let key = press.key.as_str();
@@ -380,8 +444,14 @@ pub fn action(press: &Press, tab: Tab) -> Option<KeyAction> {
             "k" | "K" | "/" => return Some(KeyAction::Palette),
             "s" | "S" => return Some(KeyAction::Save),
             "o" | "O" => return Some(KeyAction::Open),
+            "0" if !press.in_text => return Some(KeyAction::ActualSize),
+            "'" if tab == Tab::Draw => return Some(KeyAction::Grid),
             _ => {}
         }
+    }
+    if press.ctrl && press.shift && !press.alt && key.eq_ignore_ascii_case("s") {
+        // A project is saved under a name of its own each time.
+        return Some(KeyAction::Save);
     }
     if tab == Tab::Lab
         && !press.alt
@@ -463,6 +533,12 @@ fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<KeyAction> {
         return None;
     }
     match (tab, key) {
+        (Tab::Board | Tab::Cam, "ArrowLeft" | "ArrowRight" | "ArrowUp" | "ArrowDown") if press.on_picture => {
+            let along = |less: &str, more: &str| i8::from(key == more) - i8::from(key == less);
+            let way =
+                KeyAction::Walk { x: along("ArrowLeft", "ArrowRight"), y: along("ArrowDown", "ArrowUp") };
+            (!press.shift).then_some(way)
+        }
         (Tab::Cam, "s" | "S") if !press.shift => Some(KeyAction::Show(Tab::Simulate)),
         (Tab::Machine, " ") => (!press.repeat).then_some(KeyAction::Pause),
         (Tab::Simulate, " ") => (!press.repeat).then_some(KeyAction::Play),
@@ -488,6 +564,7 @@ fn anywhere(press: &Press, key: &str, tab: Tab) -> Option<KeyAction> {
     if press.shift {
         return match (key, press.code.as_str()) {
             (_, "Digit1") => Some(KeyAction::Fit),
+            (_, "Digit2") => Some(KeyAction::FitChosen),
             ("+" | "=", _) | (_, "Equal") => Some(KeyAction::ZoomIn),
             ("_" | "-", _) | (_, "Minus") => Some(KeyAction::ZoomOut),
             ("W" | "w", _) => Some(KeyAction::Speak),
@@ -519,6 +596,7 @@ mod tests {
                 "lines" => (press.in_text, press.in_lines) = (true, true),
                 "control" => press.on_control = true,
                 "composing" => press.composing = true,
+                "picture" => press.on_picture = true,
                 "repeat" => press.repeat = true,
                 "Space" => press.key = " ".to_owned(),
                 key => press.key = key.to_owned(),
@@ -590,10 +668,13 @@ mod tests {
             ("control+ArrowUp", Tab::Draw, None),
             ("control+Delete", Tab::Draw, Some(KeyAction::Draw(DrawKey::Act(Act::Delete)))),
             ("f", Tab::Draw, Some(KeyAction::Flip)),
+            ("picture+ArrowUp", Tab::Cam, Some(KeyAction::Walk { x: 0, y: 1 })),
+            ("ArrowUp", Tab::Board, None),
+            ("picture+ArrowUp", Tab::Machine, None),
             ("Shift+ArrowDown", Tab::Draw, Some(far_down)),
         ];
         for (text, tab, expected) in rows {
-            assert_eq!(action(&press(text), tab), expected, "{text} on {tab:?}");
+            assert_eq!(action(&press(text), tab, true), expected, "{text} on {tab:?}");
         }
     }
 
@@ -604,13 +685,78 @@ mod tests {
             if press.key == "Plus" {
                 "+".clone_into(&mut press.key);
             }
-            if press.key == "1" && press.shift {
-                "Digit1".clone_into(&mut press.code);
+            if (press.shift || press.alt) && press.key.parse::<u8>().is_ok() {
+                press.code = format!("Digit{}", press.key);
             }
+            press.on_picture = matches!(shortcut.action, KeyAction::Walk { .. });
             let tabs = shortcut.tab.map_or_else(|| Tab::ALL.to_vec(), |tab| vec![tab]);
             for tab in tabs {
-                assert_eq!(action(&press, tab), Some(shortcut.action), "{} on {tab:?}", shortcut.keys);
+                assert_eq!(action(&press, tab, true), Some(shortcut.action), "{} on {tab:?}", shortcut.keys);
             }
+        }
+    }
+
+    #[test]
+    fn keys_that_type_something_can_be_turned_off_and_the_others_stay() {
+        for shortcut in SHORTCUTS {
+            let mut press = press(&shortcut.keys.replace("++", "+Plus"));
+            if press.key == "Plus" {
+                "+".clone_into(&mut press.key);
+            }
+            if (press.shift || press.alt) && press.key.parse::<u8>().is_ok() {
+                press.code = format!("Digit{}", press.key);
+            }
+            press.on_picture = matches!(shortcut.action, KeyAction::Walk { .. });
+            let typed = press.key.chars().count() == 1 && press.key != " " && !press.ctrl && !press.alt;
+            let expected = (!typed).then_some(shortcut.action);
+            assert_eq!(
+                action(&press, shortcut.tab.unwrap_or_default(), false),
+                expected,
+                "{}",
+                shortcut.keys
+            );
+        }
+        assert_eq!(action(&press("?"), Tab::Board, false), None, "F1 opens the help");
+    }
+
+    /// The keys that were promised, screen by screen; each does something there. Armed jog and the tables of the Lab have their own,
+    /// beside them.
+    #[test]
+    fn every_key_that_was_promised_is_there() {
+        let everywhere = "0 1 2 3 4 5 6 Ctrl+o Ctrl+s Ctrl+Shift+s Ctrl+u Ctrl+k Ctrl+/ F1 ? F6 Shift+F6 Ctrl+, Escape Ctrl+Shift+e \
+                          Shift+w Shift+1 Shift+2 Ctrl+0 Shift+= Shift+- f";
+        let rows = [
+            (Tab::Board, "Home"),
+            (Tab::Draw, "Ctrl+z Ctrl+y Ctrl+Shift+z Ctrl+x Ctrl+c Ctrl+v Ctrl+a Ctrl+d Delete F2 Home"),
+            (
+                Tab::Draw,
+                "v x l p o n d Ctrl+Shift+m m r Shift+r e Ctrl+g Ctrl+Shift+g ArrowUp Shift+ArrowUp Ctrl+ArrowUp",
+            ),
+            (Tab::Draw, "PageUp PageDown h g Shift+g Ctrl+' Enter End Backspace"),
+            (Tab::Cam, "a Alt+ArrowUp Alt+ArrowDown s F8 Shift+F8 Ctrl+z Ctrl+y Ctrl+Shift+z Delete"),
+            (
+                Tab::Simulate,
+                "Space ArrowLeft ArrowRight Shift+ArrowLeft Shift+ArrowRight Ctrl+ArrowLeft Ctrl+ArrowRight",
+            ),
+            (Tab::Simulate, "Home End , . t h Alt+3"),
+            (Tab::Machine, "Space j"),
+            (Tab::Lab, "F8 F9 F10 Ctrl+z Ctrl+y"),
+        ];
+        let pressed = |keys: &str, tab: Tab| {
+            let mut press = press(keys);
+            if press.shift || press.alt {
+                press.code = format!("Digit{}", press.key);
+            }
+            action(&press, tab, true)
+        };
+        for keys in everywhere.split_whitespace() {
+            let silent = Tab::ALL.iter().find(|tab| pressed(keys, **tab).is_none());
+            assert_eq!(silent, None, "{keys}");
+        }
+        for (tab, keys) in rows {
+            let silent: Vec<_> =
+                keys.split_whitespace().filter(|keys| pressed(keys, tab).is_none()).collect();
+            assert_eq!(silent, Vec::<&str>::new(), "on {tab:?}");
         }
     }
 

@@ -111,6 +111,7 @@ pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
         lines: Vec::new(),
         discs: board.holes.iter().map(disc).collect(),
         wanted_mm: None,
+        chosen_mm: None,
     }
 }
 
@@ -174,6 +175,17 @@ pub fn toolpaths(
     let wide = toolpaths.cuts.iter().filter(|cut| cut.width_mm > 0.0);
     let travels = toolpaths.travels.iter().filter(|_| with_travel).map(travel);
     wide.map(swath).chain(toolpaths.cuts.iter().map(middle)).chain(travels).collect()
+}
+
+/// The nearest of `places` that lies more in the direction `way` from `from_mm` than beside it; every other place lies so in one of four
+/// directions.
+pub fn beside(places: impl Iterator<Item = [f64; 2]>, from_mm: [f64; 2], way: [f64; 2]) -> Option<usize> {
+    let ranked = places.enumerate().filter_map(|(index, [x, y])| {
+        let (dx, dy) = (x - from_mm[0], y - from_mm[1]);
+        let (along, across) = (dx * way[0] + dy * way[1], (dx * way[1] - dy * way[0]).abs());
+        (along > 1e-6 && across <= along).then_some((along + 2.0 * across, index))
+    });
+    ranked.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, index)| index)
 }
 
 /// A finding at `place`: a dot, and a ring where it is the one on show.
@@ -299,6 +311,30 @@ mod tests {
         assert_eq!(lines.len(), 2, "a hole that is not there has no line");
         assert_eq!((lines[0].a_mm, lines[0].b_mm, lines[0].order), ([0.0, 0.0], [14.0, 24.0], 0));
         assert_eq!((lines[1].a_mm, lines[1].b_mm, lines[1].order), ([14.0, 24.0], [4.0, 4.0], 1));
+    }
+
+    #[test]
+    fn by_four_directions_every_hole_is_reached_and_the_nearest_first() {
+        let places = [[0.0, 0.0], [10.0, 0.0], [20.0, 1.0], [10.0, 9.0], [10.0, -30.0]];
+        let rows = [
+            ([0.0, 0.0], [1.0, 0.0], Some(1)),
+            ([10.0, 0.0], [1.0, 0.0], Some(2)),
+            ([10.0, 0.0], [0.0, 1.0], Some(3)),
+            ([10.0, 0.0], [0.0, -1.0], Some(4)),
+            ([20.0, 1.0], [1.0, 0.0], None),
+            ([20.0, 1.0], [-1.0, 0.0], Some(1)),
+        ];
+        for (from, way, expected) in rows {
+            assert_eq!(beside(places.into_iter(), from, way), expected, "{from:?} {way:?}");
+        }
+        let mut seen = std::collections::BTreeSet::from([0_usize]);
+        let mut open = vec![0_usize];
+        while let Some(at) = open.pop() {
+            let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+            let next = ways.into_iter().filter_map(|way| beside(places.into_iter(), places[at], way));
+            open.extend(next.filter(|next| seen.insert(*next)));
+        }
+        assert_eq!(seen.len(), places.len());
     }
 
     #[test]

@@ -70,6 +70,7 @@ pub fn scene(
         lines: edges.chain(nodes).chain(chosen.rims.iter().map(|mark| stroke(mark, palette))).collect(),
         discs: sheet.holes.iter().map(disc).collect(),
         wanted_mm: sheet.bounds_mm.map(wanted),
+        chosen_mm: chosen.mesh.bounds_mm(),
         ..Scene::default()
     }
 }

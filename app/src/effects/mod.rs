@@ -6,6 +6,7 @@
 //!
 //! Comes in: effects, one after the other. Goes out: events. Does not know the screens, and decides nothing.
 
+mod awake;
 mod colours;
 mod drawings;
 mod drill;
@@ -14,6 +15,7 @@ mod jobs;
 mod languages;
 mod serial;
 mod session;
+mod signs;
 mod site;
 mod socket;
 mod store;
@@ -23,6 +25,7 @@ use crate::browser;
 use crate::model::{Clocks, Effect, LabEvent, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
+use awake::Awake;
 use leptos::prelude::{request_animation_frame, set_timeout};
 use socket::Line;
 use std::time::Duration;
@@ -30,10 +33,11 @@ use worker::Workers;
 
 /// What the page needs to run.
 pub fn surroundings() -> Surroundings {
-    let (workers, line) = (Workers::default(), Line::default());
+    let (workers, line, awake) = (Workers::default(), Line::default(), Awake::default());
     line.serial.listen();
+    awake.listen();
     let clock = || Clocks { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
-    Surroundings { run: Box::new(move |effect| run(&workers, &line, effect)), clock }
+    Surroundings { run: Box::new(move |effect| run(&workers, &line, &awake, effect)), clock }
 }
 
 /// Listens to what comes by itself: dropped files, the line. Once, after the page was made.
@@ -42,6 +46,7 @@ pub fn begin() {
     site::begin();
     languages::begin();
     colours::begin();
+    signs::begin();
     if let Some(text) = session::kept_bench() {
         send(LabEvent::Kept { text });
     }
@@ -55,7 +60,7 @@ fn pair(token: String) {
     });
 }
 
-fn run(workers: &Workers, line: &Line, effect: Effect) {
+fn run(workers: &Workers, line: &Line, awake: &Awake, effect: Effect) {
     match effect {
         Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
         Effect::CallOff => workers.call_off(),
@@ -84,6 +89,8 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::Sample => files::sample(),
         Effect::Speak { language } => languages::speak(language),
         Effect::Colours { word } => colours::show(word),
+        Effect::KeepSigns { on } => signs::keep(on),
+        Effect::StayAwake { on } => awake.want(on),
         Effect::LookInStore => store::look(),
         Effect::WriteStore { place, name, job, files, at_ms } => store::write(place, name, job, files, at_ms),
         Effect::TakeFromStore { place } => store::take(place),

@@ -131,6 +131,16 @@ pub enum Effect {
         /// Their word in the style sheet.
         word: &'static str,
     },
+    /// Keep whether keys that type something do anything alone.
+    KeepSigns {
+        /// They do.
+        on: bool,
+    },
+    /// Have the screen stay lit, or not; comes back as [`super::FrameEvent::Awake`].
+    StayAwake {
+        /// It stays lit.
+        on: bool,
+    },
     /// Look for what was kept; comes back as [`super::KeepEvent::Found`].
     LookInStore,
     /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`].

@@ -9,7 +9,7 @@ use crate::keys::{KeyAction, Tab};
 use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
 use crate::model::Document;
 use crate::said::{Text, key};
-use crate::view::Colour;
+use crate::view::{Camera, Colour};
 use annulus_core::locale;
 
 /// Colours of the page.
@@ -99,6 +99,12 @@ pub struct Frame {
     pub show_before: bool,
     /// Show the rapids from cut to cut.
     pub show_travel: bool,
+    /// Keys that type something do what they are for on the page; else only those with Ctrl or Alt, and those that type nothing.
+    pub signs: bool,
+    /// The picture has a grid.
+    pub grid: bool,
+    /// The browser keeps the screen lit; none where nobody asked it to.
+    pub awake: Option<bool>,
     /// The machine alone, large: for whoever stands at it.
     pub operator: bool,
     /// How each layer is seen.
@@ -109,8 +115,8 @@ pub struct Frame {
     pub flipped: bool,
     /// Where the pointer is, work coordinates in mm.
     pub cursor_mm: Option<[f64; 2]>,
-    /// CSS pixels in a millimetre.
-    pub zoom_px_per_mm: f64,
+    /// From where the picture is looked at, once there is one.
+    pub camera: Option<Camera>,
     /// Key of the word for what draws.
     pub backend: Option<&'static str>,
     /// What was asked of the picture last, and how often anything was.
@@ -123,6 +129,8 @@ pub struct Frame {
     pub update_ready: bool,
     /// The number of the last of them.
     toast: u32,
+    /// The browser was asked to keep the screen lit.
+    awake_wanted: bool,
 }
 
 impl Default for Frame {
@@ -135,18 +143,22 @@ impl Default for Frame {
             selected: None,
             show_before: false,
             show_travel: false,
+            signs: true,
+            grid: true,
+            awake: None,
             operator: false,
             overlay: None,
             layers: Vec::new(),
             flipped: false,
             cursor_mm: None,
-            zoom_px_per_mm: 0.0,
+            camera: None,
             backend: None,
             asked: (0, None),
             toasts: Vec::new(),
             alone: false,
             update_ready: false,
             toast: 0,
+            awake_wanted: false,
         }
     }
 }
@@ -206,6 +218,18 @@ pub enum FrameEvent {
         /// The machine alone.
         on: bool,
     },
+    /// Keys that type something do what they are for on the page, or nothing.
+    Signs {
+        /// What they are for.
+        on: bool,
+    },
+    /// The picture has a grid, or none: the other of the two.
+    Grid,
+    /// The browser keeps the screen lit, or does not.
+    Awake {
+        /// It does.
+        held: bool,
+    },
     /// Look at the board from below, or from above.
     Flip {
         /// From below; none for the other side.
@@ -240,10 +264,10 @@ pub enum FrameEvent {
         /// Work coordinates in mm.
         at_mm: Option<[f64; 2]>,
     },
-    /// The picture is nearer or further.
-    Zoom {
-        /// CSS pixels in a millimetre.
-        px_per_mm: f64,
+    /// The picture is looked at from somewhere else.
+    Moved {
+        /// From where.
+        camera: Camera,
     },
     /// The picture is to be fitted, nearer or further.
     Look {
@@ -291,8 +315,8 @@ fn put(frame: &mut Frame, text: Text, act: Option<ToastAct>) -> u32 {
     number
 }
 
-/// A new version of the site is offered while nothing moves, and only then.
-pub(super) fn follow(model: &mut Model) {
+/// A new version of the site is offered while nothing moves, and only then. The screen stays lit from the pre-flight to the end.
+pub(super) fn follow(model: &mut Model) -> Option<Effect> {
     let offered = model.frame.toasts.iter().any(|toast| toast.act == Some(ToastAct::Update));
     let wanted = model.frame.update_ready && !model.link.busy();
     match (offered, wanted) {
@@ -303,6 +327,12 @@ pub(super) fn follow(model: &mut Model) {
         (true, false) => model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::Update)),
         _ => {}
     }
+    let on = model.link.busy() || model.start.preflight.is_some();
+    let changed = std::mem::replace(&mut model.frame.awake_wanted, on) != on;
+    if changed {
+        model.frame.awake = None;
+    }
+    changed.then_some(Effect::StayAwake { on })
 }
 
 /// Takes one event in.
@@ -336,6 +366,12 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
                 frame.tab = Tab::Machine;
             }
         }
+        FrameEvent::Signs { on } => {
+            frame.signs = on;
+            return vec![Effect::KeepSigns { on }];
+        }
+        FrameEvent::Grid => frame.grid = !frame.grid,
+        FrameEvent::Awake { held } => frame.awake = frame.awake_wanted.then_some(held),
         FrameEvent::Flip { below } => frame.flipped = below.unwrap_or(!frame.flipped),
         FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
         FrameEvent::LayerOpacity { index, percent } => look(frame, index, |look| look.opacity = percent),
@@ -344,7 +380,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             frame.layers.iter_mut().for_each(|look| look.eye = look.in_preset(preset));
         }
         FrameEvent::Cursor { at_mm } => frame.cursor_mm = at_mm,
-        FrameEvent::Zoom { px_per_mm } => frame.zoom_px_per_mm = px_per_mm,
+        FrameEvent::Moved { camera } => frame.camera = Some(camera),
         FrameEvent::Look { action } => frame.asked = (frame.asked.0 + 1, Some(action)),
         FrameEvent::Backend { word } => frame.backend = Some(word),
         FrameEvent::Say { text } => return vec![toast(model, text, None)],

@@ -277,7 +277,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(template::follow(model));
     effects.extend(play::follow(model));
     effects.extend(start::follow(model));
-    frame::follow(model);
+    effects.extend(frame::follow(model));
     settings::follow(model);
     effects
 }

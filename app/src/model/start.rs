@@ -120,11 +120,12 @@ pub enum StartEvent {
     Start,
 }
 
-/// The bridge's rows, and the page's own: that both computed the same steps. A controller that plans its own motion has none, and
-/// says so itself.
-pub fn rows(preflight: &Preflight, armed: &Armed) -> Vec<PreflightRow> {
+/// The bridge's rows, and the page's own: that the computer stays awake, and that both computed the same steps. A controller that
+/// plans its own motion has no steps to compare, and says so itself.
+pub fn rows(preflight: &Preflight, armed: &Armed, awake: Option<bool>) -> Vec<PreflightRow> {
+    let bridge = armed.checks.iter().cloned().chain(awake.map(wakeful));
     if preflight.own_motion {
-        return armed.checks.clone();
+        return bridge.collect();
     }
     let same = preflight.own_digest == armed.stream_digest;
     let code = if same { key!("page.preflight.same_steps") } else { key!("page.preflight.other_steps") };
@@ -134,13 +135,27 @@ pub fn rows(preflight: &Preflight, armed: &Armed) -> Vec<PreflightRow> {
             .with("digest", armed.stream_digest.get(..12).unwrap_or_default()),
         verdict: if same { RowVerdict::Pass } else { RowVerdict::Fail },
     };
-    armed.checks.iter().cloned().chain([digest]).collect()
+    bridge.chain([digest]).collect()
+}
+
+/// Whether the browser keeps the screen lit, and with it the computer awake.
+fn wakeful(awake: bool) -> PreflightRow {
+    let (code, severity, verdict) = if awake {
+        (key!("page.preflight.awake"), Severity::Note, RowVerdict::Pass)
+    } else {
+        (key!("page.preflight.may_sleep"), Severity::Warning, RowVerdict::Warn)
+    };
+    PreflightRow { finding: Diagnostic::new(severity, code), verdict }
 }
 
 /// The rows of the pre-flight on show, once the bridge has checked its job.
-pub fn rows_now(preflight: Option<&Preflight>, armed: Option<&Armed>) -> Option<Vec<PreflightRow>> {
+pub fn rows_now(
+    preflight: Option<&Preflight>,
+    armed: Option<&Armed>,
+    awake: Option<bool>,
+) -> Option<Vec<PreflightRow>> {
     let preflight = preflight?;
-    armed.filter(|armed| armed.job == preflight.job).map(|armed| rows(preflight, armed))
+    armed.filter(|armed| armed.job == preflight.job).map(|armed| rows(preflight, armed, awake))
 }
 
 /// Whether nothing of `rows` fails, and every warning is among those `ticked`.
@@ -210,7 +225,7 @@ fn uploaded(model: &mut Model, number: u32, answer: Result<String, Diagnostic>) 
 }
 
 fn start(model: &mut Model) -> Vec<Effect> {
-    let rows = rows_now(model.start.preflight.as_ref(), model.link.armed.as_ref());
+    let rows = rows_now(model.start.preflight.as_ref(), model.link.armed.as_ref(), model.frame.awake);
     let may = rows.is_some_and(|rows| may_start(&rows, &model.start.ticked));
     let Some(preflight) = model.start.preflight.take_if(|_| may) else { return Vec::new() };
     let Preflight { job, from_leg, own_digest, .. } = preflight;

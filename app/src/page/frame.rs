@@ -8,6 +8,7 @@ use crate::format::Unit;
 use crate::keys::{KeyAction, Tab};
 use crate::layers::LayerLook;
 use crate::model::{Overlay, Theme, Toast};
+use crate::view::Camera;
 use leptos::prelude::*;
 
 /// What frames the work.
@@ -27,6 +28,12 @@ pub struct Frame {
     pub show_before: ReadSignal<bool>,
     /// Show the rapids from cut to cut.
     pub show_travel: ReadSignal<bool>,
+    /// Keys that type something do what they are for on the page.
+    pub signs: ReadSignal<bool>,
+    /// The picture has a grid.
+    pub grid: ReadSignal<bool>,
+    /// The browser keeps the screen lit; none where nobody asked it to.
+    pub awake: ReadSignal<Option<bool>>,
     /// The machine alone, large.
     pub operator: ReadSignal<bool>,
     /// How each layer is seen.
@@ -37,7 +44,9 @@ pub struct Frame {
     pub flipped: ReadSignal<bool>,
     /// Where the pointer is, work coordinates in mm.
     pub cursor_mm: ReadSignal<Option<[f64; 2]>>,
-    /// CSS pixels in a millimetre.
+    /// From where the picture is looked at, once there is one.
+    pub camera: ReadSignal<Option<Camera>>,
+    /// CSS pixels in a millimetre; 0 before there is a picture.
     pub zoom: ReadSignal<f64>,
     /// Key of the word for what draws.
     pub backend: ReadSignal<Option<&'static str>>,
@@ -63,12 +72,16 @@ pub(super) fn signals(slots: &mut Slots) -> Frame {
         selected: slots.part(|model| &model.frame.selected),
         show_before: slots.part(|model| &model.frame.show_before),
         show_travel: slots.part(|model| &model.frame.show_travel),
+        signs: slots.part(|model| &model.frame.signs),
+        grid: slots.part(|model| &model.frame.grid),
+        awake: slots.part(|model| &model.frame.awake),
         operator: slots.part(|model| &model.frame.operator),
         layers: slots.part(|model| &model.frame.layers),
         overlay: slots.part(|model| &model.frame.overlay),
         flipped: slots.part(|model| &model.frame.flipped),
         cursor_mm: slots.part(|model| &model.frame.cursor_mm),
-        zoom: slots.part(|model| &model.frame.zoom_px_per_mm),
+        camera: slots.part(|model| &model.frame.camera),
+        zoom: slots.made(|model| model.frame.camera.map_or(0.0, |camera| camera.px_per_mm)),
         backend: slots.part(|model| &model.frame.backend),
         asked: slots.part(|model| &model.frame.asked),
         toasts: slots.part(|model| &model.frame.toasts),

@@ -24,6 +24,8 @@ pub(super) fn with_view(picture: Picture, act: impl FnOnce(&View)) {
 pub(super) fn look(view: &View, action: KeyAction) {
     match action {
         KeyAction::Fit => view.fit(),
+        KeyAction::FitChosen => view.fit_chosen(),
+        KeyAction::ActualSize => view.actual_size(),
         KeyAction::ZoomIn => view.zoom_by(1.25),
         KeyAction::ZoomOut => view.zoom_by(0.8),
         KeyAction::FromAbove => view.look_home(true),

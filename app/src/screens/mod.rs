@@ -13,6 +13,7 @@ pub mod machine;
 mod palette;
 mod regions;
 mod review;
+mod rulers;
 mod settings;
 mod shell;
 mod shown;

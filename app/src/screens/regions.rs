@@ -7,7 +7,8 @@ use crate::keys::{self, KeyAction, Press, Tab};
 use crate::lab::LabPanel;
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
-use crate::model::{ExportEvent, FilesEvent, FrameEvent, Overlay, PlayEvent};
+use crate::model::drawing::DrawingExport;
+use crate::model::{DrawEvent, ExportEvent, FilesEvent, FrameEvent, Overlay, PlayEvent};
 use crate::page::link;
 use crate::page::{frame, send};
 use crate::page::{open_board, open_drawing, open_lab};
@@ -22,7 +23,9 @@ use web_sys::{HtmlElement, KeyboardEvent};
 /// Listens to keys and to the address for the life of the page.
 pub(crate) fn listen() {
     let keys = window_event_listener(ev::keydown, |event| {
-        if let Some(action) = keys::action(&press(&event), frame().tab.get_untracked()) {
+        if let Some(action) =
+            keys::action(&press(&event), frame().tab.get_untracked(), frame().signs.get_untracked())
+        {
             if action != KeyAction::Escape {
                 event.prevent_default();
             }
@@ -74,6 +77,7 @@ fn press(event: &KeyboardEvent) -> Press {
         in_text: tag == "TEXTAREA"
             || (tag == "INPUT" && !matches!(kind.as_str(), "checkbox" | "range" | "radio")),
         in_lines: tag == "TEXTAREA",
+        on_picture: tag == "CANVAS",
         on_control: matches!(tag.as_str(), "BUTTON" | "SELECT" | "INPUT") || role == "listbox",
     }
 }
@@ -97,7 +101,11 @@ pub(crate) fn act(action: KeyAction) {
         KeyAction::Flip if frame().tab.get_untracked() == Tab::Simulate => send(FrameEvent::Look { action }),
         KeyAction::Flip => send(FrameEvent::Flip { below: None }),
         KeyAction::Space => send(PlayEvent::Flat { flat: None }),
+        KeyAction::Grid => send(FrameEvent::Grid),
         KeyAction::Fit
+        | KeyAction::Walk { .. }
+        | KeyAction::FitChosen
+        | KeyAction::ActualSize
         | KeyAction::ZoomIn
         | KeyAction::ZoomOut
         | KeyAction::FromAbove
@@ -120,6 +128,9 @@ pub(crate) fn act(action: KeyAction) {
         KeyAction::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
         KeyAction::Save if open_board().document.with_untracked(Option::is_some) => {
             send(ExportEvent::SaveProject);
+        }
+        KeyAction::Save if frame().tab.get_untracked() == Tab::Draw => {
+            send(DrawEvent::Export { what: DrawingExport::Drawing });
         }
         KeyAction::Save => {}
     }

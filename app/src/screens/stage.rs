@@ -10,6 +10,7 @@
 
 use super::canvas::{Picture, look, palette, system_dark, wanted, with_view};
 use super::layers;
+use super::rulers;
 use super::shown::{Shown, machine_has_own_job, missing_holes, moment, shown};
 use crate::i18n::{key, say, t};
 use crate::keys::{KeyAction, Tab};
@@ -19,7 +20,7 @@ use crate::page::{frame, open_board, open_job, send};
 use crate::picture;
 use crate::view::{Backend, HoleState, Line, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
-use annulus_core::board::Face;
+use annulus_core::board::{Face, Hole};
 use annulus_core::proof;
 use leptos::html::{self, div, span};
 use leptos::prelude::*;
@@ -67,8 +68,11 @@ pub(crate) fn stage() -> impl IntoView {
             .attr("role", "toolbar")
             .attr("aria-label", t!("page.view.tools"))
             .child(Vec::from(buttons)),
+        rulers::labels(shown),
+        rulers::rulers(shown),
         side(),
         scale(),
+        chosen(shown),
         toasts(),
     ))
 }
@@ -89,6 +93,40 @@ fn scale() -> impl IntoView {
                 .child(text)
         })
     }
+}
+
+/// Chooses the hole that is seen beside the chosen one, or beside the middle of the picture, and has it in sight.
+fn walk(view: &View, shown: Memo<Option<Arc<Shown>>>, [x, y]: [i8; 2]) {
+    let Some(shown) = shown.get_untracked() else { return };
+    let corner = picture::origin(shown.body);
+    let place = |hole: &Hole| picture::place(corner, hole.at).map(f64::from);
+    let holes = &shown.board.holes;
+    let chosen = frame().selected.get_untracked().and_then(|hole| holes.get(hole as usize)).map(place);
+    let camera = view.camera();
+    let way = [f64::from(x) * camera.hand(), f64::from(y)];
+    let found = picture::beside(holes.iter().map(place), chosen.unwrap_or(camera.centre_mm), way);
+    // Nothing is chosen yet and nothing lies there: whichever there is.
+    let found = found.or_else(|| (chosen.is_none() && !holes.is_empty()).then_some(0));
+    if let Some(hole) = found.and_then(|index| holes.get(index)) {
+        view.bring(place(hole));
+        send(FrameEvent::Select { hole: found.map(|index| index as u32) });
+    }
+}
+
+/// The chosen hole in words, for those who do not see the picture.
+fn chosen(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
+    let words = move || {
+        let shown = shown.get()?;
+        let number = frame().selected.get()?;
+        let hole = shown.board.holes.get(number as usize)?;
+        let [x, y] =
+            shown.work_of_picture(picture::place(picture::origin(shown.body), hole.at).map(f64::from));
+        let (unit, word) = (frame().unit.get(), crate::i18n::unit_word());
+        let size = hole.diameter.map_or_else(|| say!("page.holes.unsized"), |size| unit.size(size.mm()));
+        let (x, y) = (unit.coordinate(x), unit.coordinate(y));
+        Some(say!("page.view.chosen", number = number + 1, size = size, unit = word, x = x, y = y))
+    };
+    div().class("unseen").attr("role", "status").child(words)
 }
 
 /// Which side is looked at.
@@ -142,8 +180,8 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
         send(FrameEvent::Cursor { at_mm: at });
     });
     view.on_stroke(super::drawing::stroke);
-    view.on_camera(|camera| send(FrameEvent::Zoom { px_per_mm: camera.px_per_mm }));
-    send(FrameEvent::Zoom { px_per_mm: view.camera().px_per_mm });
+    view.on_camera(|camera| send(FrameEvent::Moved { camera }));
+    send(FrameEvent::Moved { camera: view.camera() });
 }
 
 /// Whatever changes goes to the picture, each in its own effect so that little is written.
@@ -181,9 +219,18 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
     Effect::new(move |before: Option<u32>| {
         let (count, action) = frame().asked.get();
         if before.is_some_and(|before| before != count) {
-            with_view(picture, |view| action.into_iter().for_each(|action| look(view, action)));
+            with_view(picture, |view| match action {
+                Some(KeyAction::Walk { x, y }) => walk(view, shown, [x, y]),
+                action => action.into_iter().for_each(|action| look(view, action)),
+            });
         }
         count
+    });
+    Effect::new(move |_| {
+        let grid = frame().grid.get();
+        if ready.get() {
+            with_view(picture, |view| view.set_grid(grid));
+        }
     });
     Effect::new(move |_| {
         let flipped = frame().flipped.get() && matches!(frame().tab.get(), Tab::Board | Tab::Draw);

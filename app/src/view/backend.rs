@@ -115,7 +115,9 @@ fn new_canvas(host: &HtmlElement) -> Option<HtmlCanvasElement> {
     {
         let _ = style.set_property(name, value);
     }
-    let _ = canvas.set_attribute("role", "img");
+    // It is reached by the keyboard and has arrows of its own.
+    let _ = canvas.set_attribute("role", "application");
+    let _ = canvas.set_attribute("tabindex", "0");
     host.append_child(&canvas).ok()?;
     Some(canvas)
 }

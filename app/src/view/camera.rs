@@ -14,6 +14,8 @@ const ACTUAL_PX_PER_MM: f64 = 96.0 / 25.4;
 const LOWEST_PX_PER_MM: f64 = 0.05;
 /// A hair is as wide as a hand.
 const HIGHEST_PX_PER_MM: f64 = 4000.0;
+/// A ruler has so many numbers at most.
+const MOST_RULER_MARKS: u16 = 100;
 
 /// A flat view from above.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -86,6 +88,21 @@ impl Camera {
         let zoom = |axis: usize| room(axis) / (high[axis] - low[axis]).max(0.5);
         self.centre_mm = [(low[0] + high[0]) / 2.0, (low[1] + high[1]) / 2.0];
         self.set_zoom(zoom(0).min(zoom(1)));
+    }
+
+    /// The multiples of `step_mm` in sight along an axis, where the picture's zero is called `from_mm`: where each is in the window, and
+    /// what it is called in mm.
+    pub fn ruler(&self, axis: usize, from_mm: f64, step_mm: f64) -> Vec<(f64, f64)> {
+        let ends = [[0.0; 2], self.viewport_px].map(|corner| self.to_mm(corner)[axis] + from_mm);
+        let first = libm::ceil(ends[0].min(ends[1]) / step_mm);
+        let all = (0..MOST_RULER_MARKS).map(|count| (first + f64::from(count)) * step_mm);
+        let seen = all.take_while(|called| *called <= ends[0].max(ends[1]));
+        let place = |called: f64| {
+            let mut at_mm = [0.0; 2];
+            at_mm[axis] = called - from_mm;
+            (self.to_px(at_mm)[axis], called + 0.0)
+        };
+        seen.map(place).collect()
     }
 
     /// 1 is the board at its own size on a screen of 96 pixels an inch.
@@ -167,6 +184,18 @@ mod tests {
         let mut tiny = Camera { viewport_px: [30.0, 30.0], ..Camera::default() };
         tiny.fit([[0.0, 0.0], [10.0, 10.0]], 40.0);
         assert!(tiny.px_per_mm > 0.0 && tiny.px_per_mm.is_finite());
+    }
+
+    #[test]
+    fn a_ruler_counts_from_where_its_zero_is_called_and_the_other_way_from_below() {
+        let camera = Camera { centre_mm: [10.0, 0.0], px_per_mm: 40.0, ..window() };
+        let along = camera.ruler(0, -2.0, 5.0);
+        assert_eq!(along, [(80.0, 0.0), (280.0, 5.0), (480.0, 10.0), (680.0, 15.0)]);
+        let up = camera.ruler(1, 0.0, 5.0);
+        assert_eq!(up, [(500.0, -5.0), (300.0, 0.0), (100.0, 5.0)]);
+        let below = Camera { mirrored: true, ..camera }.ruler(0, -2.0, 5.0);
+        assert_eq!(below.first(), Some(&(720.0, 0.0)));
+        assert!(camera.ruler(0, 0.0, 1e-9).len() <= usize::from(MOST_RULER_MARKS));
     }
 
     #[test]

@@ -51,6 +51,7 @@ pub(super) struct Look<'a> {
     pub(super) scene: &'a Scene,
     pub(super) over: &'a [Line],
     pub(super) palette: &'a Palette,
+    pub(super) grid: bool,
     pub(super) progress: OrderProgress,
     pub(super) head_mm: Option<[f32; 2]>,
     /// The board in space instead of all that.
@@ -360,7 +361,7 @@ impl Gpu {
             half_px: [self.config.width as f32 / 2.0, self.config.height as f32 / 2.0],
             px_per_mm: (camera.px_per_mm * look.density) as f32,
             density: look.density as f32,
-            grid_mm: grid_mm as f32,
+            grid_mm: if look.grid { grid_mm as f32 } else { 0.0 },
             grid_fade: grid_fade as f32,
             plate_mm: corners,
             corner_mm: plate.map_or(0.0, |plate| plate.corner_mm),

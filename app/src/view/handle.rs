@@ -17,6 +17,12 @@ use wasm_bindgen::prelude::*;
 
 /// How far beside a disc a pointer still means it, in CSS pixels.
 const PICK_TOLERANCE_PX: f64 = 6.0;
+/// So much of the board is across at least where what is chosen is looked at, in mm.
+const CHOSEN_MM: f32 = 6.0;
+/// A place is in sight where it is so far from the edge, in CSS pixels.
+const BROUGHT_PX: f64 = 24.0;
+/// Free room around it, in CSS pixels.
+const CHOSEN_MARGIN_PX: f64 = 60.0;
 
 /// The picture. Cheap to clone: all clones are the same picture. It goes when the last clone goes.
 #[derive(Clone)]
@@ -197,6 +203,35 @@ impl View {
     pub fn fit(&self) {
         self.0.borrow_mut().fit();
         self.moved();
+    }
+
+    /// Moves no further than it takes to have a place in sight.
+    pub fn bring(&self, at_mm: [f64; 2]) {
+        let camera = self.camera();
+        let near = |(at, size): (f64, f64)| (BROUGHT_PX..=size - BROUGHT_PX).contains(&at);
+        let [at, size] = [camera.to_px(at_mm), camera.viewport_px];
+        if !(near((at[0], size[0])) && near((at[1], size[1]))) {
+            self.move_camera(|camera| camera.centre_mm = at_mm);
+        }
+    }
+
+    /// Shows what is chosen with room around it; nothing changes where nothing is.
+    pub fn fit_chosen(&self) {
+        let Some([low, high]) = self.0.borrow().chosen_mm() else { return };
+        let room = |axis: usize| f64::from(CHOSEN_MM - (high[axis] - low[axis])).max(0.0) / 2.0;
+        let corner = |at: [f32; 2], sign: f64| [0, 1].map(|axis| f64::from(at[axis]) + sign * room(axis));
+        self.move_camera(|camera| camera.fit([corner(low, -1.0), corner(high, 1.0)], CHOSEN_MARGIN_PX));
+    }
+
+    /// As large as the board is, on a screen of 96 pixels an inch.
+    pub fn actual_size(&self) {
+        self.move_camera(|camera| camera.zoom_at(camera.viewport_px.map(|px| px / 2.0), 1.0 / camera.zoom()));
+    }
+
+    /// The ground has a grid, or none.
+    pub fn set_grid(&self, on: bool) {
+        self.0.borrow_mut().grid = on;
+        self.repaint();
     }
 
     pub(super) fn move_camera(&self, change: impl FnOnce(&mut Camera)) {

@@ -38,6 +38,7 @@ impl View {
             scene: Scene::default(),
             over: Vec::new(),
             palette,
+            grid: true,
             camera: Camera::default(),
             density: 1.0,
             emphasis: Emphasis::default(),

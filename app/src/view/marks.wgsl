@@ -5,7 +5,7 @@
 struct Frame {
   // centre of the window in mm; half its size in device pixels
   centre: vec2f, half_px: vec2f,
-  // device pixels per mm; device pixels per CSS pixel; grid distance in mm; how far the grid has faded in
+  // device pixels per mm; device pixels per CSS pixel; grid distance in mm, 0 for none; how far the grid has faded in
   px_per_mm: f32, density: f32, grid_mm: f32, grid_fade: f32,
   // board: lower left and upper right corner in mm
   plate: vec4f,
@@ -61,6 +61,7 @@ fn from_middle(position: vec4f) -> vec2f {
 }
 
 fn grid_share(at_px: vec2f) -> f32 {
+  if frame.grid_mm <= 0.0 { return 0.0; }
   let at_mm = frame.centre + at_px * handed() / frame.px_per_mm;
   let fine = grid_lines(at_mm, frame.grid_mm) * frame.grid_fade;
   return max(fine * 0.55, grid_lines(at_mm, frame.grid_mm * 10.0));

@@ -28,6 +28,8 @@ pub struct Scene {
     pub discs: Vec<Disc>,
     /// Lower left and upper right corner of what is fitted into the window; none for everything.
     pub wanted_mm: Option<[[f32; 2]; 2]>,
+    /// The box of what is chosen, where that is not discs.
+    pub chosen_mm: Option<[[f32; 2]; 2]>,
 }
 
 /// A filled area.

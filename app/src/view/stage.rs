@@ -41,6 +41,8 @@ pub(super) struct Stage {
     /// Lies over the scene: what follows the pointer.
     pub(super) over: Vec<Line>,
     pub(super) palette: Palette,
+    /// The ground has a grid.
+    pub(super) grid: bool,
     pub(super) camera: Camera,
     pub(super) density: f64,
     pub(super) emphasis: Emphasis,
@@ -65,6 +67,18 @@ impl Stage {
         if let Some(bounds) = self.scene.wanted_mm.or_else(|| self.scene.bounds_mm()) {
             self.camera.fit(bounds.map(|corner| corner.map(f64::from)), FIT_MARGIN_PX);
         }
+    }
+
+    /// The box of what is chosen; none where nothing is.
+    pub(super) fn chosen_mm(&self) -> Option<[[f32; 2]; 2]> {
+        let discs = self.emphasis.selected.iter().filter_map(|disc| self.scene.discs.get(*disc as usize));
+        let boxes = discs.map(|disc| {
+            let ([x, y], r) = (disc.centre_mm, disc.radius_mm);
+            [[x - r, y - r], [x + r, y + r]]
+        });
+        boxes.chain(self.scene.chosen_mm).reduce(|[a, b], [low, high]| {
+            [[a[0].min(low[0]), a[1].min(low[1])], [b[0].max(high[0]), b[1].max(high[1])]]
+        })
     }
 
     pub(super) fn rebuild(&mut self) {
@@ -125,6 +139,7 @@ impl Stage {
             scene: &self.scene,
             over: &self.over,
             palette: &self.palette,
+            grid: self.grid,
             progress: self.progress,
             head_mm: self.head_mm,
             solid: self.solid.seen(),

@@ -53,7 +53,7 @@ struct RunArgs {
     #[arg(long)]
     step: bool,
     /// How many times faster than life the virtual drill runs.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = super::run::speed)]
     speed: f64,
 }
 

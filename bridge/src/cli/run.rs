@@ -26,7 +26,7 @@ pub(crate) struct RunArgs {
     #[command(flatten)]
     pub(crate) job: super::JobArgs,
     /// How many times faster than life the virtual drill runs.
-    #[arg(long, default_value_t = 1.0)]
+    #[arg(long, default_value_t = 1.0, value_parser = speed)]
     pub(crate) speed: f64,
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
@@ -34,6 +34,11 @@ pub(crate) struct RunArgs {
     /// Answer each tool change after so many seconds, as a person or a changer would. The virtual drill needs none.
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
     pub(crate) confirm_tools: Duration,
+}
+
+/// A number of times; which of them can be, the drill says.
+pub(super) fn speed(text: &str) -> Result<f64, String> {
+    text.parse().map_err(|_| locale::text("en", "control.speed_words", &[]))
 }
 
 /// A time of at most a day.

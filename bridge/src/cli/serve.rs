@@ -33,7 +33,7 @@ pub(crate) struct ServeArgs {
     #[arg(long)]
     pub(crate) machine: Option<String>,
     /// How many times faster than life the virtual drill runs. [default: 1]
-    #[arg(long)]
+    #[arg(long, value_parser = super::run::speed)]
     pub(crate) speed: Option<f64>,
 }
 

@@ -45,8 +45,9 @@ pub use drill::{Counts, DrillFile, Hit, Route, SlotEntry, ToolEntry};
 pub use excellon::MOST_HITS;
 pub use findings::MOST_KEPT;
 pub use gerber::{
-    Aperture, Form, Gerber, GerberObjects, Nets, Object, ObjectShape, Opening, PaintedMeasures, Tag, TooMuch,
-    Track, Transform, nets, painted, painted_measures,
+    Aperture, Form, Gerber, GerberObjects, NamedPad, Nets, Object, ObjectShape, Opening, PaintedMeasures,
+    Tag, TooMuch, Track, Transform, named_pads, nets, painted, painted_measures,
 };
 pub use kinds::{Digits, Evidence, FileKind, Overrides, Role, Side, Source, Units, Zeros};
 pub use read::{Artwork, FileRead, read_drill, read_set};
+pub use words::board_name;

@@ -162,6 +162,16 @@ fn pieces(part: &str) -> Vec<String> {
     words
 }
 
+/// A name for people, of the board that the file at `path` is of: what the file is called. Where that only says which layer it is, the
+/// folder or archive that it lies in.
+pub fn board_name(path: &str) -> String {
+    let parts = || path.rsplit(['/', '\\']).filter(|part| !part.is_empty());
+    let named = |part: &&str| !stem_words(part).is_empty();
+    let part = parts().find(named).or_else(|| parts().next()).unwrap_or(path);
+    let part = part.strip_suffix('!').unwrap_or(part);
+    part.rsplit_once('.').map_or(part, |(stem, _)| stem).to_owned()
+}
+
 /// Whether a word is made of layer words and numbers behind them.
 fn is_layer(word: &str) -> bool {
     let without = word.trim_end_matches(|letter: char| letter.is_ascii_digit());
@@ -215,6 +225,20 @@ mod tests {
             (".drl", ""),
         ] {
             assert_eq!(stem_words(name).join(" "), want, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_file_that_is_called_after_its_layer_gives_its_folders_name() {
+        for (path, want) in [
+            ("Excellon_PTH_Through.drl", "Excellon_PTH_Through"),
+            ("Robot Arm/Excellon_PTH_Through.drl", "Robot Arm"),
+            ("robot/Gerber/NC Drill/Excellon_PTH_Through.drl", "robot"),
+            ("downloads\\robot.zip!/gerber/drill.txt", "robot"),
+            ("robot/clockblock-NPTH.drl", "clockblock-NPTH"),
+            ("", ""),
+        ] {
+            assert_eq!(board_name(path), want, "{path}");
         }
     }
 }

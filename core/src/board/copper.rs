@@ -8,7 +8,7 @@
 //! ```
 
 use super::{Board, Copper, Face, rivals};
-use crate::artwork::{Artwork, FileRead, Gerber, Role, Side, nets, painted};
+use crate::artwork::{Artwork, FileRead, Gerber, Role, Side, named_pads, nets, painted};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{CombineRule, Point, Region, combine};
 
@@ -46,7 +46,8 @@ pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], diagnost
         diagnostics.extend(file.diagnostics.iter().cloned());
         let source = board.sources.len() as u32;
         board.sources.push(file.name.clone());
-        board.copper.push(Copper { face, region, nets: found.names, pads: found.pads, source });
+        let named = named_pads(layer);
+        board.copper.push(Copper { face, region, nets: found.names, pads: found.pads, named, source });
     }
     diagnostics.extend(inner(artwork, !board.copper.is_empty()));
     let better = artwork.files.iter().flat_map(|file| &file.diagnostics);

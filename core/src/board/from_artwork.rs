@@ -5,7 +5,7 @@
 
 use super::outline::{contours, nest, shut};
 use super::{Board, Hole, Slot, copper, legend, mend, rivals};
-use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, ToolEntry};
+use crate::artwork::{Artwork, DrillFile, FileRead, Gerber, Role, ToolEntry, board_name};
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Bounds, Path, PathSegment, Placement, Point, Region, area_mm2, chords, path_bounds};
 use crate::units::Length;
@@ -66,7 +66,7 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: BoardWanted)
         None => diagnostics.extend(rivals::apart(artwork, used)),
     }
     board.slots.sort_by_key(|slot| (slot.source, slot.line));
-    board.name = board.sources.first().map(|name| short(name)).unwrap_or_default();
+    board.name = board.sources.first().map(|name| board_name(name)).unwrap_or_default();
     outline(&mut board, artwork, used, wanted, &mut diagnostics);
     if wanted.copper {
         copper::add(&mut board, artwork, used, &mut diagnostics);
@@ -332,12 +332,6 @@ fn middles(board: &Board) -> impl Iterator<Item = Point> {
         .iter()
         .map(|hole| hole.at)
         .chain(board.slots.iter().flat_map(|slot| slot.path.iter().copied()))
-}
-
-/// A name for people: the last part of a path, without its ending.
-fn short(name: &str) -> String {
-    let base = name.rsplit(['/', '\\']).next().unwrap_or(name);
-    base.rsplit_once('.').map_or(base, |(stem, _)| stem).to_owned()
 }
 
 impl Board {

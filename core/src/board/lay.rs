@@ -10,6 +10,7 @@
 //! Comes in: a [`Board`]. Goes out: a [`Board`] in the coordinates of the files. Does not know machines.
 
 use super::{Board, Copper, Hole, Legend, Slot};
+use crate::artwork::NamedPad;
 use crate::geometry::{Bounds, Island, Placement, Point, QUARTER_MDEG, Region};
 use crate::units::Length;
 
@@ -65,6 +66,7 @@ impl Board {
             for (all, mut more) in panel.copper.iter_mut().zip(next.copper) {
                 all.nets.append(&mut more.nets);
                 all.pads.append(&mut more.pads);
+                all.named.append(&mut more.named);
                 all.region.islands.append(&mut more.region.islands);
             }
             for (all, mut more) in panel.legend.iter_mut().zip(next.legend) {
@@ -157,7 +159,8 @@ fn placed_copper(copper: &Copper, placement: &Placement) -> Copper {
     let (nets, pads): (Vec<_>, Vec<_>) = names.into_iter().unzip();
     let nets = if copper.nets.is_empty() { Vec::new() } else { nets };
     let pads = if copper.pads.is_empty() { Vec::new() } else { pads };
-    Copper { region: Region { islands }, nets, pads, ..copper.clone() }
+    let named = copper.named.iter().map(|pad| NamedPad { at: placement.point(pad.at), ..pad.clone() });
+    Copper { region: Region { islands }, nets, pads, named: named.collect(), ..copper.clone() }
 }
 
 #[cfg(test)]

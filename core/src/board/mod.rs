@@ -15,6 +15,7 @@ mod tests;
 
 pub use from_artwork::{BoardWanted, from_artwork, from_artwork_with};
 
+use crate::artwork::NamedPad;
 use crate::geometry::{Bounds, Path, Point, Region};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
@@ -95,6 +96,9 @@ pub struct Copper {
     /// A pad or part on every island, as X2 attributes say, to call islands by that have no net; empty where they never do.
     #[serde(default)]
     pub pads: Vec<Option<String>>,
+    /// The pads that X2 attributes name, where they lie.
+    #[serde(default)]
+    pub named: Vec<NamedPad>,
     /// Which of the board's sources it came from.
     pub source: u32,
 }

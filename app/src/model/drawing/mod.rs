@@ -325,8 +325,7 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
     }
     let effects = match event {
         DrawEvent::Point { touch, at_mm: [x, y], shift, ctrl } => {
-            let reach =
-                REACH_PX / if model.frame.zoom_px_per_mm > 0.0 { model.frame.zoom_px_per_mm } else { 10.0 };
+            let reach = REACH_PX / model.frame.camera.map_or(10.0, |camera| camera.px_per_mm);
             let pointer =
                 Pointer { touch, at: Point::from_mm(x, y), reach: Length::from_mm(reach), shift, ctrl };
             model.draw.editor.point(&pointer);

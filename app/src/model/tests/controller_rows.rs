@@ -104,7 +104,7 @@ fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_i
 #[test]
 fn a_controller_has_no_digest_and_a_bridge_without_one_starts_nothing() {
     let may = |line: &Line| {
-        let rows = rows_now(line.model.start.preflight.as_ref(), line.model.link.armed.as_ref());
+        let rows = rows_now(line.model.start.preflight.as_ref(), line.model.link.armed.as_ref(), None);
         rows.map_or_else(String::new, |rows| {
             format!("{} {}", rows.len(), may_start(&rows, &line.model.start.ticked))
         })

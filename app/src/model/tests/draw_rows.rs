@@ -5,7 +5,7 @@ use crate::drawing::{DrawKey, keys};
 use crate::keys::Tab;
 use crate::model::drawing::Least;
 use crate::model::{DrawEvent, Effect, Event, FrameEvent, Model, update};
-use crate::view::Touch;
+use crate::view::{Camera, Touch};
 use annulus_core::board::drawing::{Drawing, Id, Thing};
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
@@ -20,7 +20,7 @@ pub(super) struct DrawnBoard {
 impl Default for DrawnBoard {
     fn default() -> Self {
         let mut sheet = Self { model: Model::default(), out: Vec::new(), all: Vec::new() };
-        sheet.event(FrameEvent::Zoom { px_per_mm: 20.0 });
+        sheet.event(FrameEvent::Moved { camera: Camera { px_per_mm: 20.0, ..Camera::default() } });
         sheet.event(FrameEvent::Show { tab: Tab::Draw });
         sheet.event(DrawEvent::Found { own: None, earlier: Vec::new() });
         sheet

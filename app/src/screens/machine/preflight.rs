@@ -10,7 +10,7 @@ use super::words;
 use crate::i18n::{advice, message, say, t};
 use crate::model::{StartEvent, start};
 use crate::page::link;
-use crate::page::send;
+use crate::page::{frame, send};
 use crate::widgets::{Dialog, dialog, icon, push, push_if};
 use annulus_core::wire::{PreflightRow, RowVerdict};
 use leptos::ev;
@@ -23,8 +23,9 @@ fn close() {
 
 fn now() -> Option<Vec<PreflightRow>> {
     let line = link::link();
+    let awake = frame().awake.get();
     line.preflight
-        .with(|preflight| line.armed.with(|armed| start::rows_now(preflight.as_ref(), armed.as_ref())))
+        .with(|preflight| line.armed.with(|armed| start::rows_now(preflight.as_ref(), armed.as_ref(), awake)))
 }
 
 fn may_start() -> bool {

@@ -7,14 +7,14 @@ mod clock;
 mod field;
 
 use crate::i18n::{self, key, message, say, t};
-use crate::model::SettingsEvent;
-use crate::page::{link, open_board, send};
+use crate::model::{FrameEvent, SettingsEvent};
+use crate::page::{frame, link, open_board, send};
 use crate::screens::top_bar::{languages, themes};
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, SECTIONS, Value};
 use leptos::ev;
-use leptos::html::{button, dd, div, dl, dt, h2, label, nav, p, section, span};
+use leptos::html::{button, dd, div, dl, dt, h2, input, label, nav, p, section, span};
 use leptos::prelude::*;
 
 fn section_name(section: &str) -> &'static str {
@@ -67,6 +67,7 @@ pub(crate) fn settings() -> impl IntoView {
             tabs.collect::<Vec<_>>(),
             label().class("field").child((span().child(t!("page.theme.title")), themes())),
             label().class("field").child((span().child(t!("page.language_title")), languages())),
+            signs(),
         )),
         section().class("page").attr("aria-label", t!("page.settings.title")).child((
             h2().child(move || i18n::text(section_name(shown.get()), &[])),
@@ -77,6 +78,19 @@ pub(crate) fn settings() -> impl IntoView {
             diff(refused),
         )),
     )))
+}
+
+/// Whether keys that type something work alone.
+fn signs() -> impl IntoView {
+    let tick = input()
+        .attr("type", "checkbox")
+        .prop("checked", move || frame().signs.get())
+        .on(ev::change, |event| send(FrameEvent::Signs { on: event_target_checked(&event) }));
+    div().class("field signs").child((
+        span().child(t!("page.settings.signs")),
+        label().class("tick").child((tick, span().child(t!("page.settings.signs_alone")))),
+        p().class("quiet").child(t!("page.settings.signs_about")),
+    ))
 }
 
 /// Why the bridge did not take the last wish.

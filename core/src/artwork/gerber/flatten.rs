@@ -34,6 +34,12 @@ impl Seen<'_> {
     pub(super) fn transform(&self, layer: &Gerber) -> Transform {
         self.place.transform.over(layer.transform(self.object))
     }
+
+    /// The smallest size of its aperture; zero for macros.
+    pub(super) fn across(&self, layer: &Gerber) -> Length {
+        let half = layer.form(self.object).map_or(Length::ZERO, half_width);
+        Length::from_mm(2.0 * half.mm() * self.transform(layer).scale)
+    }
 }
 
 /// Calls `visit` for every object.

@@ -38,7 +38,7 @@ mod words;
 
 pub(super) use holes::{holes, says_holes};
 pub use measure::{PaintedMeasures, painted_measures};
-pub use nets::{Nets, nets};
+pub use nets::{NamedPad, Nets, named_pads, nets};
 pub use object::{Aperture, Form, Gerber, GerberObjects, Object, ObjectShape, Opening, Tag, Track};
 pub use paint::{TooMuch, painted};
 pub(super) use reader::read;

@@ -1,7 +1,7 @@
 //! Which net every island of a painted layer belongs to, by the X2 attributes of what was drawn there.
 //!
-//! Comes in: a layer and its area. Goes out: a net for every island, and islands on which several nets meet. Does not look
-//! at other layers.
+//! Comes in: a layer and its area. Goes out: a net for every island, and islands on which several nets meet; the pads that bear names.
+//! Does not look at other layers.
 //!
 //! ```text
 //!   island 0 ── flash "GND", stroke "GND", contour "GND"  ⇒ GND
@@ -12,6 +12,8 @@
 use super::flatten::each;
 use super::object::{Gerber, ObjectShape, Tag};
 use crate::geometry::{Index, PathSegment, Point, Region};
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// What the islands are.
@@ -23,6 +25,36 @@ pub struct Nets {
     pub pads: Vec<Option<String>>,
     /// Islands with more than one net, and which nets.
     pub meeting: Vec<(usize, Vec<String>)>,
+}
+
+/// A pad that the layer names, to be written beside it.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct NamedPad {
+    /// Its middle.
+    pub at: Point,
+    /// Part and pin, as `R1.2`, or the part alone.
+    pub name: String,
+    /// Its net, where that is said.
+    pub net: Option<String>,
+    /// The smaller of its sizes; zero where its shape is a macro.
+    pub across: Length,
+}
+
+/// More pads of a layer are not written beside.
+const MOST_NAMED: usize = 20_000;
+
+/// The pads that `layer` names, in its order.
+pub fn named_pads(layer: &Gerber) -> Vec<NamedPad> {
+    let mut pads = Vec::new();
+    each(layer, &mut |seen| {
+        let ObjectShape::Flash { at } = seen.object.shape else { return };
+        let tag = layer.tags.get(seen.tag as usize).filter(|_| !seen.clear && pads.len() < MOST_NAMED);
+        if let Some((tag, name)) = tag.and_then(|tag| Some((tag, pad_name(tag)?))) {
+            let net = tag.net.clone().filter(|net| !net.is_empty());
+            pads.push(NamedPad { at: seen.place.point(at), name, net, across: seen.across(layer) });
+        }
+    });
+    pads
 }
 
 /// The nets of the islands of `region`, which is `layer` painted.
@@ -119,5 +151,17 @@ mod tests {
         assert_eq!(names, ["-", "A", "C", "GND"]);
         assert_eq!(found.meeting.len(), 1);
         assert_eq!(found.meeting[0].1, ["A", "B"]);
+    }
+
+    #[test]
+    fn pads_are_named_by_part_and_pin_where_they_lie() {
+        let text = "%FSLAX33Y33*%%MOMM*%%ADD10C,1.5*%%ADD11R,2X0.8*%D10*%TO.N,GND*%%TO.P,J1,1*%X1000Y2000D03*\
+            D11*%TO.P,J1,2,VBUS*%%TO.N,*%X4000Y2000D03*%TD*%X9000Y0D03*M02*";
+        let (gerber, _) = super::super::read("t", text.as_bytes(), &Overrides::default());
+        let pads = named_pads(&gerber);
+        let rows: Vec<_> =
+            pads.iter().map(|pad| (pad.name.as_str(), pad.net.as_deref(), pad.across.mm())).collect();
+        assert_eq!(rows, [("J1.1", Some("GND"), 1.5), ("J1.2", None, 0.8)]);
+        assert_eq!(pads[1].at, Point::from_mm(4.0, 2.0));
     }
 }
