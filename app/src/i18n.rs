@@ -68,6 +68,11 @@ pub fn unit_word() -> String {
     }
 }
 
+/// The word for the unit of a table, which may have another one in this language.
+pub fn unit_of(unit: &'static str) -> String {
+    if unit == "rpm" { say!("page.unit.rpm") } else { unit.to_owned() }
+}
+
 /// What happened and what it means.
 pub fn message(diagnostic: &Diagnostic) -> String {
     diagnostic.message(&language())

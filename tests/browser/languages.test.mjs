@@ -25,6 +25,21 @@ const cutOff = (page) =>
       .map((element) => `${element.tagName.toLowerCase()}.${element.className}: ${element.innerText.trim().slice(0, 60)}`);
   });
 
+/** Panels of the page that would have to be scrolled sideways. */
+const sideways = (page) =>
+  page.evaluate(() =>
+    [...document.querySelectorAll("main > .panel, main > .bottom")]
+      .filter((panel) => panel.checkVisibility() && panel.scrollWidth > panel.clientWidth + 1)
+      .map((panel) => `${panel.className} is ${panel.scrollWidth} wide, ${panel.clientWidth} to be seen`),
+  );
+
+/** What of the top bar stands in a second row. */
+const secondRow = (page) =>
+  page.evaluate(() => {
+    const bar = document.querySelector(".top-bar").getBoundingClientRect();
+    return bar.height > 60 ? [`the top bar is ${bar.height} px high`] : [];
+  });
+
 for (const [width, height] of [
   [1440, 900],
   [390, 844],
@@ -41,6 +56,8 @@ for (const [width, height] of [
         await atRest(page);
         await page.screenshot({ path: picture(`${name}-pl-${width}`) });
         wrong.push(...(await cutOff(page)).map((found) => `${name}: ${found}`));
+        wrong.push(...(await sideways(page)).map((found) => `${name}: ${found}`));
+        if (width > 1000) wrong.push(...(await secondRow(page)).map((found) => `${name}: ${found}`));
       }
       assert.deepEqual([...new Set(wrong)], []);
     } finally {
@@ -70,6 +87,23 @@ test("the language is that of the browser, then the one that was chosen, and it 
     await menu(page).selectOption("en");
     await page.getByRole("heading", { name: "Drop the files of a board here" }).waitFor();
     assert.equal(await language(page), "en");
+  } finally {
+    await context.close();
+  }
+});
+
+test("bits, units and numbers of the job are in the language too", async () => {
+  const { page, context } = await openLinkedInPolish({});
+  try {
+    await page.getByRole("button", { name: /Płytka przykładowa/ }).click();
+    await until(async () => Number(await data(page, "holes")) > 0, "holes in the picture");
+    await page.keyboard.press("2");
+    await page.getByText("obr/min").first().waitFor();
+    await until(async () => (await page.locator("#cam-bit option:checked").innerText()) === "frez V 30°, ostrze 0,1", "the bit in Polish");
+    assert.match(await page.locator("#cam-width").inputValue(), /^\d+,\d+$/);
+    const text = await page.locator("main").innerText();
+    assert.doesNotMatch(text, /V-bit|end mill|\brpm\b/);
+    await page.getByRole("button", { name: /Wirtualna wiertarka/ }).waitFor();
   } finally {
     await context.close();
   }

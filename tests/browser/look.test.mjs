@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { SCREENS, atRest, data, findings, openBrowser, openLinked, picture, root, startBridge, tab, until } from "./harness.mjs";
+import { SCREENS, atRest, data, drillOnly, findings, openBrowser, openLinked, picture, root, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let bridge;
 before(async () => (bridge = await startBridge({ speed: 50 })));
@@ -89,6 +89,42 @@ test("bad files are red rows with a sentence; the good ones open", async () => {
       await until(async () => seen.test(await page.locator("body").innerText()), `${seen} in the review`);
     }
     assert.deepEqual(await findings(page), [], "import review");
+  } finally {
+    await browser.close();
+  }
+});
+
+test("every state of a job is accessible, in three themes", async () => {
+  const browser = await openBrowser("none");
+  const { page } = await fresh(browser, {});
+  const found = [];
+  const look = async (state) => {
+    for (const theme of ["light", "dark", "contrast"]) {
+      await page.evaluate((theme) => (document.documentElement.dataset.theme = theme), theme);
+      found.push(...(await findings(page)).map((one) => `${state}, ${theme}: ${one}`));
+    }
+    await page.screenshot({ path: picture(`state-${state.replaceAll(" ", "-")}`) });
+  };
+  try {
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await drillOnly(page);
+    for (const screen of SCREENS) {
+      await tab(page, screen).click();
+      await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
+      await look(`screen ${screen}`);
+    }
+    await page.keyboard.press("F1");
+    await look("help");
+    await page.keyboard.press("Escape");
+    const { start } = await startJob(page);
+    await look("pre-flight");
+    await start.click();
+    await page.getByRole("alertdialog").waitFor();
+    await look("tool change");
+    await page.getByRole("alertdialog").getByRole("button", { name: "STOP", exact: true }).click();
+    await page.getByText(/^You stopped/).waitFor();
+    await look("stopped");
+    assert.deepEqual(found, []);
   } finally {
     await browser.close();
   }

@@ -4,9 +4,10 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { test } from "node:test";
-import { SCREENS, atRest, findings, picture, root, show, stand, tab, until } from "./harness.mjs";
+import { SCREENS, atRest, drillOnly, findings, openLinked, picture, root, show, stand, startBridge, startJob, tab, until } from "./harness.mjs";
 
-const { opened } = stand("none");
+const held = stand("none");
+const { opened } = held;
 /** What sticks out of the window to the right and cannot be scrolled into it. */
 const cutOff = (page) =>
   page.evaluate(() => {
@@ -158,6 +159,162 @@ test("with the system's colours buttons that matter are told apart, and no text 
       });
       assert.deepEqual(found, [], screen);
     }
+  } finally {
+    await context.close();
+  }
+});
+
+/** A key as the help writes it, as the browser presses it. */
+function pressedAs(written) {
+  const signs = { "↑": "ArrowUp", "↓": "ArrowDown", "→": "ArrowRight", "←": "ArrowLeft", Esc: "Escape", Ctrl: "Control", "'": "Quote", ",": "Comma", ".": "Period", "-": "Minus" };
+  const words = written.endsWith("+ +") ? [...written.slice(0, -4).split(" + "), "Equal"] : written.split(" + ");
+  const alone = (word) => (/^[A-Z]$/.test(word) ? word.toLowerCase() : word);
+  return words.map((word) => signs[word] ?? alone(word)).join("+");
+}
+
+test("every key that the help lists is taken by the page on its screen, and the palette finds what may be searched", async () => {
+  const { page, context } = await opened();
+  try {
+    await page.keyboard.press("F1");
+    const help = page.getByRole("dialog", { name: "Help" });
+    await help.waitFor();
+    const groups = await help.locator(".key-groups section").evaluateAll((sections) =>
+      sections.map((one) => [one.querySelector("h3").textContent, [...one.querySelectorAll("kbd")].map((kbd) => kbd.textContent)]),
+    );
+    await page.keyboard.press("Escape");
+    assert.ok(groups.flatMap(([, keys]) => keys).length > 80, JSON.stringify(groups));
+    await page.evaluate(() => addEventListener("keydown", (event) => (globalThis.taken = event.defaultPrevented)));
+    const silent = [];
+    for (const [name, keys] of groups) {
+      const screen = SCREENS.includes(name) ? name : "Board";
+      for (const written of keys.filter((written) => written !== "Esc")) {
+        await page.keyboard.press("Escape");
+        await show(page, screen);
+        if (screen === "Board" && written === "→") await page.locator("canvas").first().focus();
+        else await page.evaluate(() => document.activeElement?.blur());
+        await page.keyboard.press(pressedAs(written));
+        if (!(await page.evaluate(() => globalThis.taken))) silent.push(`${name}: ${written}`);
+      }
+    }
+    assert.deepEqual(silent, []);
+  } finally {
+    await context.close();
+  }
+});
+
+test("keys of one letter can be turned off, and stay off; the others stay", async () => {
+  const { page, context } = await opened();
+  try {
+    await show(page, "Settings");
+    await page.getByLabel("Single-letter keys work").uncheck();
+    await page.reload();
+    await page.getByRole("button", { name: "Settings" }).waitFor();
+    await page.evaluate(() => document.activeElement?.blur());
+    const now = () => page.getByRole("navigation", { name: "Screens" }).locator("[aria-current=page]").innerText();
+    const before = await now();
+    for (const key of ["2", "3", "?", "f"]) await page.keyboard.press(key);
+    assert.equal(await now(), before);
+    assert.equal(await page.getByRole("dialog").count(), 0);
+    await page.keyboard.press("Control+,");
+    await until(async () => (await now()) === "Settings", "the settings by Ctrl+,");
+    await page.getByLabel("Single-letter keys work").check();
+    await page.evaluate(() => document.activeElement?.blur());
+    await page.keyboard.press("2");
+    await until(async () => (await now()) === "CAM", "CAM by its number again");
+  } finally {
+    await context.close();
+  }
+});
+
+test("holes are reached in the picture by Tab and arrows, said, and shown in the list", async () => {
+  const { page, context } = await opened();
+  try {
+    await show(page, "Board");
+    await page.locator("#work").focus();
+    await page.keyboard.press("Tab");
+    assert.equal(await page.evaluate(() => document.activeElement.tagName), "CANVAS", "the picture is next behind the frame");
+    await page.keyboard.press("ArrowRight");
+    const said = page.locator(".stage > .unseen[role=status]");
+    await until(async () => /^Hole \d+: [\d.]+ mm, at X [\d.-]+ Y [\d.-]+ mm$/.test(await said.innerText()), "the hole in words");
+    const first = await said.innerText();
+    await until(async () => (await page.locator(".virtual .line[aria-selected=true]").count()) === 1, "the hole in the list");
+    await page.keyboard.press("ArrowUp");
+    await until(async () => (await said.innerText()) !== first, "the hole above");
+    const height = (text) => Number(/Y ([\d.-]+)/.exec(text)[1]);
+    assert.ok(height(await said.innerText()) > height(first), "it lies above");
+    assert.deepEqual(await findings(page), []);
+  } finally {
+    await context.close();
+  }
+});
+
+test("rulers count along the picture, and what is large enough bears its size", async () => {
+  const { page, context } = await opened();
+  try {
+    await show(page, "Board");
+    const numbers = (which) => page.locator(`.ruler.${which} > span`).allInnerTexts();
+    const along = (await numbers("across")).map(Number);
+    assert.ok(along.length >= 3 && along.includes(0), `${along}`);
+    assert.deepEqual(along, along.toSorted((a, b) => a - b));
+    await page.keyboard.press("Control+u");
+    await until(async () => (await numbers("across")).some((text) => /\.\d/.test(text)), "inches");
+    await page.keyboard.press("Control+u");
+    assert.equal(await page.locator(".labels > span").count(), 0, "nothing bears words from afar");
+    await page.locator("canvas").first().focus();
+    await page.keyboard.press("ArrowRight");
+    await page.keyboard.press("Shift+2");
+    await until(async () => (await page.locator(".labels > span").count()) > 0, "words");
+    assert.match((await page.locator(".labels > span").first().innerText()).trim(), /^[\d.]+$/);
+    await page.screenshot({ path: picture("labels-1440") });
+    await page.setViewportSize({ width: 390, height: 844 });
+    assert.ok(!(await page.locator(".ruler").first().isVisible()), "no rulers on a phone");
+  } finally {
+    await context.close();
+  }
+});
+
+test("the screen stays lit from the pre-flight to the end of the job, and it is said where a browser cannot", async () => {
+  const own = await startBridge({ speed: 2 });
+  const { page, context } = await openLinked(held.browser, own);
+  try {
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await drillOnly(page);
+    await page.evaluate(() => {
+      globalThis.lit = [];
+      const request = async (kind) => (lit.push(kind), { released: false, release: async () => lit.push("released"), set onrelease(act) {} });
+      Object.defineProperty(navigator, "wakeLock", { value: { request }, configurable: true });
+    });
+    const { dialog, start } = await startJob(page);
+    await dialog.getByText("This computer stays awake while this page is in front.").waitFor();
+    await start.click();
+    await page.getByRole("button", { name: "Continue: the bit is in" }).click();
+    assert.deepEqual(await page.evaluate(() => globalThis.lit), ["screen"], "asked for once, and held");
+    await page.keyboard.press("Control+Shift+E");
+    await until(async () => (await page.evaluate(() => globalThis.lit.at(-1))) === "released", "let go of at the end");
+    await page.evaluate(() => Object.defineProperty(navigator, "wakeLock", { value: undefined, configurable: true }));
+    const again = await startJob(page);
+    await again.dialog.getByText(/^This browser does not keep the computer awake/).waitFor();
+  } finally {
+    await context.close();
+    await own.stop();
+  }
+});
+
+test("a wrong board that was dropped is left again for the one before, with its job", async () => {
+  const { page, context } = await opened();
+  try {
+    await show(page, "CAM");
+    await page.getByLabel("Do Cut out").uncheck();
+    const chooser = page.waitForEvent("filechooser");
+    await page.keyboard.press("Control+o");
+    const folder = join(root, "tests/data/synthetic");
+    await (await chooser).setFiles([join(folder, "x10-html-error-page.drl"), join(folder, "d01-metric-decimal.drl")]);
+    await page.getByRole("button", { name: "Back to sensor" }).click();
+    await show(page, "CAM");
+    assert.ok(!(await page.getByLabel("Do Cut out").isChecked()), "its job as it was");
+    await page.getByRole("button", { name: "Take back" }).click();
+    assert.ok(await page.getByLabel("Do Cut out").isChecked(), "and what can be taken back");
+    await page.getByText(/^Planned .* m,|7 min/).first().waitFor();
   } finally {
     await context.close();
   }

@@ -235,3 +235,27 @@ test("on a narrow window everything is reached by scrolling, and nothing is inac
     await context.close();
   }
 });
+
+test("on a phone that shows another screen a STOP is told in sight, however far it is scrolled", async () => {
+  const own = await startBridge({ speed: 2 });
+  const { page, context } = await openLinked(held.browser, own, { width: 390, height: 844 });
+  try {
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await drillOnly(page);
+    const { start } = await startJob(page);
+    await start.click();
+    await page.getByRole("button", { name: "Continue: the bit is in" }).click();
+    await show(page, "Settings");
+    await page.evaluate(() => scrollTo(0, document.body.scrollHeight));
+    await (await pressed(page)).click();
+    const told = page.getByText(/^You stopped/);
+    await told.waitFor();
+    const box = await told.boundingBox();
+    assert.ok(box.y >= 0 && box.y + box.height <= 844, `in sight: ${JSON.stringify(box)}`);
+    assert.deepEqual(await wrong(page), []);
+    assert.deepEqual(await findings(page), []);
+  } finally {
+    await context.close();
+    await own.stop();
+  }
+});

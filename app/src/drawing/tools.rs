@@ -11,7 +11,7 @@
 
 use super::Editor;
 use crate::view::Touch;
-use annulus_core::board::drawing::{Catch, Snap, TrackEnd, hole, node, pad, track};
+use annulus_core::board::drawing::{Body, Catch, Snap, TrackEnd, hole, node, pad, track};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
@@ -74,6 +74,8 @@ pub enum Doing {
         moved: bool,
         /// To be chosen alone where nothing was moved.
         alone: Option<Catch>,
+        /// So much is chosen that only its box follows the pointer until it is let go: the box.
+        boxed: Option<Bounds>,
     },
     /// A box is drawn.
     Box {
@@ -128,6 +130,9 @@ fn end(at: Point) -> TrackEnd {
     TrackEnd::At(at)
 }
 
+/// More things than these are dragged as a box.
+const MOST_LIVE: usize = 300;
+
 impl Editor {
     /// Another tool; what was being done is left.
     pub fn take(&mut self, tool: Tool) {
@@ -140,8 +145,8 @@ impl Editor {
         self.pressed = None;
         match std::mem::take(&mut self.doing) {
             Doing::Nothing => false,
-            Doing::Drag { moved, .. } => {
-                if moved {
+            Doing::Drag { moved, boxed, .. } => {
+                if moved && boxed.is_none() {
                     self.make_instead(|_| super::Edit::default());
                     self.rest();
                 }
@@ -287,7 +292,26 @@ impl Editor {
             press: pointer.at,
             moved: false,
             alone: chosen.then_some(hit),
+            boxed: None,
         };
+    }
+
+    /// The box of what is chosen, where that is more than can be drawn anew with every move.
+    fn boxed(&self) -> Option<Bounds> {
+        let drawn = self.drawing().leaves(&self.ids()).into_iter().map(Catch::Drawn);
+        let imported = self.chosen.iter().copied().filter(|catch| matches!(catch, Catch::Imported(_)));
+        let all: Vec<Catch> = drawn.chain(imported).collect();
+        let bodies = all.iter().filter(|_| all.len() > MOST_LIVE).filter_map(|catch| self.finder.body(*catch));
+        let boxes = bodies.map(Body::bounds);
+        boxes.reduce(|all, bounds| all.with(bounds.min).with(bounds.max))
+    }
+
+    /// What is chosen is put so that its `anchor` lies where the tool aims.
+    fn put_at_aim(&mut self, anchor: Point) {
+        let to = self.aim.at();
+        let by = Point::new(to.x - anchor.x, to.y - anchor.y);
+        let (ids, imported) = (self.ids(), self.of_files());
+        self.make_instead(|drawing| super::imported::moved(drawing, &ids, &imported, by));
     }
 
     /// The place of what is chosen that is put onto the grid: its nearest node.
@@ -308,20 +332,27 @@ impl Editor {
     }
 
     fn drag(&mut self, pointer: &Pointer) {
-        let Doing::Drag { anchor, press, moved, alone } = self.doing else { return };
+        let Doing::Drag { anchor, press, moved, alone, boxed } = self.doing else { return };
         match pointer.touch {
             Touch::Move if moved || is_far(press, pointer) => {
                 let by = Point::new(pointer.at.x - press.x, pointer.at.y - press.y);
                 let wanted = Point::new(anchor.x + by.x, anchor.y + by.y);
-                self.aim = self.aimed(wanted, pointer, &self.moving());
-                let to = self.aim.at();
-                let by = Point::new(to.x - anchor.x, to.y - anchor.y);
-                let (ids, imported) = (self.ids(), self.of_files());
-                self.make_instead(|drawing| super::imported::moved(drawing, &ids, &imported, by));
-                self.doing = Doing::Drag { anchor, press, moved: true, alone };
+                let boxed = boxed.or_else(|| if moved { None } else { self.boxed() });
+                if boxed.is_some() {
+                    // A box has nothing that could be caught: the grid alone counts.
+                    let far = Pointer { reach: Length::ZERO, ..*pointer };
+                    self.aim = self.aimed(wanted, &far, &BTreeSet::new());
+                } else {
+                    self.aim = self.aimed(wanted, pointer, &self.moving());
+                    self.put_at_aim(anchor);
+                }
+                self.doing = Doing::Drag { anchor, press, moved: true, alone, boxed };
             }
             Touch::Up => {
                 self.doing = Doing::Nothing;
+                if boxed.is_some() {
+                    self.put_at_aim(anchor);
+                }
                 self.pressed = None;
                 self.rest();
                 if let (false, Some(alone)) = (moved, alone) {

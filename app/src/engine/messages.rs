@@ -167,6 +167,8 @@ pub struct DrillRow {
     pub runner_up: Option<f64>,
     /// That other reading, for people.
     pub runner_up_reading: Option<String>,
+    /// Where its holes would lie.
+    pub runner_up_holes: Vec<Point>,
     /// Single holes.
     pub hits: u32,
     /// Straight slots.

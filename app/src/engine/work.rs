@@ -201,6 +201,7 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
         score: evidence.and_then(|evidence| evidence.score),
         runner_up: evidence.and_then(|evidence| evidence.runner_up),
         runner_up_reading: evidence.and_then(|evidence| evidence.runner_up_reading.clone()),
+        runner_up_holes: evidence.map(|evidence| evidence.runner_up_holes.clone()).unwrap_or_default(),
         hits: totals.hits,
         slots: totals.slots,
         routes: totals.routed_paths,

@@ -10,7 +10,7 @@
 //! could be read. Does not know how it is shown.
 
 use super::planning::{self, OnTheWay, Wanted};
-use super::{Document, Effect, Model, frame, keeping};
+use super::{Document, Effect, JobEdit, Model, frame, keeping};
 use crate::engine::Stopped;
 use crate::engine::messages::{Reading, Request, Settings, ToOpen, ToRead};
 use crate::keys::Tab;
@@ -19,6 +19,17 @@ use annulus_core::project::saved::{self, NumberReading, Project, SaidOfFiles};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
+
+/// What was open before a review, its own or that of other files.
+#[derive(Debug)]
+pub struct BoardBefore {
+    /// The board.
+    pub document: Arc<Document>,
+    /// Its job, with all that can be taken back.
+    job: JobEdit,
+    /// Errors of it that were seen, by code.
+    accepted: BTreeSet<String>,
+}
 
 /// What happens to the files.
 #[derive(Clone, Debug, PartialEq)]
@@ -38,6 +49,8 @@ pub enum FilesEvent {
     Reviewed,
     /// The person wants none of it.
     Discarded,
+    /// What was open before the review is wanted, as it was.
+    Back,
     /// Of several boards, this one is meant.
     Board {
         /// Its name.
@@ -86,10 +99,18 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
         FilesEvent::Choose => return vec![Effect::ChooseFiles],
         FilesEvent::Sample => return vec![Effect::Sample],
         FilesEvent::Chosen { files } => return chosen(model, files),
-        FilesEvent::Review => board.reviewing = true,
-        FilesEvent::Reviewed => board.reviewing = false,
+        FilesEvent::Review => {
+            model.before = before(model);
+            model.board.reviewing = true;
+        }
+        FilesEvent::Reviewed => {
+            board.reviewing = false;
+            model.before = None;
+        }
+        FilesEvent::Back => return back(model),
         FilesEvent::Discarded => {
             (board.document, board.reviewing) = (None, false);
+            model.before = None;
             layers(model);
         }
         FilesEvent::Board { name } => {
@@ -164,6 +185,28 @@ fn say(model: &mut Model, change: impl FnOnce(&mut SaidOfFiles)) -> Vec<Effect> 
     read(model, Wanted { files, said, job, again: true, place: None })
 }
 
+/// What is open, to be gone back to; while it is under review, what was open before that.
+fn before(model: &Model) -> Option<Arc<BoardBefore>> {
+    if model.board.reviewing {
+        return model.before.clone();
+    }
+    let (document, accepted) = (model.board.document.clone()?, model.board.accepted.clone());
+    Some(Arc::new(BoardBefore { document, job: model.job.clone(), accepted }))
+}
+
+/// Opens what was open before the review.
+fn back(model: &mut Model) -> Vec<Effect> {
+    let Some(before) = model.before.take() else { return Vec::new() };
+    let effects = planning::called_off(model);
+    planning::clear(model);
+    let board = &mut model.board;
+    (board.document, board.accepted, board.reviewing) =
+        (Some(before.document.clone()), before.accepted.clone(), false);
+    model.job = before.job.clone();
+    layers(model);
+    effects
+}
+
 fn flip_use(model: &mut Model, row: u32) -> Vec<Effect> {
     let Some(document) = model.board.document.clone() else { return Vec::new() };
     let mut used: Vec<u32> = document.reading.used.clone();
@@ -202,6 +245,7 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
     planning::clear(model);
     model.board.accepted = BTreeSet::new();
     if !again {
+        model.before = before(model).filter(|_| doubtful);
         model.board.reviewing = doubtful;
         model.frame.tab = Tab::Board;
     }

@@ -36,7 +36,7 @@ pub use board::{Document, Job, LaidBoard, OpenBoard, Unseen};
 pub use drawing::{Draw, DrawEvent};
 pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
-pub use files::FilesEvent;
+pub use files::{BoardBefore, FilesEvent};
 pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
@@ -73,6 +73,8 @@ pub struct Model {
     pub machine: Arc<Machine>,
     /// The open board and all that follows from it.
     pub board: OpenBoard,
+    /// What was open before the review on show, to go back to.
+    pub before: Option<Arc<BoardBefore>>,
     /// The job of the open board.
     pub job: JobEdit,
     /// What is on its way from the worker.
@@ -184,6 +186,7 @@ impl Default for Model {
             frame: Frame::default(),
             machine: Arc::new(machine::virtual_drill()),
             board: OpenBoard::default(),
+            before: None,
             job: JobEdit::default(),
             on_the_way: OnTheWay::default(),
             export: Export::default(),

@@ -6,7 +6,7 @@ use super::signals as all;
 use super::slots::Slots;
 use crate::engine::messages::{PlanReady, Proved, Timed};
 use crate::model::board::{left_out, problems, unread};
-use crate::model::{Document, Job, LaidBoard, Offer, Unseen, WorkerTask};
+use crate::model::{BoardBefore, Document, Job, LaidBoard, Offer, Unseen, WorkerTask};
 use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -23,6 +23,8 @@ use std::sync::Arc;
 pub struct OpenBoard {
     /// The board.
     pub document: ReadSignal<Option<Arc<Document>>>,
+    /// What was open before the review, to go back to.
+    pub before: ReadSignal<Option<Arc<BoardBefore>>>,
     /// Its import review is on show.
     pub reviewing: ReadSignal<bool>,
     /// Errors that were seen, by code.
@@ -77,6 +79,7 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
     });
     OpenBoard {
         document,
+        before: slots.handle(|model| &model.before),
         reviewing: slots.part(|model| &model.board.reviewing),
         accepted: slots.part(|model| &model.board.accepted),
         loaded: slots.part(|model| &model.board.loaded),

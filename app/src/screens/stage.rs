@@ -16,7 +16,7 @@ use crate::i18n::{key, say, t};
 use crate::keys::{KeyAction, Tab};
 use crate::layers::LayerKind;
 use crate::model::{FrameEvent, PlayEvent};
-use crate::page::{frame, open_board, open_job, send};
+use crate::page::{frame, open_board, open_job, play, send};
 use crate::picture;
 use crate::view::{Backend, HoleState, Line, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
@@ -82,7 +82,9 @@ const SCALE_PX: f64 = 120.0;
 
 /// A round length as it is seen now.
 fn scale() -> impl IntoView {
-    let bar = move || frame().unit.get().scale(frame().zoom.get(), SCALE_PX);
+    // In space a length is shorter the further away it lies.
+    let flat = Memo::new(move |_| frame().tab.get() != Tab::Simulate || !play().in_space.get());
+    let bar = move || frame().unit.get().scale(frame().zoom.get(), SCALE_PX).filter(|_| flat.get());
     move || {
         bar().map(|(px, length)| {
             let text = format!("{} {}", crate::format::plain(length), crate::i18n::unit_word());
@@ -310,7 +312,7 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
     match &shown.toolpaths {
         Some(toolpaths) if !(shown.before && frame().tab.get() == Tab::Board) => {
             let colour = |stop: u32| palette.operation(shown.operation_of(stop));
-            let with_travel = frame().show_travel.get() || frame().tab.get() == Tab::Machine;
+            let with_travel = frame().show_travel.get();
             scene.lines = picture::toolpaths(toolpaths, palette, colour, with_travel);
             if frame().tab.get() == Tab::Cam {
                 scene.lines.extend(found(shown, palette));

@@ -3,9 +3,10 @@
 //! Comes in: the state. Goes out: a line of small text, the way to the problems, and Cancel.
 
 use crate::i18n::{self, say, t};
+use crate::keys::Tab;
 use crate::model::Event;
 use crate::page::frame;
-use crate::page::{open_board, send};
+use crate::page::{open_board, play, send};
 use crate::widgets::push;
 use leptos::html::{footer, progress, span};
 use leptos::prelude::*;
@@ -24,10 +25,22 @@ pub(crate) fn status_bar() -> impl IntoView {
             )
         })
     };
+    let pictured = Memo::new(move |_| {
+        let board = open_board().document.with(Option::is_some);
+        match frame.tab.get() {
+            Tab::Draw | Tab::Machine => true,
+            Tab::Board | Tab::Cam | Tab::Simulate => board,
+            Tab::Lab | Tab::Settings => false,
+        }
+    });
+    // In space a length has no size of its own.
+    let flat = move || pictured.get() && !(frame.tab.get() == Tab::Simulate && play().in_space.get());
     let zoom = move || {
-        (frame.zoom.get() > 0.0).then(|| say!("page.status.zoom", px = format!("{:.1}", frame.zoom.get())))
+        let camera = frame.camera.get().filter(|_| flat())?;
+        Some(say!("page.status.zoom", percent = format!("{:.0}", camera.zoom() * 100.0)))
     };
-    let backend = move || frame.backend.get().map(|word| i18n::text(word, &[]));
+    let backend =
+        move || frame.backend.get().filter(|_| pictured.get()).map(|word| i18n::text(word, &[]));
     footer()
         .class("status-bar")
         .attr("id", "status")

@@ -11,7 +11,7 @@ use crate::page::link;
 use crate::page::{frame, open_board, send};
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, menu_word, stop_zone};
-use annulus_core::locale;
+use annulus_core::{locale, machine};
 use leptos::ev;
 use leptos::html::{button, div, header, nav, select, span, strong};
 use leptos::prelude::*;
@@ -137,6 +137,8 @@ fn connection() -> impl IntoView {
         .child((span().class("dot").attr("aria-hidden", "true"), span().class("cut").child(text)))
 }
 
+/// What the machine is called; the virtual drill, unless somebody gave it a name, in the words of the page.
 fn state_name() -> String {
-    open_board().machine.with(|machine| machine.name.clone())
+    let name = open_board().machine.with(|machine| machine.name.clone());
+    if name == machine::VIRTUAL_NAME { say!("page.virtual_drill") } else { name }
 }

@@ -19,8 +19,11 @@ use super::registration::{FITS_SHARE, same_place, same_size};
 use super::second_look::{Look, look};
 use super::{Evidence, Overrides, Source, Zeros, tool_units};
 use crate::diagnostic::{Diagnostic, Severity};
+use crate::geometry::Point;
 use crate::units::Length;
 
+/// Holes of the next best reading that are shown at most.
+const MOST_SHOWN: usize = 2_000;
 /// Readings closer than this cannot be told apart by copper.
 const CLOSE_SHARE: f64 = 0.10;
 /// A reading that is this much better than what words say makes words doubtful.
@@ -234,7 +237,7 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
     let sensed = grounds.sensed;
     let mut choice = Choice {
         reading: sensed.reading,
-        evidence: plain(sensed.weakest()),
+        evidence: Evidence::plain(sensed.weakest()),
         confirmed: false,
         said: Vec::new(),
         seen: Vec::new(),
@@ -270,6 +273,7 @@ fn choose(grounds: &Grounds<'_>, ranking: Option<&[Ranked]>) -> Choice {
         choice.evidence.score = Some(chosen.fit.share);
         choice.evidence.runner_up = rival.map(|rival| rival.fit.share);
         choice.evidence.runner_up_reading = rival.map(|rival| shown(&rival.reading));
+        choice.evidence.runner_up_holes = rival.map(some_holes).unwrap_or_default();
         look_again(grounds, chosen, &mut choice);
     }
     let score = choice.evidence.score.unwrap_or_default();
@@ -328,8 +332,10 @@ fn by_outline<'a>(grounds: &Grounds<'_>, own: &Ranked, ranking: &'a [Ranked]) ->
     allowed.or_else(|| ranking.iter().find(within))
 }
 
-fn plain(source: Source) -> Evidence {
-    Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None }
+/// The holes of a reading, evenly fewer where they are many.
+fn some_holes(ranked: &Ranked) -> Vec<Point> {
+    let every = ranked.holes.len().div_ceil(MOST_SHOWN).max(1);
+    ranked.holes.iter().step_by(every).copied().collect()
 }
 
 /// A reading for people: `inch 2.4 leading`.

@@ -2,6 +2,8 @@
 //!
 //! Comes in, goes out: plain enumerations with their names for scripts. Knows nothing else.
 
+use crate::geometry::Point;
+
 /// What a file is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FileKind {
@@ -110,8 +112,24 @@ pub struct Evidence {
     pub runner_up: Option<f64>,
     /// That other reading, for people: `inch 2.4 leading`.
     pub runner_up_reading: Option<String>,
+    /// Where its holes would lie, some of them where there are many.
+    pub runner_up_holes: Vec<Point>,
     /// Shift in mm between holes and copper under which the score holds.
     pub shift_mm: Option<(f64, f64)>,
+}
+
+impl Evidence {
+    /// Nothing but a ground.
+    pub fn plain(source: Source) -> Self {
+        Self {
+            source,
+            score: None,
+            runner_up: None,
+            runner_up_reading: None,
+            runner_up_holes: Vec::new(),
+            shift_mm: None,
+        }
+    }
 }
 
 /// What a person says about the numbers of a file.

@@ -391,8 +391,7 @@ fn list(name: &str, text: &[u8], person: &Overrides) -> Result<FileRead, Diagnos
     file.units = Some(list.units);
     file.zeros = Some(Zeros::Decimal);
     let source = list.units_by;
-    file.evidence =
-        Some(Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None });
+    file.evidence = Some(Evidence::plain(source));
     file.diagnostics = list.diagnostics;
     file.diagnostics.extend(measure::faults(name, &list.drill, list.units.name()));
     file.drill = Some(list.drill);

@@ -129,8 +129,7 @@ fn holes(file: &mut FileRead) {
     let (drill, diagnostics) = gerber::holes(&file.name, layer, file.plated);
     let source =
         if layer.digits.is_some() && layer.units.is_some() { Source::Header } else { Source::Default };
-    file.evidence =
-        Some(Evidence { source, score: None, runner_up: None, runner_up_reading: None, shift_mm: None });
+    file.evidence = Some(Evidence::plain(source));
     file.diagnostics.extend(diagnostics);
     let units = layer.units.map_or("inch", |units| units.name());
     file.diagnostics.extend(measure::faults(&file.name, &drill, units));

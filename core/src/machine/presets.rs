@@ -29,6 +29,9 @@ fn down(speed: f64, acceleration: f64, jerk: f64) -> DownLimits {
     }
 }
 
+/// What the virtual drill is called unless somebody gives it another name; pages have a word of their own for it.
+pub const VIRTUAL_NAME: &str = "Virtual drill";
+
 /// The machine everything works on without hardware: a fast hobby drill, 300 × 200 mm.
 pub fn virtual_drill() -> Machine {
     let axis = |max: f64| Axis {
@@ -46,7 +49,7 @@ pub fn virtual_drill() -> Machine {
         phases: PhaseTable::full_step(),
     };
     Machine {
-        name: "Virtual drill".to_owned(),
+        name: VIRTUAL_NAME.to_owned(),
         description: "A fast hobby drill that exists only inside this computer.".to_owned(),
         output: Output::Virtual,
         card_address: 0x2A0,

@@ -102,6 +102,29 @@ fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_i
 }
 
 #[test]
+fn the_screen_stays_lit_from_the_pre_flight_to_the_end_and_a_browser_that_cannot_is_told_of() {
+    compare(
+        &[
+            ("ready planned preflight", "lit"),
+            ("ready planned preflight close-it", "dark"),
+            ("ready status:Running", "lit"),
+            ("ready status:Running status:Paused", ""),
+            ("ready status:Running status:Ready", "dark"),
+            ("ready planned", ""),
+        ],
+        Line::awake,
+    );
+    let may_with = |awake: Option<bool>, ticked: &[&str]| {
+        let line = Line::told("ready planned preflight uploaded armed");
+        let rows = rows_now(line.model.start.preflight.as_ref(), line.model.link.armed.as_ref(), awake);
+        may_start(&rows.unwrap(), &ticked.iter().map(|code| (*code).to_owned()).collect())
+    };
+    assert!(may_with(Some(true), &[]));
+    assert!(!may_with(Some(false), &[]));
+    assert!(may_with(Some(false), &["page.preflight.may_sleep"]));
+}
+
+#[test]
 fn a_controller_has_no_digest_and_a_bridge_without_one_starts_nothing() {
     let may = |line: &Line| {
         let rows = rows_now(line.model.start.preflight.as_ref(), line.model.link.armed.as_ref(), None);

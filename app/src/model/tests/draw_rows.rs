@@ -27,6 +27,33 @@ impl Default for DrawnBoard {
     }
 }
 
+/// So many things are dragged as a box: one edit when it is let go, none when it is broken off.
+#[test]
+fn what_is_too_much_to_be_drawn_anew_with_every_move_is_dragged_as_a_box() {
+    let placed = |sheet: &DrawnBoard| {
+        let drawing = sheet.model.draw.editor.drawing().clone();
+        let mut at: Vec<Point> = drawing.top().filter_map(|id| drawing.at(id)).collect();
+        at.sort_unstable();
+        (at.len(), at.first().copied(), at.last().copied())
+    };
+    let mut sheet = DrawnBoard::default();
+    sheet.word("key:p");
+    for number in 0..400 {
+        sheet.word(&format!("at:{},{}", 5 * (number % 20), 5 * (number / 20)));
+    }
+    sheet.word("key:v");
+    sheet.word("key:Ctrl+a");
+    let (before, changes) = (placed(&sheet), sheet.model.draw.editor.changes());
+    assert_eq!(before, (400, Some(Point::default()), Some(Point::from_mm(95.0, 95.0))));
+    sheet.word("begin:5,5>15,25");
+    assert_eq!((placed(&sheet), sheet.model.draw.editor.changes()), (before, changes), "broken off");
+    sheet.word("drag:5,5>15,25");
+    let moved = (400, Some(Point::from_mm(10.0, 20.0)), Some(Point::from_mm(105.0, 115.0)));
+    assert_eq!((placed(&sheet), sheet.model.draw.editor.changes()), (moved, changes + 1), "one edit");
+    sheet.word("key:Ctrl+z");
+    assert_eq!(placed(&sheet), before, "and one step back");
+}
+
 fn mm(text: &str) -> [f64; 2] {
     let (x, y) = text.split_once(',').unwrap_or_else(|| panic!("{text} is no place"));
     [x.parse().unwrap(), y.parse().unwrap()]

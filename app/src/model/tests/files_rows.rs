@@ -77,11 +77,30 @@ fn the_review_holds_planning_back() {
             ("open certain plan prove time review reviewed", "planning | board plan proof job stale | plan"),
             ("open error accept", "nothing | board review | "),
             ("open error accept reviewed", "planning | board stale | plan"),
+            ("open certain plan prove time open-other warning", "nothing | board review | keep-rests"),
+            ("open certain plan prove time open-other warning back", "planning | board | call-off plan keep-rests"),
+            ("open certain plan prove time review say-aligned certain back", "planning | board | call-off plan keep-rests"),
+            ("open warning back", "nothing | board review | "),
+            ("open certain plan prove time review reviewed back", "planning | board plan proof job stale | "),
             ("say-aligned", "nothing |  | "),
             ("flip-use", "nothing |  | "),
         ],
         Story::stands,
     );
+}
+
+#[test]
+fn the_way_back_from_the_review_leads_to_the_board_before_with_its_job_and_its_undo() {
+    let story = Story::told("open certain plan prove time edit");
+    let (files, work) = (story.model.board.document.clone().unwrap(), story.model.job.work.clone());
+    let mut story = story;
+    for word in ["open-other", "warning", "say-aligned", "warning", "back"] {
+        story.tell(word);
+    }
+    assert_eq!(story.model.board.document.as_ref().map(|open| open.files.clone()), Some(files.files.clone()));
+    assert_eq!(story.model.job.work, work);
+    assert!(story.model.job.can_undo().0);
+    assert!(story.model.before.is_none());
 }
 
 #[test]

@@ -388,7 +388,17 @@ impl Line {
 
     /// What the last word asked of the outside, in words.
     pub(super) fn out(&self) -> String {
-        self.out.iter().map(word).collect::<Vec<_>>().join(" ")
+        let wakes = |effect: &&Effect| matches!(effect, Effect::StayAwake { .. });
+        self.out.iter().filter(|effect| !wakes(effect)).map(word).collect::<Vec<_>>().join(" ")
+    }
+
+    /// Whether the last word asked for a screen that stays lit.
+    pub(super) fn awake(&self) -> String {
+        let asked = self.out.iter().filter_map(|effect| match effect {
+            Effect::StayAwake { on } => Some(if *on { "lit" } else { "dark" }),
+            _ => None,
+        });
+        asked.collect::<Vec<_>>().join(" ")
     }
 
     /// How far the connection is, in a word.

@@ -276,6 +276,7 @@ impl Story {
             "review" => FilesEvent::Review,
             "reviewed" => FilesEvent::Reviewed,
             "discard" => FilesEvent::Discarded,
+            "back" => FilesEvent::Back,
             "say-board" => FilesEvent::Board { name: "other".to_owned() },
             "say-aligned" => FilesEvent::Aligned { on: true },
             "flip-use" => FilesEvent::FlipUse { row: 0 },

@@ -91,7 +91,7 @@ pub(super) fn entry<T: 'static>(
         .class("setting")
         .child((
             label().attr("for", id.clone()).child(move || name_of(row.key)),
-            span().class("with-unit").child((control, span().child(row.unit))),
+            span().class("with-unit").child((control, span().child(move || i18n::unit_of(row.unit)))),
             track,
             small()
                 .attr("id", format!("{id}-help"))
@@ -116,7 +116,7 @@ fn slider<T: 'static>(
         .attr("step", step.to_string())
         .attr("aria-label", move || name_of(row.key))
         .attr("aria-valuetext", move || {
-            format!("{} {}", i18n::number(crate::format::plain(number())), row.unit)
+            format!("{} {}", i18n::number(crate::format::plain(number())), i18n::unit_of(row.unit))
         })
         .prop("value", move || number().to_string())
         .on(ev::input, move |event| {

@@ -9,13 +9,12 @@
 //! Comes in: groups and findings of the plan on show. Goes out: the finding marked in the picture, cures put into the job, ticks.
 
 use crate::engine::messages::Proved;
-use crate::i18n::{advice, language, message, say, t};
+use crate::i18n::{advice, message, say, t};
 use crate::model::JobEvent;
 use crate::page::{OpenJob, send};
 use crate::widgets::{Icon, icon, push};
 use crate::workbench::edit;
 use annulus_core::diagnostic::Severity;
-use annulus_core::locale;
 use annulus_core::proof::{Cure, Finding, FindingKind, Group};
 use annulus_core::units::Length;
 use leptos::ev;
@@ -189,23 +188,14 @@ fn cure_all(bench: OpenJob, proved: &Arc<Proved>, members: &[usize]) -> Option<i
     })
 }
 
-fn cure_text(bench: OpenJob, cure: &Cure) -> String {
+fn cure_text(cure: &Cure) -> String {
     let mm = |length: Length| format!("{:.3}", length.mm());
     match cure {
         Cure::Shallower { depth, .. } => say!("page.cam.cure_shallower", depth = mm(*depth)),
-        Cure::OtherBit { bit, .. } => say!("page.cam.cure_other_bit", bit = called(bench, bit)),
+        Cure::OtherBit { bit, .. } => say!("page.cam.cure_other_bit", bit = super::called(bit)),
         Cure::Centred { lost, .. } => say!("page.cam.cure_centred", lost = mm(*lost)),
         Cure::Deeper { depth, .. } => say!("page.cam.cure_deeper", depth = mm(*depth)),
     }
-}
-
-/// What people call the bit of this name: by form and size in their language, unless somebody gave it a name of its own.
-fn called(bench: OpenJob, name: &str) -> String {
-    let title = bench.work.with(|work| {
-        let bit = work.as_ref()?.bit(name)?;
-        (bit.title(locale::FALLBACK) == name).then(|| bit.title(&language()))
-    });
-    title.unwrap_or_else(|| name.to_owned())
 }
 
 /// The cure goes into the chosen operation where that isolates, else into the first that does.
@@ -250,7 +240,7 @@ fn place(bench: OpenJob, at: usize, finding: &Finding) -> impl IntoView + use<> 
         .cloned()
         .map(|cure| {
             let (text, finding) = (cure.clone(), finding.clone());
-            push("button small", move || cure_text(bench, &text), move |_| apply(bench, &finding, &cure))
+            push("button small", move || cure_text(&text), move |_| apply(bench, &finding, &cure))
                 .into_any()
         })
         .collect();

@@ -20,9 +20,11 @@ mod values;
 
 pub(crate) use job::name_of;
 
+use crate::i18n::language;
 use crate::keys::CamKey;
 use crate::model::JobEvent;
 use crate::page::{open_job, send};
+use annulus_core::locale;
 use leptos::html::div;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
@@ -36,6 +38,15 @@ pub(crate) fn cam() -> impl IntoView {
         move || open_job().template_open.get().then(editor::editor),
         run_sheet::run_sheet(),
     )
+}
+
+/// What people call the bit of this name: by form and size in their language, unless somebody gave it a name of its own.
+fn called(name: &str) -> String {
+    let title = open_job().work.with(|work| {
+        let bit = work.as_ref()?.bit(name)?;
+        (bit.title(locale::FALLBACK) == name).then(|| bit.title(&language()))
+    });
+    title.unwrap_or_else(|| name.to_owned())
 }
 
 /// What a key asks of the job.

@@ -5,7 +5,7 @@
 use super::entry::entry;
 use super::job::name_of;
 use crate::format::{Unit, typed};
-use crate::i18n::{say, t};
+use crate::i18n::{number, say, t};
 use crate::page::{OpenJob, frame, open_job};
 use crate::widgets::push;
 use crate::workbench::edit;
@@ -95,7 +95,7 @@ fn bit(bench: OpenJob, at: usize) -> impl IntoView {
     let options = move || {
         let one = |name: String| {
             let chosen = now.get_untracked() == name;
-            option().attr("value", name.clone()).prop("selected", chosen).child(name)
+            option().attr("value", name.clone()).prop("selected", chosen).child(super::called(&name))
         };
         names.get().unwrap_or_default().into_iter().map(one).collect::<Vec<_>>()
     };
@@ -141,7 +141,9 @@ fn width(bench: OpenJob, at: usize) -> impl IntoView {
     };
     move || {
         any.get().then(|| {
-            let value = move || now.get().map(|(width, _)| unit().coordinate(width.mm())).unwrap_or_default();
+            let value = move || {
+                now.get().map(|(width, _)| number(unit().coordinate(width.mm()))).unwrap_or_default()
+            };
             let field = input()
                 .attr("type", "text")
                 .attr("id", "cam-width")

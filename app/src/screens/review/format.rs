@@ -2,14 +2,16 @@
 //!
 //! Comes in: the evidence. Goes out: what the person says instead.
 
+use super::preview;
 use crate::engine::messages::DrillRow;
 use crate::i18n::{key, say, t};
-use crate::model::FilesEvent;
+use crate::model::{Document, FilesEvent};
 use crate::page::open_board;
 use crate::page::send;
+use crate::widgets::push;
 use annulus_core::project::saved::NumberReading;
 use leptos::ev;
-use leptos::html::{div, label, option, select, span};
+use leptos::html::{div, figcaption, figure, label, option, select, span};
 use leptos::prelude::*;
 
 fn percent(share: f64) -> String {
@@ -71,6 +73,28 @@ fn digits_of(word: &str) -> Option<(u8, u8)> {
     Some((before.parse().ok()?, behind.parse().ok()?))
 }
 
+/// A reading for people, as what a person would say: `inch 2.4 leading`.
+fn said(reading: &str) -> NumberReading {
+    let mut words = reading.split(' ');
+    let units = words.next().map(str::to_owned);
+    let (digits, zeros) = (words.next().and_then(digits_of), words.next().map(str::to_owned));
+    NumberReading { units, digits, zeros }
+}
+
+/// How else the numbers could be read: what that looks like, how well it fits, and the button that takes it.
+pub(super) fn rival(document: &Document, drill: &DrillRow) -> Option<AnyView> {
+    let (share, reading) = (drill.runner_up?, drill.runner_up_reading.clone()?);
+    let picture = preview::holes_of(&drill.runner_up_holes, document.reading.body)?;
+    let words = t!("page.review.runner_up", reading = reading.clone(), percent = percent(share));
+    let take = move |_| again(|numbers| *numbers = said(&reading));
+    let figure = figure().class("rival").child((
+        picture,
+        figcaption().class("tabular").child(words),
+        push("button small", t!("page.review.read_so"), take),
+    ));
+    Some(figure.into_any())
+}
+
 /// The line.
 pub(crate) fn format(numbers: NumberReading, drill: DrillRow) -> impl IntoView {
     let counts = t!("page.review.counts", holes = drill.hits, slots = drill.slots, routes = drill.routes);
@@ -81,19 +105,11 @@ pub(crate) fn format(numbers: NumberReading, drill: DrillRow) -> impl IntoView {
     let score = drill
         .score
         .map(|share| span().class("tabular").child(t!("page.review.score", percent = percent(share))));
-    let other = drill.runner_up.zip(drill.runner_up_reading).map(|(share, reading)| {
-        span().class("tabular").child(t!(
-            "page.review.runner_up",
-            reading = reading,
-            percent = percent(share)
-        ))
-    });
     let digits = numbers.digits.map(|(before, behind)| format!("{before}.{behind}"));
     div().class("evidence").child((
         span().class("tabular").child(counts),
         span().child(read_as),
         score,
-        other,
         pick(key!("page.review.units"), numbers.units, &["mm", "inch"], |numbers, word| numbers.units = word),
         pick(
             key!("page.review.digits"),

@@ -26,6 +26,7 @@ pub(crate) fn review() -> impl IntoView {
         div()
             .class("grow")
             .child((h2().child(t!("page.review.title")), p().class("quiet").child(t!("page.review.about")))),
+        back(),
         push("button", t!("page.review.discard"), |_| send(FilesEvent::Discarded)),
         push_if(
             "button primary large",
@@ -49,6 +50,17 @@ pub(crate) fn review() -> impl IntoView {
     };
     let body = move || desk.document.get().map(|document| files(&document));
     div().class("whole").child(div().class("review").child((head, unseen, body)))
+}
+
+/// The way back to the board that was open before, as it was.
+fn back() -> impl IntoView {
+    let before = open_board().before;
+    move || {
+        before.get().map(|before| {
+            let name = before.document.reading.board.name.clone();
+            push("button", t!("page.review.back", name = name), |_| send(FilesEvent::Back))
+        })
+    }
 }
 
 /// Whether anything of the files can be drilled, milled or looked at.
@@ -120,7 +132,10 @@ fn line(document: &Arc<Document>, index: u32, file: &FileRow) -> impl IntoView +
             div().class("diagnostics").child(shown_diagnostics),
             (more > 0).then(|| p().class("quiet").child(t!("page.review.more", count = more))),
         )),
-        td().child(preview::preview(document, index, file)),
+        td().child((
+            preview::preview(document, index, file),
+            file.drill.as_ref().and_then(|drill| format::rival(document, drill)),
+        )),
     ))
 }
 

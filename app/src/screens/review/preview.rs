@@ -6,7 +6,7 @@ use crate::engine::messages::FileRow;
 use crate::layers::LayerKind;
 use crate::model::Document;
 use crate::view::{Colour, Mesh, Palette};
-use annulus_core::geometry::Point;
+use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
 use leptos::html::{self, canvas};
 use leptos::prelude::*;
@@ -51,7 +51,9 @@ fn drawn(document: &Document, file: &FileRow) -> Option<Mesh> {
         "drill" => {
             let source = board.sources.iter().position(|name| *name == file.name)?;
             let own = board.holes.iter().filter(|hole| hole.source as usize == source);
-            discs(own.map(|hole| (hole.at, hole.diameter.unwrap_or(UNSIZED))))
+            let mut mesh = discs(own.map(|hole| (hole.at, hole.diameter.unwrap_or(UNSIZED))));
+            frame(&mut mesh, document.reading.body);
+            mesh
         }
         "outline" => {
             let body = crate::picture::scene(board, document.reading.body, &Palette::DARK).body;
@@ -63,6 +65,36 @@ fn drawn(document: &Document, file: &FileRow) -> Option<Mesh> {
         _ => return None,
     };
     (!mesh.triangles.is_empty()).then_some(mesh)
+}
+
+/// Holes at these places, in the frame of the board.
+pub(super) fn holes_of(places: &[Point], body: Option<Bounds>) -> Option<AnyView> {
+    let mut mesh = discs(places.iter().map(|at| (*at, UNSIZED)));
+    if mesh.triangles.is_empty() {
+        return None;
+    }
+    frame(&mut mesh, body);
+    Some(picture(Arc::new(mesh), Palette::DARK.outline))
+}
+
+/// The box of the board round what is drawn, so that both are seen in their sizes.
+fn frame(mesh: &mut Mesh, body: Option<Bounds>) {
+    let (Some(body), Some([low, high])) = (body, mesh.bounds_mm()) else { return };
+    let [x, y] = [body.min.x.mm() as f32, body.min.y.mm() as f32];
+    let [to_x, to_y] = [body.max.x.mm() as f32, body.max.y.mm() as f32];
+    let across = (high[0].max(to_x) - low[0].min(x)).max(high[1].max(to_y) - low[1].min(y));
+    let line = across / 100.0;
+    let sides = [
+        [[x, y], [to_x, y + line]],
+        [[x, to_y - line], [to_x, to_y]],
+        [[x, y], [x + line, to_y]],
+        [[to_x - line, y], [to_x, to_y]],
+    ];
+    for [a, b] in sides {
+        let first = mesh.corners_mm.len() as u32;
+        mesh.corners_mm.extend([a, [b[0], a[1]], b, [a[0], b[1]]]);
+        mesh.triangles.extend([[first, first + 1, first + 2], [first, first + 2, first + 3]]);
+    }
 }
 
 /// Round holes as eight triangles each.

@@ -77,7 +77,7 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
         .attr("for", id(setting))
         .child((
             span().child(move || i18n::text(&sentence, &[])),
-            span().class("with-unit").child((entry, span().child(setting.unit))),
+            span().class("with-unit").child((entry, span().child(move || i18n::unit_of(setting.unit)))),
             small()
                 .attr("id", help_id)
                 .child((setting.key, fixed.then(|| span().child((". ", t!("page.settings.in_file")))))),
