@@ -117,7 +117,8 @@ impl Marks {
                 let (by_x, by_y) = (aim.x - anchor.x, aim.y - anchor.y);
                 let corner = |x, y| Point::new(x + by_x, y + by_y);
                 let (low, high) = (bounds.min, bounds.max);
-                let corners = [(low.x, low.y), (high.x, low.y), (high.x, high.y), (low.x, high.y), (low.x, low.y)];
+                let corners =
+                    [(low.x, low.y), (high.x, low.y), (high.x, high.y), (low.x, high.y), (low.x, low.y)];
                 let corners = corners.map(|(x, y)| corner(x, y));
                 marks.strokes.extend(corners.windows(2).map(|two| line(two[0], two[1], MarkMeaning::Box)));
                 marks.strokes.push(line(*anchor, aim, MarkMeaning::Measure));

@@ -301,7 +301,8 @@ impl Editor {
         let drawn = self.drawing().leaves(&self.ids()).into_iter().map(Catch::Drawn);
         let imported = self.chosen.iter().copied().filter(|catch| matches!(catch, Catch::Imported(_)));
         let all: Vec<Catch> = drawn.chain(imported).collect();
-        let bodies = all.iter().filter(|_| all.len() > MOST_LIVE).filter_map(|catch| self.finder.body(*catch));
+        let bodies =
+            all.iter().filter(|_| all.len() > MOST_LIVE).filter_map(|catch| self.finder.body(*catch));
         let boxes = bodies.map(Body::bounds);
         boxes.reduce(|all, bounds| all.with(bounds.min).with(bounds.max))
     }

@@ -39,8 +39,7 @@ pub(crate) fn status_bar() -> impl IntoView {
         let camera = frame.camera.get().filter(|_| flat())?;
         Some(say!("page.status.zoom", percent = format!("{:.0}", camera.zoom() * 100.0)))
     };
-    let backend =
-        move || frame.backend.get().filter(|_| pictured.get()).map(|word| i18n::text(word, &[]));
+    let backend = move || frame.backend.get().filter(|_| pictured.get()).map(|word| i18n::text(word, &[]));
     footer()
         .class("status-bar")
         .attr("id", "status")

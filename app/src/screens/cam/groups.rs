@@ -240,8 +240,7 @@ fn place(bench: OpenJob, at: usize, finding: &Finding) -> impl IntoView + use<> 
         .cloned()
         .map(|cure| {
             let (text, finding) = (cure.clone(), finding.clone());
-            push("button small", move || cure_text(&text), move |_| apply(bench, &finding, &cure))
-                .into_any()
+            push("button small", move || cure_text(&text), move |_| apply(bench, &finding, &cure)).into_any()
         })
         .collect();
     let seen = finding.must_be_read().then(|| tick(bench, Arc::new(vec![finding.id.clone()])));

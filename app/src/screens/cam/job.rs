@@ -146,8 +146,9 @@ fn add() -> impl IntoView {
 fn line(bench: OpenJob, number: usize, at: usize) -> impl IntoView {
     let operation = Memo::new(move |_| bench.work.with(|work| work.as_ref()?.operations.get(at).cloned()));
     let name = move || operation.with(|operation| operation.as_ref().map(name_of).unwrap_or_default());
-    let bit =
-        move || operation.with(|operation| operation.as_ref().map(|one| super::called(&one.bit)).unwrap_or_default());
+    let bit = move || {
+        operation.with(|operation| operation.as_ref().map(|one| super::called(&one.bit)).unwrap_or_default())
+    };
     let on = move || operation.with(|operation| operation.as_ref().is_some_and(|one| one.on));
     let flip = move || {
         bench.change(None, |work| edit::changed(work, at, |operation| operation.on = !operation.on));

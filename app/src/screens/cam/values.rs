@@ -141,9 +141,8 @@ fn width(bench: OpenJob, at: usize) -> impl IntoView {
     };
     move || {
         any.get().then(|| {
-            let value = move || {
-                now.get().map(|(width, _)| number(unit().coordinate(width.mm()))).unwrap_or_default()
-            };
+            let value =
+                move || now.get().map(|(width, _)| number(unit().coordinate(width.mm()))).unwrap_or_default();
             let field = input()
                 .attr("type", "text")
                 .attr("id", "cam-width")
