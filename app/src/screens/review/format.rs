@@ -85,7 +85,8 @@ fn said(reading: &str) -> NumberReading {
 pub(super) fn rival(document: &Document, drill: &DrillRow) -> Option<AnyView> {
     let (share, reading) = (drill.runner_up?, drill.runner_up_reading.clone()?);
     let picture = preview::holes_of(&drill.runner_up_holes, document.reading.body)?;
-    let words = t!("page.review.runner_up", reading = reading.clone(), percent = percent(share));
+    let written = reading.clone();
+    let words = t!("page.review.runner_up", reading = written, percent = percent(share));
     let take = move |_| again(|numbers| *numbers = said(&reading));
     let figure = figure().class("rival").child((
         picture,
