@@ -10,8 +10,11 @@ mod colours;
 mod drawings;
 mod drill;
 mod files;
+mod follow;
+mod from_elsewhere;
 mod jobs;
 mod languages;
+mod locks;
 mod serial;
 mod session;
 mod site;
@@ -26,20 +29,23 @@ use crate::widgets::save_bytes;
 use leptos::prelude::{request_animation_frame, set_timeout};
 use socket::Line;
 use std::time::Duration;
+use store::Places;
 use worker::Workers;
 
 /// What the page needs to run.
 pub fn surroundings() -> Surroundings {
-    let (workers, line) = (Workers::default(), Line::default());
+    let (workers, line, places) = (Workers::default(), Line::default(), Places::default());
     line.serial.listen();
     let clock = || Clocks { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
-    Surroundings { run: Box::new(move |effect| run(&workers, &line, effect)), clock }
+    Surroundings { run: Box::new(move |effect| run(&workers, &line, &places, effect)), clock }
 }
 
 /// Listens to what comes by itself: dropped files, the line. Once, after the page was made.
 pub fn begin() {
     files::listen();
+    store::listen();
     site::begin();
+    from_elsewhere::begin(site::alone());
     languages::begin();
     colours::begin();
     if let Some(text) = session::kept_bench() {
@@ -55,7 +61,7 @@ fn pair(token: String) {
     });
 }
 
-fn run(workers: &Workers, line: &Line, effect: Effect) {
+fn run(workers: &Workers, line: &Line, places: &Places, effect: Effect) {
     match effect {
         Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
         Effect::CallOff => workers.call_off(),
@@ -79,14 +85,15 @@ fn run(workers: &Workers, line: &Line, effect: Effect) {
         Effect::Renew { on } => line.renew(on),
         Effect::Upload { number, bytes, session } => line.upload(number, bytes, session),
         Effect::Fetch { number, key, session } => line.fetch(number, key, session),
-        Effect::ChooseFiles => files::choose(),
+        Effect::ChooseFiles { anew } => files::choose(anew),
         Effect::ChooseDialect => files::choose_dialect(),
         Effect::Sample => files::sample(),
         Effect::Speak { language } => languages::speak(language),
         Effect::Colours { word } => colours::show(word),
-        Effect::LookInStore => store::look(),
-        Effect::WriteStore { place, name, job, files, at_ms } => store::write(place, name, job, files, at_ms),
-        Effect::TakeFromStore { place } => store::take(place),
+        Effect::LookInStore => places.look(),
+        Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),
+        Effect::HoldPlace { place } => places.hold(place),
+        Effect::TakeFromStore { place } => places.take(place),
         Effect::LookForDrawings { own } => drawings::look(own),
         Effect::KeepDrawing { of, place, name, text, at_ms } => drawings::keep(of, place, name, text, at_ms),
         Effect::TakeDrawing { place } => drawings::take(place),

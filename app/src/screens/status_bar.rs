@@ -3,7 +3,7 @@
 //! Comes in: the state. Goes out: a line of small text, the way to the problems, and Cancel.
 
 use crate::i18n::{self, say, t};
-use crate::model::Event;
+use crate::model::{Event, ExportEvent};
 use crate::page::frame;
 use crate::page::{open_board, send};
 use crate::widgets::push;
@@ -37,6 +37,7 @@ pub(crate) fn status_bar() -> impl IntoView {
             span().class("where").child(place),
             span().child(zoom),
             problems,
+            unkept,
             span().class("grow").child(task),
             span().child(backend),
         ))
@@ -49,6 +50,18 @@ fn problems() -> impl IntoView {
         (count.get() > 0).then(|| {
             let text = move || say!("page.problems.count", count = count.get());
             push("button small quiet", text, |_| super::board::show_problems())
+        })
+    }
+}
+
+/// That the open project cannot be kept in this browser, and why.
+fn unkept() -> impl IntoView {
+    let why = open_board().unkept;
+    move || {
+        why.get().map(|why| {
+            let save = |_| send(ExportEvent::SaveProject);
+            let text = move || say!("page.kept.not_kept");
+            push("button small danger", text, save).attr("title", move || i18n::text(why, &[]))
         })
     }
 }
