@@ -116,7 +116,7 @@ pub(super) fn listen() {
             mark(false);
         }
     });
-    let dropped = window_event_listener(ev::drop, |event| {
+    let dropped = window_event_listener(ev::drop, move |event| {
         mark(false);
         if let Some(data) = event.data_transfer().filter(|_| brings_files(&event)) {
             event.prevent_default();

@@ -137,7 +137,8 @@ impl Places {
         for (_, place) in places {
             let own = self.0.borrow().contains_key(&place);
             if !own && self.get_hold(place).await {
-                keep_for_good().await;
+                // Some browsers ask the person first: nothing waits for that.
+                spawn_local(keep_for_good());
                 return Some(place);
             }
         }

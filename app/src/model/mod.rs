@@ -174,6 +174,7 @@ from_parts!(
     Export(ExportEvent),
     Template(TemplateEvent),
     Keep(KeepEvent),
+    Anew(AnewEvent),
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),

@@ -69,10 +69,11 @@ fn last() -> impl IntoView {
 fn earlier() -> impl IntoView {
     let offers = open_board().offers.get();
     let rows = offers.into_iter().skip(1).map(|offer| li().child(kept(offer)).into_any()).collect::<Vec<_>>();
-    (!rows.is_empty()).then(|| {
+    let count = rows.len();
+    (count > 0).then(|| {
         details()
             .class("earlier")
-            .child((summary().child(t!("page.kept.earlier", count = rows.len())), ul().child(rows)))
+            .child((summary().child(t!("page.kept.earlier", count = count)), ul().child(rows)))
     })
 }
 

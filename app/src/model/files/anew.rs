@@ -13,7 +13,7 @@
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Compared, Request, ToCompare, ToRead};
 use crate::model::planning::{self, Brought, Wanted};
-use crate::model::{Document, Effect, Event, JobEdit, JobEvent, Lane, Model, ToastAct, files, frame, job};
+use crate::model::{Document, Effect, JobEdit, JobEvent, Lane, Model, ToastAct, files, frame, job};
 use crate::said::{Text, key};
 use annulus_core::cam::work::Work;
 use annulus_core::project::anew::{ExportedAnew, exported_anew};
@@ -257,10 +257,4 @@ fn back(model: &mut Model) -> Vec<Effect> {
     model.job = before.job;
     files::layers(model);
     effects
-}
-
-impl From<AnewEvent> for Event {
-    fn from(event: AnewEvent) -> Self {
-        Self::Anew(event)
-    }
 }

@@ -211,7 +211,7 @@ pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
 /// Files that were open already keep the person's job and the screen.
 pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> Vec<Effect> {
     let Wanted { files, said, job, again, place, anew } = wanted;
-    let before = anew::replaced(model);
+    let before = anew.as_ref().and_then(|_| anew::replaced(model));
     let open = model.board.document.clone();
     let other = open.as_ref().is_some_and(|open| open.said.board != said.board);
     let document = Document::new(files, said, job, reading);

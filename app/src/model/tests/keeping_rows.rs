@@ -47,7 +47,10 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
             ("begin found-none open certain rested edit rested saved written", "write:4"),
             ("begin found-none open certain rested saved edit rested written", "write:4"),
             ("begin found-none open certain rested saved edit rested written written", ""),
-            ("begin found-none open certain rested saved edit rested not-written", "toast-goes save"),
+            (
+                "begin found-none open certain rested saved edit rested not-written",
+                "toast-goes save Guard { on: true }",
+            ),
             // what was on its way when another one was opened is kept at a place of its own, which is not held then
             ("begin found-none open certain rested open-other certain saved", "write:new+files"),
             ("begin found-none open certain rested open-other certain saved written", "hold-none"),
