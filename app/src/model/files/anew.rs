@@ -106,6 +106,7 @@ pub(in crate::model) fn update(model: &mut Model, event: AnewEvent) -> Vec<Effec
         AnewEvent::OnDisk { files } => on_disk(model, files),
         AnewEvent::Seen => {
             model.anew.shown = None;
+            forget_where_seen(model);
             Vec::new()
         }
         AnewEvent::Back => back(model),
@@ -236,13 +237,22 @@ pub(in crate::model) fn answered(model: &mut Model, answer: Result<Answer, Stopp
         Ok(Answer::Compared(compared)) => Some(*compared),
         _ => None,
     };
-    let Some(shown) = model.anew.shown.as_deref().cloned() else { return Vec::new() };
     let carried = compared.as_ref().and_then(|compared| compared.work.clone());
-    let failed = compared.is_none();
-    model.anew.shown = Some(Arc::new(NewExports { compared: compared.map(Arc::new), failed, ..shown }));
+    if let Some(shown) = model.anew.shown.as_deref().cloned() {
+        let failed = compared.is_none();
+        model.anew.shown = Some(Arc::new(NewExports { compared: compared.map(Arc::new), failed, ..shown }));
+    }
+    forget_where_seen(model);
     match carried {
         Some(work) => job::update(model, JobEvent::Change { field: None, work: Box::new(work) }),
         None => Vec::new(),
+    }
+}
+
+/// What was before is not needed any more once it is compared and what changed was seen.
+fn forget_where_seen(model: &mut Model) {
+    if model.anew.shown.is_none() && model.anew.asked.is_none() {
+        model.anew.before = None;
     }
 }
 

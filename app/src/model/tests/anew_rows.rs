@@ -33,9 +33,9 @@ fn files_with_the_names_of_those_that_are_open_replace_them_and_are_compared() {
             ("open certain choose-anew", "planning | board stale | choose-anew"),
             ("open certain chosen-anew certain", "planning | board stale | compare plan keep-rests"),
             // a review is wanted where the new files have something to say that the old ones had not
-            ("open certain open-anew warning", "nothing | board review | compare keep-rests"),
+            ("open certain open-anew warning", "nothing | board review stale | compare keep-rests"),
             ("open warning reviewed open-anew warning", "planning | board stale | compare plan keep-rests"),
-            ("open warning reviewed open-anew empty", "nothing | board review | compare keep-rests"),
+            ("open warning reviewed open-anew empty", "nothing | board review stale | compare keep-rests"),
         ],
         Story::stands,
     );
@@ -52,7 +52,7 @@ fn which_files_are_open_follows_what_was_brought() {
             ("open certain chosen-anew certain", "c.drl=[2] d.drl=[2]"),
             ("open certain chosen-anew certain back", "a.drl=[1] b.drl=[1]"),
             ("open certain on-disk take-from-disk certain", "a.drl=[1] b.drl=[9]"),
-            ("open certain open-anew certain seen back", "a.drl=[3] b.drl=[1]"),
+            ("open certain open-anew certain compared seen back", "a.drl=[3] b.drl=[1]"),
         ],
         |story| open(&story.model),
     );
@@ -102,6 +102,11 @@ fn the_job_stays_is_carried_over_and_comes_back() {
         "a step as any other"
     );
     assert_eq!(depth("open certain edit open-anew certain compared-carried back"), edited);
+    assert_eq!(
+        depth("open certain edit open-anew certain seen compared-carried"),
+        carried,
+        "also once it was seen"
+    );
     let story = Story::told("open certain edit open-anew certain edit back");
     assert!(story.model.job.edited(), "with its own steps back");
 }
