@@ -4,14 +4,18 @@
 //              and what was there before stays
 //   waiting    a new site takes over when the page asks for it and no other window is open, or when all windows are closed
 //   fetch      what belongs to the site comes from here; anything else passes by
+//   share      files that another program shares with the page are put by until the page takes them
 //
-// Comes in: the list that `cargo xtask site` writes in. Goes out: files. Nothing of the person's is kept here or dropped here.
+// Comes in: the list that `cargo xtask site` writes in; shared files. Goes out: files. Of the person's nothing is kept here but what
+// was shared and not taken yet.
 
 const SITE = { version: "", files: {} };
 
 const scope = self.registration.scope;
 const PREFIX = `annulus ${scope} `;
 const KEPT = PREFIX + SITE.version;
+const SHARED = `annulus-shared ${scope}`;
+const MOST_SHARED = 2000;
 
 const hex = (bytes) => Array.from(new Uint8Array(bytes), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
@@ -50,6 +54,16 @@ async function answer(name, request) {
   return (await cache.match(new URL(name, scope).href)) ?? fetch(request);
 }
 
+/** Puts shared files by, each under its name, in place of any from before, and shows the page. */
+async function share(request) {
+  const files = (await request.formData()).getAll("files").filter((file) => file instanceof File);
+  await caches.delete(SHARED);
+  const cache = await caches.open(SHARED);
+  const address = (file, number) => new URL(`shared/${number}/${encodeURIComponent(file.name)}`, scope).href;
+  await Promise.all(files.slice(0, MOST_SHARED).map((file, number) => cache.put(address(file, number), new Response(file))));
+  return Response.redirect(new URL("./?shared", scope).href, 303);
+}
+
 /** Takes over, unless another window still works with what is there. */
 async function takeOver(asking) {
   const windows = await self.clients.matchAll({ type: "window", includeUncontrolled: true });
@@ -63,6 +77,10 @@ self.addEventListener("message", (event) => {
   if (event.data === "take over") event.waitUntil(takeOver(event.source));
 });
 self.addEventListener("fetch", (event) => {
+  if (event.request.method === "POST" && event.request.url === new URL("share", scope).href) {
+    event.respondWith(share(event.request));
+    return;
+  }
   const name = event.request.method === "GET" ? nameOf(event.request.url) : null;
   if (name) event.respondWith(answer(name, event.request));
 });

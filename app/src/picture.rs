@@ -11,7 +11,8 @@
 
 use crate::toolpaths::{ToolpathPiece, Toolpaths, Travel};
 use crate::view::{Colour, Disc, HoleState, Line, Palette, Plate, Scene, SceneSlot, UNORDERED, Width};
-use annulus_core::board::Board;
+use annulus_core::board::changes::{BoardChanges, Fate};
+use annulus_core::board::{Board, Hole, Slot};
 use annulus_core::geometry::{Bounds, Path, Point};
 use annulus_core::units::Length;
 use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
@@ -77,7 +78,7 @@ pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
     let origin = origin(body);
     let sizes = sizes(board);
     let colour = |size: Length| palette.tool(sizes.partition_point(|other| *other < size));
-    let disc = |hole: &annulus_core::board::Hole| {
+    let disc = |hole: &Hole| {
         let size = hole.diameter.unwrap_or(UNSIZED);
         Disc {
             centre_mm: place(origin, hole.at),
@@ -188,6 +189,51 @@ pub fn beside(places: impl Iterator<Item = [f64; 2]>, from_mm: [f64; 2], way: [f
     ranked.min_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1))).map(|(_, index)| index)
 }
 
+/// What changed of holes and slots with new exports: a ring round what came, a cross over what went, a line along which one moved
+/// to its ring.
+pub fn changed(changes: &BoardChanges, origin: Point, palette: &Palette) -> Vec<Line> {
+    let holes = changes.holes.iter().map(|hole| {
+        let at = |hole: &Hole| place(origin, hole.at);
+        (hole.fate, hole.before.as_ref().map(at), hole.now.as_ref().map(at))
+    });
+    let slots = changes.slots.iter().map(|slot| {
+        let at = |slot: &Slot| place(origin, slot.path.first().copied().unwrap_or_default());
+        (slot.fate, slot.before.as_ref().map(at), slot.now.as_ref().map(at))
+    });
+    holes.chain(slots).flat_map(|(fate, before, now)| mark(fate, before, now, palette)).collect()
+}
+
+fn mark(fate: Fate, before: Option<[f32; 2]>, now: Option<[f32; 2]>, palette: &Palette) -> Vec<Line> {
+    let line = |a_mm, b_mm, colour| Line { a_mm, b_mm, width: Width::Px(2.5), colour, order: UNORDERED };
+    let cross = |[x, y]: [f32; 2]| {
+        let by = RING_MM * 0.7;
+        [(-by, -by, by, by), (-by, by, by, -by)]
+            .map(|(a, b, c, d)| line([x + a, y + b], [x + c, y + d], palette.failed))
+    };
+    match (fate, before, now) {
+        (Fate::Gone, Some(before), _) => cross(before).to_vec(),
+        (Fate::Added, _, Some(now)) => ring(now, palette.done).collect(),
+        (Fate::Moved, Some(before), Some(now)) => {
+            std::iter::once(line(before, now, palette.current)).chain(ring(now, palette.current)).collect()
+        }
+        (_, _, Some(now)) => ring(now, palette.current).collect(),
+        _ => Vec::new(),
+    }
+}
+
+/// A ring round a place.
+fn ring(place: [f32; 2], colour: Colour) -> impl Iterator<Item = Line> {
+    let on_ring = move |step: u16| {
+        let angle = f64::from(step) * std::f64::consts::TAU / f64::from(RING_STEPS);
+        let (sine, cosine) = (libm::sin(angle) as f32, libm::cos(angle) as f32);
+        [place[0] + RING_MM * cosine, place[1] + RING_MM * sine]
+    };
+    (0..RING_STEPS).map(move |step| {
+        let (a_mm, b_mm) = (on_ring(step), on_ring(step + 1));
+        Line { a_mm, b_mm, width: Width::Px(2.5), colour, order: UNORDERED }
+    })
+}
+
 /// A finding at `place`: a dot, and a ring where it is the one on show.
 pub fn finding(place: [f32; 2], shown: bool, colour: Colour, palette: &Palette) -> Vec<Line> {
     let line = |a_mm, b_mm, width, colour| Line { a_mm, b_mm, width, colour, order: UNORDERED };
@@ -196,13 +242,7 @@ pub fn finding(place: [f32; 2], shown: bool, colour: Colour, palette: &Palette) 
         line(place, place, Width::Px(FINDING_PX), colour),
     ];
     if shown {
-        let on_ring = |step: u16| {
-            let angle = f64::from(step) * std::f64::consts::TAU / f64::from(RING_STEPS);
-            let (sine, cosine) = (libm::sin(angle) as f32, libm::cos(angle) as f32);
-            [place[0] + RING_MM * cosine, place[1] + RING_MM * sine]
-        };
-        let ring = (0..RING_STEPS).map(|step| line(on_ring(step), on_ring(step + 1), Width::Px(2.5), colour));
-        marks.extend(ring);
+        marks.extend(ring(place, colour));
     }
     marks
 }
@@ -210,7 +250,6 @@ pub fn finding(place: [f32; 2], shown: bool, colour: Colour, palette: &Palette) 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::board::{Hole, Slot};
     use annulus_core::geometry::{Island, Region};
 
     fn seen(board: &Board) -> Scene {
@@ -335,6 +374,23 @@ mod tests {
             open.extend(next.filter(|next| seen.insert(*next)));
         }
         assert_eq!(seen.len(), places.len());
+    }
+
+    #[test]
+    fn what_changed_has_a_shape_of_its_own_beside_its_colour() {
+        let palette = Palette::DARK;
+        let [a, b] = [[1.0, 2.0], [4.0, 6.0]];
+        let shape = |fate, before, now| {
+            let marks = mark(fate, before, now, &palette);
+            (marks.len(), marks.first().map(|line| line.colour))
+        };
+        let ring = usize::from(RING_STEPS);
+        assert_eq!(shape(Fate::Gone, Some(a), None), (2, Some(palette.failed)));
+        assert_eq!(shape(Fate::Added, None, Some(b)), (ring, Some(palette.done)));
+        assert_eq!(shape(Fate::Moved, Some(a), Some(b)), (ring + 1, Some(palette.current)));
+        assert_eq!(shape(Fate::Resized, Some(a), Some(a)), (ring, Some(palette.current)));
+        let way = mark(Fate::Moved, Some(a), Some(b), &palette)[0];
+        assert_eq!((way.a_mm, way.b_mm), (a, b), "from where it lay to where it lies");
     }
 
     #[test]

@@ -308,3 +308,35 @@ fn a_zip_that_is_cut_off_is_refused_and_says_why_once() {
     let output = annulus(folder.path(), "inspect . --json").output().unwrap();
     assert_eq!(output.status.code(), Some(0));
 }
+
+#[test]
+fn a_board_is_compared_with_what_it_was_before() {
+    let folder = folder();
+    let home = folder.path();
+    for (name, text) in [
+        ("old", BOARD.to_owned()),
+        ("moved", BOARD.replace("X10.0Y9.0", "X10.0Y9.5").replace("T2C1.0", "T2C1.2")),
+        ("damaged", "nothing".to_owned()),
+    ] {
+        fs::create_dir(home.join(name)).unwrap();
+        fs::write(home.join(name).join("board.drl"), text).unwrap();
+    }
+    let same = answer(home, "inspect old --against old")["changes"].clone();
+    assert_eq!((&same["same"], &same["unchanged"]), (&true.into(), &4.into()), "{same}");
+    let changes = answer(home, "inspect moved --against old")["changes"].clone();
+    let rows: Vec<_> =
+        changes["holes"].as_array().unwrap().iter().map(|row| row["change"].as_str()).collect();
+    assert_eq!((rows, &changes["unchanged"]), (vec![Some("moved"), Some("resized")], &2.into()), "{changes}");
+    assert_eq!(changes["holes"][0]["now"]["at_mm"], serde_json::json!([10.0, 9.5]));
+    let lost = answer(home, "inspect damaged --against old")["changes"].clone();
+    assert_eq!((&lost["may_be_another_board"], &lost["same"]), (&true.into(), &false.into()), "{lost}");
+    assert!(answer(home, "inspect old")["changes"].is_null());
+    let output = annulus(home, "inspect moved --against old").output().unwrap();
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert!(
+        said.contains("1 hole moved") && said.contains("X 10.000 Y 9.000 → 0.800 mm  X 10.000 Y 9.500"),
+        "{said}"
+    );
+    let output = annulus(home, "inspect old --against missing --json").output().unwrap();
+    assert_eq!(output.status.code(), Some(3));
+}

@@ -3,9 +3,10 @@
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { readFileSync } from "node:fs";
+import { createServer } from "node:http";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { data, downloaded, drillOnly, openBrowser, openPage, picture, press, serveFiles, site, startJob, tab, until } from "./harness.mjs";
+import { data, downloaded, drillOnly, openBrowser, openPage, picture, press, root, serveFiles, site, startJob, tab, until } from "./harness.mjs";
 
 /** Waits until the site is kept and looks after this page. */
 const kept = (page) => until(() => page.evaluate(() => navigator.serviceWorker.controller !== null), "a site that is kept");
@@ -238,6 +239,73 @@ test("a site whose files are not all of one making is not kept, and what was kep
     await context.setOffline(true);
     await page.reload();
     await openSample(page);
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});
+
+/** A server of one board, as somebody else's: with and without leave for other sites to read it. */
+async function serveBoard() {
+  const board = readFileSync(join(root, "www/examples/sensor.drl"));
+  const server = createServer((request, response) => {
+    if (request.url === "/missing.drl") return response.writeHead(404, { "access-control-allow-origin": "*" }).end();
+    const leave = request.url === "/open/sensor.drl" ? { "access-control-allow-origin": "*" } : {};
+    response.writeHead(200, leave).end(board);
+  });
+  await new Promise((listening) => server.listen(0, "127.0.0.1", listening));
+  return { origin: `http://127.0.0.1:${server.address().port}`, stop: () => (server.closeAllConnections(), server.close()) };
+}
+
+test("a link to a board opens it; one that is missing, shut or no link is told in a sentence", async () => {
+  const [server, boards] = [await serveFiles(), await serveBoard()];
+  const { page, context } = await openPage(browser, `${server.url}?url=${encodeURIComponent(`${boards.origin}/open/sensor.drl`)}`);
+  try {
+    await until(async () => Number(await data(page, "holes")) > 0, "the board behind the link");
+    assert.equal(new URL(page.url()).search, "", "a reload does not fetch it once more");
+    for (const [link, said] of [
+      [`${boards.origin}/missing.drl`, /answered with status 404/],
+      [`${boards.origin}/shut/sensor.drl`, /does not let other pages read its files \(CORS\)/],
+      ["javascript:alert(1)", /is not a link to a file/],
+      ["file:///etc/passwd", /is not a link to a file/],
+    ]) {
+      const other = await context.newPage();
+      await other.goto(`${server.url}?url=${encodeURIComponent(link)}&lang=en`);
+      await other.getByText(said).waitFor();
+      assert.equal(await other.getByRole("heading", { name: /Drop the files/ }).count(), 1, "and the page is as it was");
+      await other.close();
+    }
+  } finally {
+    await context.close();
+    server.stop();
+    boards.stop();
+  }
+});
+
+test("files that another program shares with the page are opened once, and the browser would install the site", async () => {
+  const server = await serveFiles();
+  const { page, context } = await openPage(browser, server.url);
+  try {
+    await kept(page);
+    const session = await context.newCDPSession(page);
+    const { installabilityErrors } = await session.send("Page.getInstallabilityErrors");
+    const told = installabilityErrors.map((one) => one.errorId).filter((id) => id !== "in-incognito");
+    assert.deepEqual(told, [], "installable");
+    const text = readFileSync(join(root, "www/examples/sensor.drl"), "utf8");
+    await page.evaluate((text) => {
+      const [form, files, data] = [document.createElement("form"), document.createElement("input"), new DataTransfer()];
+      Object.assign(form, { method: "post", action: "share", enctype: "multipart/form-data" });
+      Object.assign(files, { type: "file", name: "files", multiple: true });
+      data.items.add(new File([text], "shared board.drl"));
+      files.files = data.files;
+      form.append(files);
+      document.body.append(form);
+      form.submit();
+    }, text);
+    await until(async () => Number(await data(page, "holes").catch(() => 0)) > 0, "the board that was shared");
+    assert.equal(new URL(page.url()).search, "");
+    await page.goto(`${server.url}?shared`);
+    await page.getByText("The files that were shared are not there any more.").waitFor();
   } finally {
     await context.close();
     server.stop();

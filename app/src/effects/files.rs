@@ -2,14 +2,16 @@
 //!
 //! ```text
 //! drop ─▶ entries ─▶ files, folder by folder ─┐
-//! Open… ─▶ <input type=file> ─────────────────┼─▶ (name, bytes)* ─▶ FilesEvent::Chosen
+//! Open… ─▶ <input type=file> ─────────────────┼─▶ (name, bytes)* ─▶ FilesEvent::Chosen, AnewEvent::Chosen
 //! sample ─▶ our own server ───────────────────┘
+//!   └─▶ where the browser gives handles, the files are followed
 //! ```
 //!
 //! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
 
+use super::follow::{self, Followed};
 use crate::browser;
-use crate::model::{FilesEvent, FrameEvent, TemplateEvent};
+use crate::model::{AnewEvent, FilesEvent, FrameEvent, TemplateEvent};
 use crate::page::send;
 use crate::said::{Text, key};
 use js_sys::{Array, Function, Promise, Uint8Array};
@@ -40,8 +42,12 @@ fn toast(text: Text) {
     send(FrameEvent::Say { text });
 }
 
-fn chosen(files: Vec<(String, Vec<u8>)>) {
+fn chosen_now(files: Vec<(String, Vec<u8>)>) {
     send(FilesEvent::Chosen { files });
+}
+
+fn anew_chosen(files: Vec<(String, Vec<u8>)>) {
+    send(AnewEvent::Chosen { files });
 }
 
 /// Opens the sample board.
@@ -54,12 +60,12 @@ pub(super) fn sample() {
                 _ => return toast(Text::of(key!("page.open.no_sample"))),
             }
         }
-        chosen(files);
+        chosen_now(files);
     });
 }
 
-/// Lets the person choose files.
-pub(super) fn choose() {
+/// Lets the person choose files, or new exports of the open board.
+pub(super) fn choose(anew: bool) {
     let made =
         document().create_element("input").ok().and_then(|made| made.dyn_into::<HtmlInputElement>().ok());
     let Some(input) = made else { return };
@@ -68,7 +74,8 @@ pub(super) fn choose() {
     let chosen = input.clone();
     let changed = Closure::once_into_js(move || {
         if let Some(list) = chosen.files() {
-            take(in_list(&list));
+            let chosen = if anew { anew_chosen } else { chosen_now };
+            take(in_list(&list), chosen);
         }
     });
     input.set_onchange(Some(changed.unchecked_ref()));
@@ -97,6 +104,7 @@ pub(super) fn choose_dialect() {
 
 /// The whole window is where files can be dropped.
 pub(super) fn listen() {
+    let followed = Followed::begin();
     let over = window_event_listener(ev::dragover, |event| {
         if brings_files(&event) {
             event.prevent_default();
@@ -108,11 +116,11 @@ pub(super) fn listen() {
             mark(false);
         }
     });
-    let dropped = window_event_listener(ev::drop, |event| {
+    let dropped = window_event_listener(ev::drop, move |event| {
         mark(false);
         if let Some(data) = event.data_transfer().filter(|_| brings_files(&event)) {
             event.prevent_default();
-            take_drop(&data);
+            take_drop(&data, &followed);
         }
     });
     on_cleanup(move || {
@@ -141,14 +149,16 @@ fn in_list(list: &FileList) -> Vec<Named> {
     (0..list.length()).filter_map(|index| list.get(index)).map(|file| (file.name(), file)).collect()
 }
 
-/// Entries must be asked for before anything is awaited: afterwards the drop is empty.
-fn take_drop(data: &DataTransfer) {
+/// Entries and handles must be asked for before anything is awaited: afterwards the drop is empty.
+fn take_drop(data: &DataTransfer, followed: &Followed) {
     let items = data.items();
+    let handles = follow::handles(&items);
+    let followed = followed.clone();
     let entries: Vec<FileSystemEntry> =
         (0..items.length()).filter_map(|index| items.get(index)?.webkit_get_as_entry().ok()?).collect();
     if entries.is_empty() {
         if let Some(list) = data.files() {
-            take(in_list(&list));
+            take(in_list(&list), chosen_now);
         }
         return;
     }
@@ -167,7 +177,9 @@ fn take_drop(data: &DataTransfer) {
             }
         }
         found.sort_by(|a, b| a.0.cmp(&b.0));
-        take(found);
+        let names = found.iter().map(|(name, file)| (name.clone(), file.last_modified())).collect();
+        take(found, chosen_now);
+        followed.follow(names, handles).await;
     });
 }
 
@@ -205,7 +217,8 @@ async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
     }
 }
 
-fn take(files: Vec<Named>) {
+/// Reads files and gives them to `chosen`.
+fn take(files: Vec<Named>, chosen: fn(Vec<(String, Vec<u8>)>)) {
     let total: f64 = files.iter().map(|(_, file)| file.size()).sum();
     if total > MOST_BYTES as f64 {
         return toast(too_much(key!("page.open.too_large"), MOST_BYTES / 1024 / 1024));
@@ -213,12 +226,19 @@ fn take(files: Vec<Named>) {
     leptos::task::spawn_local(async move {
         let mut read = Vec::new();
         for (name, file) in files {
-            if let Ok(buffer) = JsFuture::from(file.array_buffer()).await {
-                read.push((name, Uint8Array::new(&buffer).to_vec()));
+            match bytes_of(&file).await {
+                Some(bytes) => read.push((name, bytes)),
+                None => toast(Text::Key { key: key!("page.open.unreadable"), args: vec![("name", name)] }),
             }
         }
         if !read.is_empty() {
             chosen(read);
         }
     });
+}
+
+/// The bytes of a file; none where it cannot be read, for example because it was written anew meanwhile.
+pub(super) async fn bytes_of(file: &File) -> Option<Vec<u8>> {
+    let buffer = JsFuture::from(file.array_buffer()).await.ok()?;
+    Some(Uint8Array::new(&buffer).to_vec())
 }

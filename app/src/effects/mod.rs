@@ -11,8 +11,11 @@ mod colours;
 mod drawings;
 mod drill;
 mod files;
+mod follow;
+mod from_elsewhere;
 mod jobs;
 mod languages;
+mod locks;
 mod serial;
 mod session;
 mod signs;
@@ -29,21 +32,25 @@ use awake::Awake;
 use leptos::prelude::{request_animation_frame, set_timeout};
 use socket::Line;
 use std::time::Duration;
+use store::Places;
 use worker::Workers;
 
 /// What the page needs to run.
 pub fn surroundings() -> Surroundings {
-    let (workers, line, awake) = (Workers::default(), Line::default(), Awake::default());
+    let (workers, line) = (Workers::default(), Line::default());
+    let (places, awake) = (Places::default(), Awake::default());
     line.serial.listen();
     awake.listen();
     let clock = || Clocks { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
-    Surroundings { run: Box::new(move |effect| run(&workers, &line, &awake, effect)), clock }
+    Surroundings { run: Box::new(move |effect| run(&workers, &line, &places, &awake, effect)), clock }
 }
 
 /// Listens to what comes by itself: dropped files, the line. Once, after the page was made.
 pub fn begin() {
     files::listen();
+    store::listen();
     site::begin();
+    from_elsewhere::begin(site::alone());
     languages::begin();
     colours::begin();
     signs::begin();
@@ -60,7 +67,7 @@ fn pair(token: String) {
     });
 }
 
-fn run(workers: &Workers, line: &Line, awake: &Awake, effect: Effect) {
+fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: Effect) {
     match effect {
         Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
         Effect::CallOff => workers.call_off(),
@@ -84,16 +91,17 @@ fn run(workers: &Workers, line: &Line, awake: &Awake, effect: Effect) {
         Effect::Renew { on } => line.renew(on),
         Effect::Upload { number, bytes, session } => line.upload(number, bytes, session),
         Effect::Fetch { number, key, session } => line.fetch(number, key, session),
-        Effect::ChooseFiles => files::choose(),
+        Effect::ChooseFiles { anew } => files::choose(anew),
         Effect::ChooseDialect => files::choose_dialect(),
         Effect::Sample => files::sample(),
         Effect::Speak { language } => languages::speak(language),
         Effect::Colours { word } => colours::show(word),
         Effect::KeepSigns { on } => signs::keep(on),
         Effect::StayAwake { on } => awake.want(on),
-        Effect::LookInStore => store::look(),
-        Effect::WriteStore { place, name, job, files, at_ms } => store::write(place, name, job, files, at_ms),
-        Effect::TakeFromStore { place } => store::take(place),
+        Effect::LookInStore => places.look(),
+        Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),
+        Effect::HoldPlace { place } => places.hold(place),
+        Effect::TakeFromStore { place } => places.take(place),
         Effect::LookForDrawings { own } => drawings::look(own),
         Effect::KeepDrawing { of, place, name, text, at_ms } => drawings::keep(of, place, name, text, at_ms),
         Effect::TakeDrawing { place } => drawings::take(place),

@@ -1,13 +1,23 @@
-//! The store of this browser: two places, each with the files of a project and its job.
+//! The store of this browser: places, each with the files of a project and its job, and which of them this tab holds.
+//!
+//! ```text
+//!   a lock of the browser for every place that a tab holds ─▶ no other tab writes there; it ends with the tab
+//! ```
 //!
 //! Comes in: records. Goes out: records, as events. Does not know what a project is.
 
+use super::locks::{self, Held};
 use crate::browser::window;
 use crate::model::keeping::PLACES;
 use crate::model::{Event, KeepEvent, Offer};
 use crate::page::send;
 use js_sys::{Array, Function, Promise, Uint8Array};
+use leptos::ev;
+use leptos::prelude::{document, window_event_listener};
 use leptos::task::spawn_local;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{
@@ -18,26 +28,141 @@ use web_sys::{
 const BASE: &str = "annulus";
 const TABLE: &str = "projects";
 
-/// Tells what is there.
-pub(super) fn look() {
-    spawn_local(async {
-        let mut offers: Vec<Offer> = Vec::new();
-        for place in 0..PLACES {
-            offers.extend(row(place).await.map(|(offer, _)| offer));
+/// How the lock of a place is called, before its number.
+const LOCK: &str = "annulus project ";
+
+/// The places that this tab holds.
+#[derive(Clone, Default)]
+pub(super) struct Places(Rc<RefCell<BTreeMap<u32, Held>>>);
+
+/// Tells when the page is looked at again, and when it is left.
+pub(super) fn listen() {
+    let looked = window_event_listener(ev::focus, |_| send(KeepEvent::Looked));
+    let hidden = Closure::<dyn FnMut()>::new(|| {
+        if document().hidden() {
+            send(KeepEvent::Leaving);
         }
-        send(KeepEvent::Found { offers });
+    });
+    let _ = document().add_event_listener_with_callback("visibilitychange", hidden.as_ref().unchecked_ref());
+    hidden.forget();
+    let left = window_event_listener(ev::pagehide, |_| send(KeepEvent::Leaving));
+    leptos::prelude::on_cleanup(move || {
+        looked.remove();
+        left.remove();
     });
 }
 
-/// Writes the job, and the files where there are some.
-pub(super) fn write(place: u32, name: String, job: String, files: Option<Vec<u8>>, at_ms: f64) {
-    spawn_local(async move {
-        let done = put(place, &name, &job, files, at_ms).await;
-        if let Err(why) = &done {
-            web_sys::console::warn_1(why);
+impl Places {
+    /// Tells what is there.
+    pub(super) fn look(&self) {
+        let own: BTreeSet<u32> = self.0.borrow().keys().copied().collect();
+        spawn_local(async move {
+            let held = locks::held().await;
+            let elsewhere = |place: u32| !own.contains(&place) && held.contains(&lock_of(place));
+            let mut offers: Vec<Offer> = Vec::new();
+            for place in 0..PLACES {
+                let found = row(place).await.map(|(offer, _)| Offer { elsewhere: elsewhere(place), ..offer });
+                offers.extend(found);
+            }
+            send(KeepEvent::Found { offers });
+        });
+    }
+
+    /// Writes the job, and the files where there are some.
+    pub(super) fn write(
+        &self,
+        place: Option<u32>,
+        name: String,
+        job: String,
+        files: Option<Vec<u8>>,
+        at_ms: f64,
+    ) {
+        let this = self.clone();
+        spawn_local(async move {
+            let place = match place {
+                Some(place) => Some(place),
+                None => this.claim().await,
+            };
+            let Some(place) = place else {
+                return send(KeepEvent::Written { place: None, full: false });
+            };
+            let done = put(place, &name, &job, files, at_ms).await;
+            if let Err(why) = &done {
+                web_sys::console::warn_1(why);
+            }
+            let full = done.as_ref().is_err_and(is_full);
+            send(KeepEvent::Written { place: done.is_ok().then_some(place), full });
+        });
+    }
+
+    /// Holds this place and no other.
+    pub(super) fn hold(&self, place: Option<u32>) {
+        self.0.borrow_mut().retain(|held, _| Some(*held) == place);
+    }
+
+    /// Takes what is at a place, and holds it where no other tab does.
+    pub(super) fn take(&self, place: u32) {
+        let this = self.clone();
+        spawn_local(async move {
+            let own = this.get_hold(place).await;
+            let job = row(place).await.map(|(_, job)| job);
+            let files =
+                get(&files_key(place)).await.ok().and_then(|files| files.dyn_into::<Uint8Array>().ok());
+            send(KeepEvent::Taken { place, files: files.map(|files| files.to_vec()), job, own });
+        });
+    }
+
+    /// Whether this tab holds `place` now.
+    async fn get_hold(&self, place: u32) -> bool {
+        if self.0.borrow().contains_key(&place) {
+            return true;
         }
-        send(KeepEvent::Written { done: done.is_ok() });
-    });
+        match locks::hold(&lock_of(place)).await {
+            Some(held) => {
+                self.0.borrow_mut().insert(place, held);
+                true
+            }
+            None => false,
+        }
+    }
+
+    /// Holds a place that nothing is kept at, else the one that was written longest ago.
+    async fn claim(&self) -> Option<u32> {
+        let mut places = Vec::new();
+        for place in 0..PLACES {
+            let at_ms = row(place).await.map_or(f64::NEG_INFINITY, |(offer, _)| offer.at_ms);
+            places.push((at_ms, place));
+        }
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (_, place) in places {
+            let own = self.0.borrow().contains_key(&place);
+            if !own && self.get_hold(place).await {
+                // Some browsers ask the person first: nothing waits for that.
+                spawn_local(keep_for_good());
+                return Some(place);
+            }
+        }
+        None
+    }
+}
+
+fn lock_of(place: u32) -> String {
+    format!("{LOCK}{place}")
+}
+
+/// Asks the browser not to clear what is kept when the disk is nearly full.
+async fn keep_for_good() {
+    let storage = window().navigator().storage();
+    if !storage.is_undefined()
+        && let Ok(asked) = storage.persist()
+    {
+        let _ = JsFuture::from(asked).await;
+    }
+}
+
+/// Whether there was no room.
+fn is_full(why: &JsValue) -> bool {
+    why.dyn_ref::<web_sys::DomException>().is_some_and(|why| why.name() == "QuotaExceededError")
 }
 
 async fn put(place: u32, name: &str, job: &str, files: Option<Vec<u8>>, at_ms: f64) -> Result<(), JsValue> {
@@ -49,15 +174,6 @@ async fn put(place: u32, name: &str, job: &str, files: Option<Vec<u8>>, at_ms: f
     }
     table.put_with_key(&row, &job_key(place))?;
     finished(&done).await
-}
-
-/// Takes what is at a place.
-pub(super) fn take(place: u32) {
-    spawn_local(async move {
-        let job = row(place).await.map(|(_, job)| job);
-        let files = get(&files_key(place)).await.ok().and_then(|files| files.dyn_into::<Uint8Array>().ok());
-        send(KeepEvent::Taken { place, files: files.map(|files| files.to_vec()), job });
-    });
 }
 
 /// Forgets what is at a place.
@@ -88,7 +204,7 @@ fn job_key(place: u32) -> JsValue {
 async fn row(place: u32) -> Option<(Offer, String)> {
     let row: Array = get(&job_key(place)).await.ok()?.dyn_into().ok()?;
     let (at_ms, name, job) = (row.get(0).as_f64()?, row.get(1).as_string()?, row.get(2).as_string()?);
-    Some((Offer { place, name, at_ms }, job))
+    Some((Offer { place, name, at_ms, elsewhere: false }, job))
 }
 
 /// What is kept under a key.
@@ -125,14 +241,13 @@ pub(super) async fn answered(request: &IdbRequest) -> Result<JsValue, JsValue> {
     request.result()
 }
 
-/// Waits until a transaction is on the disk.
+/// Waits until a transaction is on the disk; why it is not, where it was called off.
 pub(super) async fn finished(transaction: &IdbTransaction) -> Result<(), JsValue> {
-    wait(|done, failed| {
+    let done = wait(|done, failed| {
         transaction.set_oncomplete(Some(done));
-        transaction.set_onerror(Some(failed));
         transaction.set_onabort(Some(failed));
-    })
-    .await
+    });
+    done.await.map_err(|event| transaction.error().map_or(event, JsValue::from))
 }
 
 /// Waits for one of two callbacks.

@@ -4,6 +4,7 @@
 //! Comes in, goes out: messages. Does not know how they travel.
 
 use crate::view::Mesh;
+use annulus_core::board::changes::BoardChanges;
 use annulus_core::board::drawing::Imported;
 use annulus_core::board::{Board, Face};
 use annulus_core::cam::work::Work;
@@ -48,6 +49,8 @@ pub enum Request {
     Check(ToWrite),
     /// Turn a program into moves and steps.
     Time(ToTime),
+    /// Compare a board with what it was in files from before.
+    Compare(Box<ToCompare>),
 }
 
 /// A project to open.
@@ -72,6 +75,39 @@ pub struct ToRead {
     pub job: Option<String>,
     /// The machine, for the job that the board opens with; none for the virtual drill.
     pub machine: Option<Settings>,
+}
+
+/// Two sets of files of one board.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToCompare {
+    /// Those from before.
+    pub before: ToRead,
+    /// Those that are open.
+    pub now: ToRead,
+    /// The job, made for the board before.
+    pub work: Work,
+}
+
+/// What changed from one set of files to another.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Compared {
+    /// What changed; its copper without the areas.
+    pub changes: BoardChanges,
+    /// Those areas, side by side.
+    pub marks: Vec<CopperMarks>,
+    /// The job with its places where they were on the board, where that is another one.
+    pub work: Option<Work>,
+}
+
+/// The copper of a side that came and that went, as triangles in mm from the corner of [`Reading::body`].
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct CopperMarks {
+    /// Which side.
+    pub face: Face,
+    /// What came.
+    pub added: Mesh,
+    /// What went.
+    pub gone: Mesh,
 }
 
 /// What was read. The copper stays with the worker, which knows it by `board_key`; the page gets its triangles.
@@ -463,4 +499,6 @@ pub enum Answer {
     Checked(Checked),
     /// To [`Request::Time`].
     Timed(Timed),
+    /// To [`Request::Compare`].
+    Compared(Box<Compared>),
 }

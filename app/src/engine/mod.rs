@@ -7,7 +7,9 @@
 //! Comes in: files, boards, programs. Goes out: futures of what became of them; diagnostics where it is refused. Does not know
 //! what the page shows.
 
+mod board_files;
 mod cache;
+mod comparing;
 mod copper;
 mod exporting;
 mod mesh;

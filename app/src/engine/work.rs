@@ -8,7 +8,7 @@ use super::mesh::mesh;
 use super::messages::{
     Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow,
 };
-use super::{exporting, planning, proving, writing};
+use super::{board_files, comparing, exporting, planning, proving, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
 use annulus_core::board::drawing;
@@ -48,20 +48,15 @@ pub fn perform(
         }
         Request::Check(wanted) => Ok(Answer::Checked(writing::check(&wanted))),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
+        Request::Compare(wanted) => Ok(Answer::Compared(Box::new(comparing::compare(&wanted)))),
     }
 }
 
 fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
-    let said = &wanted.said;
-    let mut artwork = drawing::read_under(&wanted.files, &said.numbers.overrides());
+    let artwork = board_files::artwork(wanted);
     let boards = several(&artwork);
-    said.choose_board(&mut artwork);
-    said.say_roles(&mut artwork);
-    let mut used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
-    let mut diagnostics = drawing::lay_over_all(&wanted.files, &mut artwork, &mut used);
-    let asked = board::BoardWanted { copper: true, aligned: said.aligned };
-    let (mut board, more) = board::from_artwork_with(&artwork, &used, asked);
-    diagnostics.extend(more);
+    let artwork = board_files::as_said(wanted, artwork);
+    let (artwork, used, mut board, mut diagnostics) = board_files::board(wanted, artwork);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
     layers.extend(other_layers(&artwork, body, &mut diagnostics));
@@ -90,12 +85,8 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
 
 /// What files draw, without the drawings among them.
 fn trace(wanted: &ToRead) -> Vec<drawing::Imported> {
-    let said = &wanted.said;
-    let mut artwork = drawing::read_under(&wanted.files, &said.numbers.overrides());
-    said.choose_board(&mut artwork);
-    said.say_roles(&mut artwork);
-    let used = said.used_of(&artwork).unwrap_or_else(|| artwork.default_use());
-    drawing::imported(&artwork, &used)
+    let artwork = board_files::as_said(wanted, board_files::artwork(wanted));
+    drawing::imported(&artwork, &board_files::used(wanted, &artwork))
 }
 
 /// The boards whose copper or holes are in `artwork`, where they are several.
@@ -229,9 +220,10 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Diagnostic>> {
 #[cfg(test)]
 mod tests {
     use super::super::messages::{
-        Envelope, Exported, PlanReady, Proved, Settings, ToExport, ToOpen, ToPlan, ToProve,
+        Envelope, Exported, PlanReady, Proved, Settings, ToCompare, ToExport, ToOpen, ToPlan, ToProve,
     };
     use super::*;
+    use annulus_core::board::changes::Fate;
     use annulus_core::cam;
     use annulus_core::cam::work::OperationKind;
     use annulus_core::geometry::{Island, Path, Point, Region};
@@ -308,6 +300,28 @@ mod tests {
             let found = reading.board.holes[0].at.y.mm();
             assert!((found - y).abs() < 0.01, "{aligned}: {found}, {:?}", reading.diagnostics);
         }
+    }
+
+    #[test]
+    fn new_files_of_a_board_are_compared_with_the_old_ones() {
+        let file = |text: &str| vec![("a.drl".to_owned(), text.as_bytes().to_vec())];
+        let old = String::from_utf8_lossy(DRILL).into_owned();
+        let new = old.replace("M30", "X90.0Y90.0\nM30");
+        let to_read = |text: &str| ToRead { files: file(text), ..ToRead::default() };
+        let compare = |before: &str, now: &str| {
+            let wanted = ToCompare { before: to_read(before), now: to_read(now), work: Work::default() };
+            let request = Request::Compare(Box::new(wanted));
+            let Ok(Answer::Compared(compared)) = perform(request, &mut Cache::default(), &mut |_, _| {})
+            else {
+                panic!()
+            };
+            *compared
+        };
+        let found = compare(&old, &new);
+        assert_eq!((found.changes.holes.len(), found.changes.holes[0].fate), (1, Fate::Added));
+        assert!(compare(&new, &new).changes.is_none() && found.work.is_none());
+        let bytes = postcard::to_allocvec(&Answer::Compared(Box::new(found.clone()))).unwrap();
+        assert_eq!(postcard::from_bytes::<Answer>(&bytes).unwrap(), Answer::Compared(Box::new(found)));
     }
 
     #[test]

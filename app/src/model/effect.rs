@@ -47,8 +47,11 @@ pub enum Effect {
         /// Its bytes.
         bytes: Vec<u8>,
     },
-    /// Let the person choose files; comes back as [`super::FilesEvent::Chosen`].
-    ChooseFiles,
+    /// Let the person choose files; comes back as [`super::FilesEvent::Chosen`], new exports as [`super::AnewEvent::Chosen`].
+    ChooseFiles {
+        /// New exports of the open board.
+        anew: bool,
+    },
     /// Let the person choose a dialect; comes back as [`super::TemplateEvent::Keep`].
     ChooseDialect,
     /// Fetch the sample board; comes back as [`super::FilesEvent::Chosen`].
@@ -145,8 +148,8 @@ pub enum Effect {
     LookInStore,
     /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`].
     WriteStore {
-        /// Where.
-        place: u32,
+        /// Where; none for a place that no tab holds: a free one, else the one that was written longest ago.
+        place: Option<u32>,
         /// The name of the board.
         name: String,
         /// The job as text.
@@ -156,7 +159,12 @@ pub enum Effect {
         /// When, in ms since 1970.
         at_ms: f64,
     },
-    /// Take what is kept at a place; comes back as [`super::KeepEvent::Taken`].
+    /// Hold this place for this tab and let go of any other.
+    HoldPlace {
+        /// Which; none for none.
+        place: Option<u32>,
+    },
+    /// Take what is kept at a place, and hold it where no other tab does; comes back as [`super::KeepEvent::Taken`].
     TakeFromStore {
         /// Where.
         place: u32,

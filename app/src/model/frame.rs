@@ -55,6 +55,8 @@ pub enum ToastAct {
     Update,
     /// Go back to the drawing that was under work before.
     DrawnBefore,
+    /// Take in files that changed on the disk.
+    TakeAnew,
 }
 
 /// A short word in the corner.
@@ -288,6 +290,11 @@ pub enum FrameEvent {
         /// What.
         text: Text,
     },
+    /// A short word is to be said, and stays until it is closed.
+    Tell {
+        /// What.
+        text: Text,
+    },
     /// A short word was there long enough, or was closed.
     Said {
         /// Its number.
@@ -305,6 +312,16 @@ pub(super) fn toast(model: &mut Model, text: Text, act: Option<ToastAct>) -> Eff
     let number = put(&mut model.frame, text, act);
     let event = Event::Frame(FrameEvent::Said { number });
     Effect::Wake { after_ms: TOAST_MS, event: Box::new(event) }
+}
+
+/// A short word that stays until it is closed.
+pub(super) fn say(model: &mut Model, text: Text) {
+    put(&mut model.frame, text, None);
+}
+
+/// A short word with something to do, which stays until it is closed.
+pub(super) fn offer(model: &mut Model, text: Text, act: ToastAct) {
+    put(&mut model.frame, text, Some(act));
 }
 
 /// A short word that stays until it is closed.
@@ -384,6 +401,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Look { action } => frame.asked = (frame.asked.0 + 1, Some(action)),
         FrameEvent::Backend { word } => frame.backend = Some(word),
         FrameEvent::Say { text } => return vec![toast(model, text, None)],
+        FrameEvent::Tell { text } => say(model, text),
         FrameEvent::Alone => frame.alone = true,
         FrameEvent::UpdateReady => frame.update_ready = true,
         FrameEvent::Said { number } => {
@@ -395,6 +413,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             let act = taken(frame, number);
             match act {
                 Some(ToastAct::Review) => model.board.reviewing = true,
+                Some(ToastAct::TakeAnew) => model.anew.want(),
                 Some(ToastAct::DrawnBefore) => return super::drawing::update(model, DrawEvent::Back),
                 Some(ToastAct::Update) => {
                     frame.update_ready = false;

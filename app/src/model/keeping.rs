@@ -2,13 +2,13 @@
 //!
 //! ```text
 //!  files, what was said ─ changed ─▶ packed in a worker ─┐
-//!  job ─ changed ─ rests half a second ──────────────────┴▶ the store ─ next visit ─▶ an offer: Restore · Discard
+//!  job ─ changed ─ half a second later at most ──────────┴▶ the store ─ next visit ─▶ offers: Restore · Discard
 //!
-//!  two places:   offered until the person answers │ written by this visit
+//!  a place each:   this project, held by this tab │ earlier ones │ those of other tabs, which write there themselves
 //! ```
 //!
-//! Comes in: the open board and its job, as they change; what the store says. Goes out: what to write, and the offer. Nothing
-//! is opened unless the person says so, and what is offered is not written over before. Does not know the store.
+//! Comes in: the open board and its job, as they change; what the store says. Goes out: what to write, and the offers. Nothing
+//! is opened unless the person says so; a project that another tab holds is opened as a copy. Does not know the store.
 
 use super::{Document, Effect, Event, Lane, Model, export, frame};
 use crate::engine::Stopped;
@@ -18,10 +18,10 @@ use annulus_core::cam::work::Work;
 use annulus_core::project;
 use std::sync::Arc;
 
-/// Changes rest so long before they are kept, in ms.
+/// Changes are kept after so long, whether more of them follow or not, in ms.
 const REST_MS: u32 = 500;
-/// How many projects are kept at most: the one on offer and the one that is open.
-pub const PLACES: u32 = 2;
+/// How many projects are kept at most; a further one takes the place of the one that was kept longest ago and that no tab holds.
+pub const PLACES: u32 = 12;
 
 /// A project that was open before.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +32,8 @@ pub struct Offer {
     pub name: String,
     /// When it was kept last, in ms since 1970.
     pub at_ms: f64,
+    /// It is open in another tab, which keeps it.
+    pub elsewhere: bool,
 }
 
 /// A record that is being written.
@@ -40,7 +42,9 @@ struct Record {
     document: Arc<Document>,
     name: String,
     job: String,
-    place: u32,
+    /// Of which project of this visit, and where that is kept.
+    project: u32,
+    place: Option<u32>,
 }
 
 /// What the store is doing.
@@ -58,21 +62,25 @@ enum Store {
 /// What is kept in this browser.
 #[derive(Clone, Debug, Default)]
 pub struct Keeping {
-    /// What there is to restore.
-    pub offer: Option<Offer>,
-    /// Where this visit writes; none until it is known what is there.
+    /// What there is to restore, the latest first.
+    pub offers: Vec<Offer>,
+    /// The open project cannot be kept, and why: the key of a sentence.
+    pub failed: Option<&'static str>,
+    /// Where the open project is kept; none until it has a place.
     place: Option<u32>,
+    /// Counts the projects of this visit.
+    project: u32,
     /// The board whose files are in the store.
     kept: Option<Arc<Document>>,
     store: Store,
-    /// Counts changes; a rest of an older count is over.
+    /// Counts changes.
     change: u32,
+    /// Changes up to this one are kept, or on their way.
+    kept_change: u32,
     /// What was seen last.
     seen: (Option<Arc<Document>>, Option<Arc<Work>>),
     /// What is being restored.
     wanted: Option<Offer>,
-    /// That nothing can be kept was said.
-    told: bool,
 }
 
 /// What happens to it.
@@ -83,15 +91,21 @@ pub enum KeepEvent {
         /// In no order.
         offers: Vec<Offer>,
     },
-    /// What is open did not change for a while.
+    /// The page is looked at again.
+    Looked,
+    /// A change is half a second old.
     Rested {
-        /// Since this change.
+        /// Which.
         change: u32,
     },
+    /// The page is left: what is not kept yet is now or never.
+    Leaving,
     /// The store has written, or has not.
     Written {
-        /// It has.
-        done: bool,
+        /// Where; none where it could not.
+        place: Option<u32>,
+        /// There is no room for it.
+        full: bool,
     },
     /// What is on offer is to be opened.
     Restore {
@@ -106,13 +120,15 @@ pub enum KeepEvent {
         files: Option<Vec<u8>>,
         /// The job as text.
         job: Option<String>,
+        /// This tab holds the place now; else another one does.
+        own: bool,
     },
     /// What is on offer is to be forgotten.
     Discard {
         /// Which.
         offer: Offer,
     },
-    /// It is forgotten; then an older one may be on offer.
+    /// It is forgotten.
     Dropped,
 }
 
@@ -157,9 +173,11 @@ fn rest(model: &mut Model) -> Vec<Effect> {
 pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
     match event {
         KeepEvent::Found { offers } => found(model, offers),
-        KeepEvent::Rested { change } if change == model.keeping.change => keep(model),
-        KeepEvent::Rested { .. } => Vec::new(),
-        KeepEvent::Written { done } => written(model, done),
+        KeepEvent::Looked if model.board.document.is_none() => vec![Effect::LookInStore],
+        KeepEvent::Rested { change } if change > model.keeping.kept_change => keep(model),
+        KeepEvent::Leaving if model.keeping.change > model.keeping.kept_change => keep(model),
+        KeepEvent::Looked | KeepEvent::Rested { .. } | KeepEvent::Leaving => Vec::new(),
+        KeepEvent::Written { place, full } => written(model, place, full),
         KeepEvent::Restore { offer } => {
             let place = offer.place;
             model.keeping.wanted = Some(offer);
@@ -168,44 +186,58 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
         // What was taken is opened where files are.
         KeepEvent::Taken { .. } => Vec::new(),
         KeepEvent::Discard { offer } => vec![Effect::DropFromStore { place: offer.place }],
-        KeepEvent::Dropped => {
-            model.keeping.offer = None;
-            vec![Effect::LookInStore]
-        }
+        KeepEvent::Dropped => vec![Effect::LookInStore],
     }
 }
 
-/// Offers the project that was kept last, and finds this visit a place beside it.
+/// Offers what was kept but the project that is open.
 fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
+    offers.retain(|offer| Some(offer.place) != model.keeping.place);
     offers.sort_by(|a, b| b.at_ms.total_cmp(&a.at_ms));
-    let first = offers.into_iter().next();
-    let place = first.as_ref().map_or(0, |offer| (offer.place + 1) % PLACES);
-    model.keeping.offer = first;
-    writes_to(model, place);
-    rest(model)
+    model.keeping.offers = offers;
+    Vec::new()
 }
 
-/// What was kept at a place is open now.
-pub(super) fn restored(model: &mut Model, place: u32) {
-    model.keeping.offer = None;
-    writes_to(model, place);
+/// Another project is open: that of a place which this tab holds, or one that has none yet.
+pub(super) fn another(model: &mut Model, place: Option<u32>) -> Effect {
+    let keeping = &mut model.keeping;
+    keeping.project += 1;
+    (keeping.place, keeping.kept, keeping.failed) = (place, None, None);
+    keeping.offers.retain(|offer| Some(offer.place) != place);
+    Effect::HoldPlace { place }
 }
 
-/// From now on this visit writes there; nothing of it is there yet.
-fn writes_to(model: &mut Model, place: u32) {
-    if model.keeping.place.replace(place) != Some(place) {
-        model.keeping.kept = None;
-    }
+/// Another project is coming: what is not kept yet of this one is.
+pub(super) fn leaving(model: &mut Model) -> Vec<Effect> {
+    let open = model.board.document.as_ref();
+    let has_place = open.zip(model.keeping.kept.as_ref()).is_some_and(|(open, kept)| Arc::ptr_eq(open, kept));
+    if has_place && model.keeping.change > model.keeping.kept_change { keep(model) } else { Vec::new() }
 }
 
-/// The project to be opened, where this place was to be restored; what says that it is gone.
-pub(super) fn taken(model: &mut Model, place: u32, files: Option<Vec<u8>>) -> Result<Option<ToOpen>, Effect> {
+/// The project is closed; it is on offer with the others.
+pub(super) fn closed(model: &mut Model) -> Vec<Effect> {
+    vec![another(model, None), Effect::LookInStore]
+}
+
+/// What is to be opened, and from which place that this tab holds; what says that it is gone.
+pub(super) fn taken(
+    model: &mut Model,
+    place: u32,
+    files: Option<Vec<u8>>,
+    own: bool,
+) -> Result<Option<(ToOpen, Option<u32>)>, Effect> {
     let wanted = model.keeping.wanted.take().filter(|offer| offer.place == place);
     let Some(offer) = wanted else { return Ok(None) };
     match files {
-        Some(bytes) => Ok(Some(ToOpen { name: offer.name, bytes })),
+        Some(bytes) => Ok(Some((ToOpen { name: offer.name, bytes }, own.then_some(place)))),
         None => Err(frame::toast(model, Text::of(key!("page.kept.gone")), None)),
     }
+}
+
+/// That the project which was wanted is open in another tab, and that this one works on a copy.
+pub(super) fn say_elsewhere(model: &mut Model, name: &str) {
+    let args = vec![("name", name.to_owned())];
+    frame::say(model, Text::Key { key: key!("page.kept.copy"), args });
 }
 
 /// Keeps what is open, again where it changed while the store was busy.
@@ -215,11 +247,11 @@ fn keep(model: &mut Model) -> Vec<Effect> {
         return Vec::new();
     }
     let (document, work) = (model.board.document.clone(), model.job.work.clone());
-    let (Some(document), Some(work), Some(place)) = (document, work, model.keeping.place) else {
-        return Vec::new();
-    };
+    let (Some(document), Some(work)) = (document, work) else { return Vec::new() };
+    model.keeping.kept_change = model.keeping.change;
     let name = document.reading.board.name.clone();
-    let record = Record { name, job: project::write(&work), place, document };
+    let (project, place) = (model.keeping.project, model.keeping.place);
+    let record = Record { name, job: project::write(&work), project, place, document };
     let known = model.keeping.kept.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, &record.document));
     if known {
         return write(model, record, None, false);
@@ -245,20 +277,27 @@ pub(super) fn packed(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<
         Ok(Answer::Saved(bytes)) => write(model, record, Some(bytes), again),
         _ => {
             model.keeping.store = Store::Writing { record, again };
-            written(model, false)
+            written(model, None, false)
         }
     }
 }
 
-fn written(model: &mut Model, done: bool) -> Vec<Effect> {
+fn written(model: &mut Model, place: Option<u32>, full: bool) -> Vec<Effect> {
     let Store::Writing { record, again } = std::mem::take(&mut model.keeping.store) else {
         return Vec::new();
     };
     let mut effects = Vec::new();
-    if done {
+    if record.project != model.keeping.project {
+        // What was written belongs to a project that is closed: its place is not held any more.
+        effects.push(Effect::HoldPlace { place: model.keeping.place });
+    } else if let Some(place) = place {
         model.keeping.kept = Some(record.document);
-    } else if !std::mem::replace(&mut model.keeping.told, true) {
-        effects.push(frame::toast(model, Text::of(key!("page.kept.failed")), None));
+        (model.keeping.place, model.keeping.failed) = (Some(place), None);
+    } else {
+        let why = if full { key!("page.kept.full") } else { key!("page.kept.failed") };
+        if model.keeping.failed.replace(why) != Some(why) {
+            effects.push(frame::toast(model, Text::of(why), None));
+        }
     }
     if again {
         effects.extend(keep(model));

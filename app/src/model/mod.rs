@@ -36,6 +36,7 @@ pub use board::{Document, Job, LaidBoard, OpenBoard, Unseen};
 pub use drawing::{Draw, DrawEvent};
 pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
+pub use files::anew::{Anew, AnewEvent, NewExports};
 pub use files::{BoardBefore, FilesEvent};
 pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
@@ -97,6 +98,8 @@ pub struct Model {
     pub settings: SettingsDraft,
     /// What is kept in this browser.
     pub keeping: Keeping,
+    /// New exports of the open board.
+    pub anew: Anew,
     /// What was planned last, or is being planned.
     asked: Option<asked::Basis>,
     /// The number of the last request to the worker.
@@ -133,6 +136,8 @@ pub enum Event {
     Settings(SettingsEvent),
     /// What is kept.
     Keep(KeepEvent),
+    /// New exports of the open board.
+    Anew(AnewEvent),
     /// A request is so far.
     Progress {
         /// Its number.
@@ -171,6 +176,7 @@ from_parts!(
     Export(ExportEvent),
     Template(TemplateEvent),
     Keep(KeepEvent),
+    Anew(AnewEvent),
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
@@ -198,6 +204,7 @@ impl Default for Model {
             play: Play::default(),
             settings: SettingsDraft::default(),
             keeping: Keeping::default(),
+            anew: Anew::default(),
             asked: None,
             request: 0,
         }
@@ -258,8 +265,9 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Job(event) => job::update(model, event),
         Event::Export(event) => export::update(model, event),
         Event::Template(event) => template::update(model, event),
-        Event::Keep(KeepEvent::Taken { place, files, job }) => taken(model, place, files, job),
+        Event::Keep(KeepEvent::Taken { place, files, job, own }) => taken(model, (place, own), files, job),
         Event::Keep(event) => keeping::update(model, event),
+        Event::Anew(event) => files::anew::update(model, event),
         Event::Progress { number, share } => worker::progress(model, number, share),
         Event::Answered { number, answer } => worker::answered(model, number, answer),
         Event::Cancelled => planning::cancelled(model),
@@ -274,21 +282,33 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         // What was written is not what the job says any more.
         export::forget(model);
     }
+    effects.extend(files::anew::follow(model));
     effects.extend(drawing::follow(model));
     effects.extend(planning::follow(model));
     effects.extend(keeping::follow(model));
     effects.extend(template::follow(model));
     effects.extend(play::follow(model));
     effects.extend(start::follow(model));
+    effects.extend(link::controller::follow(model));
     effects.extend(frame::follow(model));
     settings::follow(model);
     effects
 }
 
 /// What was kept is opened, where it was wanted and is there.
-fn taken(model: &mut Model, place: u32, files: Option<Vec<u8>>, job: Option<String>) -> Vec<Effect> {
-    match keeping::taken(model, place, files) {
-        Ok(Some(project)) => files::open_project(model, project, job, Some(place)),
+fn taken(
+    model: &mut Model,
+    (place, own): (u32, bool),
+    files: Option<Vec<u8>>,
+    job: Option<String>,
+) -> Vec<Effect> {
+    match keeping::taken(model, place, files, own) {
+        Ok(Some((project, held))) => {
+            if held.is_none() {
+                keeping::say_elsewhere(model, &project.name);
+            }
+            files::open_project(model, project, job, held)
+        }
         Ok(None) => Vec::new(),
         Err(effect) => vec![effect],
     }

@@ -15,9 +15,19 @@ use super::{Effect, Job, LaidBoard, Model, OpenBoard, ToastAct, export, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, PlanReady, Request, Timed, ToPlan, ToProve, ToTime};
 use crate::said::{Text, key};
+use annulus_core::project::anew::ExportedAnew;
 use annulus_core::project::saved::SaidOfFiles;
 use annulus_core::wire::program;
 use std::sync::Arc;
+
+/// New exports of the open board, as they were brought.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Brought {
+    /// What becomes of the open files.
+    pub anew: ExportedAnew,
+    /// The files as they were brought.
+    pub files: Vec<(String, Vec<u8>)>,
+}
 
 /// Files to be read, and what for.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,6 +42,8 @@ pub struct Wanted {
     pub again: bool,
     /// Where they were kept in this browser.
     pub place: Option<u32>,
+    /// They are new exports of the open board.
+    pub anew: Option<Box<Brought>>,
 }
 
 /// How far a plan is.

@@ -30,6 +30,8 @@ pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, St
         template::answered(model, answer)
     } else if model.keeping.waits_for(number) {
         keeping::packed(model, answer)
+    } else if model.anew.waits_for(number) {
+        files::anew::answered(model, answer)
     } else if model.draw.waits_for(number) {
         drawing::answered(model, answer)
     } else if model.start.waits_for(number) {

@@ -6,7 +6,7 @@ use super::signals as all;
 use super::slots::Slots;
 use crate::engine::messages::{PlanReady, Proved, Timed};
 use crate::model::board::{left_out, problems, unread};
-use crate::model::{BoardBefore, Document, Job, LaidBoard, Offer, Unseen, WorkerTask};
+use crate::model::{BoardBefore, Document, Job, LaidBoard, NewExports, Offer, Unseen, WorkerTask};
 use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -57,8 +57,12 @@ pub struct OpenBoard {
     pub machine: ReadSignal<Arc<Machine>>,
     /// Long work in the worker.
     pub task: ReadSignal<Option<WorkerTask>>,
-    /// What there is to restore.
-    pub offer: ReadSignal<Option<Offer>>,
+    /// What there is to restore, the latest first.
+    pub offers: ReadSignal<Vec<Offer>>,
+    /// Why the open project cannot be kept: the key of a sentence.
+    pub unkept: ReadSignal<Option<&'static str>>,
+    /// New exports of the board, as long as they are shown.
+    pub anew: ReadSignal<Option<Arc<NewExports>>>,
 }
 
 /// The open board.
@@ -104,7 +108,9 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
         }),
         machine: slots.kept(|model| &model.machine),
         task: slots.made(|model| model.task()),
-        offer: slots.part(|model| &model.keeping.offer),
+        offers: slots.part(|model| &model.keeping.offers),
+        unkept: slots.part(|model| &model.keeping.failed),
+        anew: slots.handle(|model| &model.anew.shown),
     }
 }
 

@@ -18,7 +18,7 @@ use crate::layers::LayerKind;
 use crate::model::{FrameEvent, PlayEvent};
 use crate::page::{frame, open_board, open_job, play, send};
 use crate::picture;
-use crate::view::{Backend, HoleState, Line, Palette, Scene, View, Width};
+use crate::view::{Backend, Colour, FilledLayer, HoleState, Line, Mesh, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
 use annulus_core::board::{Face, Hole};
 use annulus_core::proof;
@@ -291,6 +291,15 @@ fn show_missing(
 fn scene(shown: &Shown, palette: &Palette) -> Scene {
     let mut scene = picture::scene(&shown.board, shown.body, palette);
     scene.layers.clone_from(&shown.layers);
+    let changes = if frame().tab.get() == Tab::Board { changed(shown, palette) } else { Vec::new() };
+    scene.layers.extend(changed_copper(palette));
+    let mut scene = with_order(scene, shown, palette);
+    scene.lines.extend(changes);
+    scene
+}
+
+/// The same with its holes and lines in the order of the plan.
+fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
     if frame().tab.get() == Tab::Board {
         let (holes, outline) = (layers::kind_seen(LayerKind::Holes), layers::kind_seen(LayerKind::Outline));
         scene.discs.retain(|_| holes);
@@ -336,6 +345,28 @@ fn scene(shown: &Shown, palette: &Palette) -> Scene {
         }
     }
     scene
+}
+
+/// How much copper that came or went is seen of, over the copper that is there.
+const CHANGED_ALPHA: u8 = 210;
+
+/// The copper that came and that went with new exports, on the Board screen.
+fn changed_copper(palette: &Palette) -> Vec<FilledLayer> {
+    let anew = open_board().anew.get().filter(|_| frame().tab.get() == Tab::Board);
+    let compared = anew.and_then(|anew| anew.compared.clone());
+    let layer = |mesh: &Mesh, colour: Colour| FilledLayer {
+        mesh: Arc::new(mesh.clone()),
+        colour: colour.alpha(CHANGED_ALPHA),
+    };
+    let marks = compared.iter().flat_map(|compared| &compared.marks);
+    marks.flat_map(|side| [layer(&side.gone, palette.failed), layer(&side.added, palette.done)]).collect()
+}
+
+/// The holes and slots that changed with new exports.
+fn changed(shown: &Shown, palette: &Palette) -> Vec<Line> {
+    let compared = open_board().anew.get().and_then(|anew| anew.compared.clone());
+    let corner = picture::origin(shown.body);
+    compared.map(|compared| picture::changed(&compared.changes, corner, palette)).unwrap_or_default()
 }
 
 /// The findings: a dot each, and a ring round the one that is shown.

@@ -4,7 +4,7 @@
 
 use crate::i18n::{self, say, t};
 use crate::keys::Tab;
-use crate::model::Event;
+use crate::model::{Event, ExportEvent};
 use crate::page::frame;
 use crate::page::{open_board, play, send};
 use crate::widgets::push;
@@ -49,6 +49,7 @@ pub(crate) fn status_bar() -> impl IntoView {
             span().class("where").child(place),
             span().child(zoom),
             problems,
+            unkept,
             span().class("grow").child(task),
             span().child(backend),
         ))
@@ -61,6 +62,18 @@ fn problems() -> impl IntoView {
         (count.get() > 0).then(|| {
             let text = move || say!("page.problems.count", count = count.get());
             push("button small quiet", text, |_| super::board::show_problems())
+        })
+    }
+}
+
+/// That the open project cannot be kept in this browser, and why.
+fn unkept() -> impl IntoView {
+    let why = open_board().unkept;
+    move || {
+        why.get().map(|why| {
+            let save = |_| send(ExportEvent::SaveProject);
+            let text = move || say!("page.kept.not_kept");
+            push("button small danger", text, save).attr("title", move || i18n::text(why, &[]))
         })
     }
 }

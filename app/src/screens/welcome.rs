@@ -1,4 +1,4 @@
-//! The empty page: drop files, open files, try the sample, or go on with what was open before.
+//! The empty page: drop files, open files, try the sample, or go on with one of the projects that were open before.
 //!
 //! Comes in: nothing. Goes out: files chosen.
 
@@ -10,7 +10,7 @@ use crate::page::send;
 use crate::widgets::{Icon, icon, push};
 use js_sys::Date;
 use leptos::ev;
-use leptos::html::{button, div, h2, p, section, span, strong};
+use leptos::html::{button, details, div, h2, li, p, section, span, strong, summary, ul};
 use leptos::prelude::*;
 use wasm_bindgen::JsValue;
 
@@ -47,7 +47,7 @@ pub(crate) fn welcome() -> impl IntoView {
             )),
         ));
     div().class("whole welcome").child(div().class("sheet").child((
-        move || open_board().offer.get().map(kept),
+        last(),
         div().class("drop").child((
             icon(Icon::Annulus),
             h2().child(t!("page.welcome.title")),
@@ -55,18 +55,47 @@ pub(crate) fn welcome() -> impl IntoView {
             push("button large primary", t!("page.welcome.open"), |_| send(FilesEvent::Choose)),
         )),
         div().class("tiles").child((sample, draw, machine)),
+        earlier,
         p().class("promise").child((icon(Icon::Lock), t!("page.welcome.promise"))),
     )))
+}
+
+/// The projects that were open before: the last one above all, the others in a list that opens.
+fn last() -> impl IntoView {
+    move || open_board().offers.with(|offers| offers.first().cloned()).map(kept)
+}
+
+/// Those before the last one.
+fn earlier() -> impl IntoView {
+    let offers = open_board().offers.get();
+    let rows = offers.into_iter().skip(1).map(|offer| li().child(kept(offer)).into_any()).collect::<Vec<_>>();
+    let count = rows.len();
+    (count > 0).then(|| {
+        details()
+            .class("earlier")
+            .child((summary().child(t!("page.kept.earlier", count = count)), ul().child(rows)))
+    })
 }
 
 /// The offer of what was open before.
 fn kept(offer: Offer) -> impl IntoView {
     let at = Date::new(&offer.at_ms.into()).to_locale_string(&language(), &JsValue::UNDEFINED);
     let (name, at) = (offer.name.clone(), String::from(at));
-    let again = offer.clone();
-    section().class("kept").attr("aria-label", t!("page.kept.title")).child((
-        p().class("grow").attr("role", "status").child(t!("page.kept.offer", name = name, at = at)),
-        push("button", t!("page.kept.restore"), move |_| send(KeepEvent::Restore { offer: again.clone() })),
-        push("button", t!("page.kept.discard"), move |_| send(KeepEvent::Discard { offer: offer.clone() })),
+    let label = t!("page.kept.title");
+    let (again, elsewhere) = (offer.clone(), offer.elsewhere);
+    let sentence = if elsewhere {
+        t!("page.kept.elsewhere", name = name)
+    } else {
+        t!("page.kept.offer", name = name, at = at)
+    };
+    let restore = if elsewhere { t!("page.kept.open_copy") } else { t!("page.kept.restore") };
+    section().class("kept").attr("aria-label", label).child((
+        p().class("grow").attr("role", "status").child(sentence),
+        push("button", restore, move |_| send(KeepEvent::Restore { offer: again.clone() })),
+        (!elsewhere).then(|| {
+            push("button", t!("page.kept.discard"), move |_| {
+                send(KeepEvent::Discard { offer: offer.clone() })
+            })
+        }),
     ))
 }

@@ -28,6 +28,7 @@ fn line(toast: Toast) -> impl IntoView {
             ToastAct::Review => key!("page.open.review"),
             ToastAct::Update => key!("page.update.take"),
             ToastAct::DrawnBefore => key!("page.draw.back"),
+            ToastAct::TakeAnew => key!("page.anew.take"),
         };
         super::push(
             "button small",

@@ -3,7 +3,7 @@
 //! Comes in: PATHs. Goes out: one object a file with the keys of the contract, or a table for people. Refuses only what
 //! cannot be opened: content never makes it fail.
 
-use super::{Answer, Exit, Refusal, counted, rounded};
+use super::{Answer, Exit, Refusal, against, counted, rounded};
 use crate::cli::files;
 use crate::refusal;
 use annulus_core::artwork::{
@@ -24,6 +24,9 @@ pub(crate) struct InspectArgs {
     /// Files, folders or zips.
     #[arg(required = true, value_name = "PATH")]
     pub(crate) paths: Vec<std::path::PathBuf>,
+    /// Files, a folder, a zip or a project of the same board from before: says what changed from there.
+    #[arg(long, value_name = "PATH", num_args = 1..)]
+    pub(crate) against: Vec<std::path::PathBuf>,
     #[command(flatten)]
     pub(crate) reading: super::ReadingArgs,
 }
@@ -39,11 +42,16 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     };
     // People read the structure; areas, which have to be painted, stand in the object alone.
     let rows = listed.iter().filter(|_| json).map(|file| file_object(file));
-    let object = json!({
+    let mut object = json!({
         "files": rows.collect::<Vec<_>>(),
         "boards": boards.iter().map(of_board).collect::<Vec<_>>(),
     });
     let mut text = listed.iter().fold(String::new(), |text, file| text + &file_text(file));
+    if !args.against.is_empty() {
+        let (changes, lines) = against::compare(&args.paths, &args.against, &args.reading)?;
+        object["changes"] = changes;
+        text += &lines;
+    }
     for (name, files) in boards.iter().filter(|_| boards.len() > 1) {
         let _ = writeln!(text, "board {name}: {}", counted(files.len() as u64, "file"));
     }
@@ -51,7 +59,6 @@ pub(crate) fn run(args: &InspectArgs, json: bool) -> Result<Answer, Refusal> {
     let asked = |file: &&&FileRead| args.paths.iter().any(|path| path.display().to_string() == file.name);
     let refused = listed.iter().filter(|file| file.kind == FileKind::Refused).find(asked);
     let Some(refused) = refused else { return Ok(Answer { object, text, exit: Exit::Done }) };
-    let mut object = object;
     object["error"] = Refusal::content(refused.reason.clone()).object()["error"].take();
     Ok(Answer { object, text, exit: Exit::Content })
 }

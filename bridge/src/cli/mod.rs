@@ -3,6 +3,7 @@
 //! Comes in: parsed arguments. Goes out: an exit code; with `--json` exactly one object on standard output, also on
 //! refusal. Does not know what the commands do.
 
+mod against;
 mod browser;
 mod cam;
 mod cam_files;

@@ -2,6 +2,7 @@
 //!
 //! Comes in: drill files as written. Goes out: a [`Board`]. Does not know the words of any file format.
 
+pub mod changes;
 mod copper;
 pub mod drawing;
 mod from_artwork;

@@ -13,6 +13,7 @@
 
 pub mod bench;
 pub mod briefing;
+pub mod carried;
 pub mod figures;
 mod limits;
 mod order;

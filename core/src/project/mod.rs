@@ -12,6 +12,7 @@
 //! Comes in: text, the work that the board opens with, the machine. Goes out: [`Work`], or a diagnostic with file, line and
 //! column; and the text of a work. Does not know what the rows mean: the table in `cam` does.
 
+pub mod anew;
 pub mod saved;
 pub mod text;
 

@@ -19,6 +19,8 @@ const SCHEMA: u32 = 1;
 const HEAD: &str = "annulus.json";
 /// The member with the job; its name in diagnostics.
 pub const JOB: &str = "job.toml";
+/// How its name ends.
+pub const ENDING: &str = "annulus";
 /// Where the files of the board are.
 const FILES: &str = "files/";
 
@@ -123,6 +125,12 @@ impl SaidOfFiles {
 /// Whether `bytes` claim to be a project.
 pub fn looks_like_one(bytes: &[u8]) -> bool {
     artwork::lists(bytes, HEAD)
+}
+
+/// Whether a file is called like a project.
+pub fn is_called_one(name: &str) -> bool {
+    let ending = name.rsplit_once('.').map(|(_, ending)| ending);
+    ending.is_some_and(|ending| ending.eq_ignore_ascii_case(ENDING))
 }
 
 /// The project in `bytes`, called `file` in diagnostics.

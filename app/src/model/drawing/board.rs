@@ -259,7 +259,7 @@ pub(super) fn make(model: &mut Model, tab: Tab) -> Vec<Effect> {
     let open = draw.with_board.seen.clone().filter(|_| again);
     let (said, job) =
         open.map_or_else(|| (SaidOfFiles::default(), None), |open| (open.said.clone(), open.job.clone()));
-    files::read(model, Wanted { files, said, job, again, place: None })
+    files::read(model, Wanted { files, said, job, again, place: None, anew: None })
 }
 
 /// The drawing as files.

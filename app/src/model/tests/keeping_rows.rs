@@ -3,31 +3,36 @@
 use super::story::{Story, compare};
 
 #[test]
-fn what_is_open_is_kept_once_it_rests() {
+fn what_is_open_is_kept_half_a_second_after_it_changed() {
     compare(
         &[
             ("begin", "look"),
-            ("begin found-none", "keep-rests"),
+            ("begin found-none", ""),
             ("begin found-none rested", ""),
             ("begin found-none open certain rested", "save"),
-            ("begin found-none open certain rested-before", ""),
-            ("begin found-none open certain rested saved", "write:0+files"),
+            ("begin found-none open certain rested saved", "write:new+files"),
             ("begin found-none open certain rested saved written", ""),
             // the files are there: the job alone
-            ("begin found-none open certain rested saved written edit rested", "write:0"),
-            ("begin found-none open certain rested saved written edit rested written undo rested", "write:0"),
+            ("begin found-none open certain rested saved written edit rested", "write:4"),
+            ("begin found-none open certain rested saved written edit rested written undo rested", "write:4"),
             ("begin found-none open certain rested saved written open-other certain rested", "save"),
             ("begin found-none open certain rested saved written say-aligned certain rested", "save"),
-            // it is not known yet what is there
-            ("begin open certain rested", ""),
-            ("begin open certain found-none rested", "save"),
-            // what is on offer is not written over
-            ("begin found-one open certain rested saved", "write:1+files"),
-            ("begin found-second open certain rested saved", "write:0+files"),
-            ("begin found-two open certain rested saved", "write:0+files"),
+            // changes that follow each other without a rest are kept all the same: the first of them is half a second old
+            ("begin found-none open certain rested saved written edit edit edit rested-before", "write:4"),
+            ("begin found-none open certain rested saved written edit edit rested-before rested", ""),
+            // it is not known yet what is there: the store finds a place by itself
+            ("begin open certain rested saved", "write:new+files"),
+            // another project has a place of its own, and what was not kept yet of the one before is
+            ("begin open certain rested saved written open-other certain rested saved", "write:new+files"),
+            ("begin open certain rested saved written edit open-other", "write:4 call-off read"),
+            ("begin open certain rested saved written open-other", "call-off read"),
+            ("begin open certain rested saved written edit leaving", "write:4"),
+            ("begin open certain rested saved written leaving", ""),
             ("begin found-none open certain plan", "toast-goes prove"),
-            ("begin found-none open certain discard", "keep-rests"),
+            ("begin found-none open certain discard", "hold-none look keep-rests"),
             ("begin found-none open certain discard rested", ""),
+            ("begin found-none looked", "look"),
+            ("begin found-none open certain looked", ""),
         ],
         Story::out,
     );
@@ -38,12 +43,17 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
     compare(
         &[
             ("begin found-none open certain rested edit rested", ""),
-            ("begin found-none open certain rested edit rested saved", "write:0+files"),
-            ("begin found-none open certain rested edit rested saved written", "write:0"),
-            ("begin found-none open certain rested saved edit rested written", "write:0"),
+            ("begin found-none open certain rested edit rested saved", "write:new+files"),
+            ("begin found-none open certain rested edit rested saved written", "write:4"),
+            ("begin found-none open certain rested saved edit rested written", "write:4"),
             ("begin found-none open certain rested saved edit rested written written", ""),
-            ("begin found-none open certain rested saved edit rested not-written", "toast-goes save"),
-            ("begin found-none open certain rested open-other certain saved", "write:0+files"),
+            (
+                "begin found-none open certain rested saved edit rested not-written",
+                "toast-goes save Guard { on: true }",
+            ),
+            // what was on its way when another one was opened is kept at a place of its own, which is not held then
+            ("begin found-none open certain rested open-other certain saved", "write:new+files"),
+            ("begin found-none open certain rested open-other certain saved written", "hold-none"),
             ("begin found-none open certain rested saved saved", ""),
             ("written", ""),
         ],
@@ -52,37 +62,58 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
 }
 
 #[test]
-fn that_nothing_can_be_kept_is_said_once() {
+fn that_nothing_can_be_kept_is_said_once_and_stays_told() {
+    let told = |story: &Story| {
+        let failed = story.model.keeping.failed.unwrap_or("-");
+        format!("{} | {failed}", story.toasts().join(" "))
+    };
     compare(
         &[
-            ("begin found-none open certain rested save-refused", "page.kept.failed"),
-            ("begin found-none open certain rested saved not-written", "page.kept.failed"),
+            ("begin found-none open certain rested save-refused", "page.kept.failed | page.kept.failed"),
+            ("begin found-none open certain rested saved not-written", "page.kept.failed | page.kept.failed"),
             (
                 "begin found-none open certain rested saved not-written edit rested saved not-written",
-                "page.kept.failed",
+                "page.kept.failed | page.kept.failed",
             ),
-            ("begin found-none open certain rested saved written", ""),
+            ("begin found-none open certain rested saved full", "page.kept.full | page.kept.full"),
+            (
+                "begin found-none open certain rested saved full edit rested saved written",
+                "page.kept.full | -",
+            ),
+            ("begin found-none open certain rested saved full open-other certain", "page.kept.full | -"),
+            ("begin found-none open certain rested saved written", " | -"),
         ],
-        |story| story.toasts().join(" "),
+        told,
+    );
+    // As long as it is not kept the browser asks before the page is left.
+    compare(
+        &[
+            ("begin open certain rested saved full", "toast-goes Guard { on: true }"),
+            ("begin open certain rested saved full edit rested saved written", "Guard { on: false }"),
+        ],
+        Story::out,
     );
 }
 
 #[test]
-fn the_last_project_is_offered_restored_and_forgotten() {
+fn projects_are_offered_restored_and_forgotten() {
     let offered = |story: &Story| {
-        let offer = story.model.keeping.offer.as_ref().map(|offer| offer.name.clone()).unwrap_or_default();
-        format!("{offer} | {}", story.stands())
+        let offers: Vec<_> = story.model.keeping.offers.iter().map(|offer| offer.name.clone()).collect();
+        format!("{} | {}", offers.join(", "), story.stands())
     };
     compare(
         &[
-            ("begin found-none", " | nothing |  | keep-rests"),
-            ("begin found-one", "kept 0 | nothing |  | keep-rests"),
-            ("begin found-two", "kept 1 | nothing |  | keep-rests"),
+            ("begin found-none", " | nothing |  | "),
+            ("begin found-one", "kept 0 | nothing |  | "),
+            ("begin found-two", "kept 1, kept 0 | nothing |  | "),
             ("begin found-one restore", "kept 0 | nothing |  | take:0"),
             ("begin found-one restore taken", "kept 0 | opening |  | call-off open"),
             ("begin found-one restore taken opened", "kept 0 | reading |  | call-off read"),
-            ("begin found-one restore taken opened certain", " | planning | board stale | plan keep-rests"),
-            ("begin found-one restore taken opened warning", " | nothing | board review | keep-rests"),
+            (
+                "begin found-two restore taken opened certain",
+                "kept 0 | planning | board stale | hold:1 plan keep-rests",
+            ),
+            ("begin found-one restore taken opened warning", " | nothing | board review | hold:0 keep-rests"),
             // what could not be opened is still there
             ("begin found-one restore taken open-refused", "kept 0 | nothing |  | toast-goes"),
             ("begin found-one restore taken opened read-refused", "kept 0 | nothing |  | toast-goes"),
@@ -91,22 +122,28 @@ fn the_last_project_is_offered_restored_and_forgotten() {
             ("begin found-one restore taken open opened", "kept 0 | reading |  | "),
             ("begin found-one taken", "kept 0 | nothing |  | "),
             ("begin found-one forget", "kept 0 | nothing |  | drop:0"),
-            ("begin found-two forget forgotten", " | nothing |  | look"),
-            ("begin found-two forget forgotten found-one", "kept 0 | nothing |  | keep-rests"),
-            ("begin found-one forget forgotten found-none", " | nothing |  | keep-rests"),
+            ("begin found-two forget forgotten", "kept 1, kept 0 | nothing |  | look"),
+            ("begin found-two forget forgotten found-one", "kept 0 | nothing |  | "),
         ],
         offered,
     );
 }
 
 #[test]
-fn a_restored_project_is_kept_where_it_was() {
+fn a_restored_project_is_kept_where_it_was_and_that_of_another_tab_is_not() {
     compare(
         &[
             ("begin found-one restore taken opened certain rested saved", "write:0+files"),
             ("begin found-two restore taken opened certain rested saved", "write:1+files"),
-            ("begin found-one restore taken opened read-refused open certain rested saved", "write:1+files"),
+            (
+                "begin found-one restore taken opened read-refused open certain rested saved",
+                "write:new+files",
+            ),
+            ("begin found-one restore taken-elsewhere opened certain", "hold-none plan keep-rests"),
+            ("begin found-one restore taken-elsewhere opened certain rested saved", "write:new+files"),
         ],
         Story::out,
     );
+    let story = Story::told("begin found-one restore taken-elsewhere opened certain");
+    assert_eq!(story.toasts(), ["page.kept.copy"], "and the person is told");
 }

@@ -7,6 +7,7 @@
 mod line;
 mod story;
 
+mod anew_rows;
 mod board_rows;
 mod controller_rows;
 mod draw_rows;

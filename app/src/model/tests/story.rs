@@ -4,13 +4,16 @@
 //! Goes out: what is on its way, what is known, and what the last word asked of the outside.
 
 use crate::engine::Stopped;
-use crate::engine::messages::{Answer, Exported, FileRow, PlanReady, Proved, Reading, Request, Timed};
+use crate::engine::messages::{
+    Answer, Compared, Exported, FileRow, PlanReady, Proved, Reading, Request, Timed,
+};
 use crate::model::planning::{OnTheWay, PlanStep};
 use crate::model::{
-    Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, LinkEvent, Model, Offer,
-    TemplateEvent, export, update,
+    AnewEvent, Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, LinkEvent, Model,
+    Offer, TemplateEvent, ToastAct, export, update,
 };
 use crate::said::Text;
+use annulus_core::board::changes::{BoardChanges, Changed, Fate};
 use annulus_core::board::{Board, Face, Hole};
 use annulus_core::cam::usual::usual_bits;
 use annulus_core::cam::work::{Operation, Work};
@@ -48,6 +51,7 @@ fn kind(request: &Request) -> &'static str {
         Request::Export(_) => "export",
         Request::Check(_) => "check",
         Request::Time(_) => "time",
+        Request::Compare(_) => "compare",
     }
 }
 
@@ -63,13 +67,16 @@ fn word(effect: &Effect) -> String {
             other => format!("{other:?}"),
         },
         Effect::Save { name, .. } => format!("save:{name}"),
-        Effect::ChooseFiles => "choose".to_owned(),
+        Effect::ChooseFiles { anew } => if *anew { "choose-anew" } else { "choose" }.to_owned(),
         Effect::ChooseDialect => "choose-dialect".to_owned(),
         Effect::Sample => "sample".to_owned(),
         Effect::LookInStore => "look".to_owned(),
         Effect::WriteStore { place, files, .. } => {
+            let place = place.map_or_else(|| "new".to_owned(), |place| place.to_string());
             format!("write:{place}{}", if files.is_some() { "+files" } else { "" })
         }
+        Effect::HoldPlace { place: Some(place) } => format!("hold:{place}"),
+        Effect::HoldPlace { place: None } => "hold-none".to_owned(),
         Effect::TakeFromStore { place } => format!("take:{place}"),
         Effect::DropFromStore { place } => format!("drop:{place}"),
         other => format!("{other:?}"),
@@ -199,6 +206,9 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
         "export-gone" => ("export", refused("engine.board_gone")),
         "saved" => ("save", Ok(Answer::Saved(vec![1, 2, 3]))),
         "save-refused" => ("save", refused("saved.too_large")),
+        "compared" => ("compare", Ok(Answer::Compared(Box::new(compared(None))))),
+        "compared-carried" => ("compare", Ok(Answer::Compared(Box::new(compared(Some(shifted_work())))))),
+        "compare-refused" => ("compare", refused("engine.fell_over")),
         "checked" => ("check", Ok(Answer::Checked(crate::engine::messages::Checked::default()))),
         _ => return None,
     })
@@ -208,6 +218,25 @@ fn files(number: u8) -> Vec<(String, Vec<u8>)> {
     vec![("a.drl".to_owned(), vec![number]), ("b.drl".to_owned(), vec![number])]
 }
 
+/// Files of another board.
+fn other_files() -> Vec<(String, Vec<u8>)> {
+    vec![("c.drl".to_owned(), vec![2]), ("d.drl".to_owned(), vec![2])]
+}
+
+/// One hole more than before, and the job carried over, where it is another one.
+fn compared(work: Option<Work>) -> Compared {
+    let added = Changed { fate: Fate::Added, before: None, now: Some(hole()) };
+    let changes = BoardChanges { holes: vec![added], ..BoardChanges::default() };
+    Compared { changes, work, ..Compared::default() }
+}
+
+/// A job as it comes back from a comparison, told by its first depth.
+pub(super) fn shifted_work() -> Work {
+    let mut work = work();
+    work.operations[0].depth = Length::from_um(77);
+    work
+}
+
 /// The bridge describes the machine.
 fn described(settings: Vec<(String, Value)>) -> Event {
     let tell = Tell::Machine { settings, fingerprint: String::new() };
@@ -215,7 +244,7 @@ fn described(settings: Vec<(String, Value)>) -> Event {
 }
 
 fn offer(place: u32, at_ms: f64) -> Offer {
-    Offer { place, name: format!("kept {place}"), at_ms }
+    Offer { place, name: format!("kept {place}"), at_ms, elsewhere: false }
 }
 
 impl Story {
@@ -265,7 +294,8 @@ impl Story {
     fn file_event(&mut self, word: &str) -> Option<Event> {
         let event = match word {
             "open" => FilesEvent::Chosen { files: files(1) },
-            "open-other" => FilesEvent::Chosen { files: files(2) },
+            "open-other" => FilesEvent::Chosen { files: other_files() },
+            "open-anew" => FilesEvent::Chosen { files: vec![("a.drl".to_owned(), vec![3])] },
             "open-project" => {
                 let project = Project { files: files(7), said: SaidOfFiles::default(), job: None };
                 let bytes = annulus_core::project::saved::write(&project).unwrap();
@@ -344,7 +374,30 @@ impl Story {
         })
     }
 
+    fn anew_event(&mut self, word: &str) -> Option<Event> {
+        let written = |number| vec![("b.drl".to_owned(), vec![number])];
+        let event = match word {
+            "choose-anew" => AnewEvent::Choose,
+            "chosen-anew" => AnewEvent::Chosen { files: other_files() },
+            "on-disk" => AnewEvent::OnDisk { files: written(9) },
+            "on-disk-same" => AnewEvent::OnDisk { files: written(1) },
+            "take-from-disk" => {
+                let toasts = &self.model.frame.toasts;
+                let offer = toasts.iter().find(|toast| toast.act == Some(ToastAct::TakeAnew))?;
+                return Some(FrameEvent::Taken { number: offer.number }.into());
+            }
+            "seen" => AnewEvent::Seen,
+            "back" => AnewEvent::Back,
+            "another" => AnewEvent::Another,
+            _ => return None,
+        };
+        Some(event.into())
+    }
+
     fn keep_event(&mut self, word: &str) -> Option<Event> {
+        if let Some(event) = self.anew_event(word) {
+            return Some(event);
+        }
         Some(match word {
             "begin" => Event::Begun,
             "found-none" => KeepEvent::Found { offers: Vec::new() }.into(),
@@ -353,15 +406,18 @@ impl Story {
             "found-two" => KeepEvent::Found { offers: vec![offer(0, 1.0), offer(1, 2.0)] }.into(),
             "rested" => Event::Keep(KeepEvent::Rested { change: self.model.keeping_change() }),
             "rested-before" => Event::Keep(KeepEvent::Rested { change: self.model.keeping_change() - 1 }),
-            "written" => KeepEvent::Written { done: true }.into(),
-            "not-written" => KeepEvent::Written { done: false }.into(),
-            "restore" => KeepEvent::Restore { offer: self.model.keeping.offer.clone()? }.into(),
-            "taken" | "taken-nothing" => {
-                let bytes = (word == "taken").then(|| vec![1]);
-                let place = self.model.keeping.offer.as_ref()?.place;
-                KeepEvent::Taken { place, files: bytes, job: None }.into()
+            "looked" => KeepEvent::Looked.into(),
+            "leaving" => KeepEvent::Leaving.into(),
+            "written" => KeepEvent::Written { place: Some(4), full: false }.into(),
+            "not-written" => KeepEvent::Written { place: None, full: false }.into(),
+            "full" => KeepEvent::Written { place: None, full: true }.into(),
+            "restore" => KeepEvent::Restore { offer: self.model.keeping.offers.first()?.clone() }.into(),
+            "taken" | "taken-nothing" | "taken-elsewhere" => {
+                let bytes = (word != "taken-nothing").then(|| vec![1]);
+                let place = self.model.keeping.offers.first()?.place;
+                KeepEvent::Taken { place, files: bytes, job: None, own: word != "taken-elsewhere" }.into()
             }
-            "forget" => KeepEvent::Discard { offer: self.model.keeping.offer.clone()? }.into(),
+            "forget" => KeepEvent::Discard { offer: self.model.keeping.offers.first()?.clone() }.into(),
             "forgotten" => KeepEvent::Dropped.into(),
             _ => return None,
         })

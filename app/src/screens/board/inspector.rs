@@ -6,7 +6,7 @@ use crate::engine::messages::PlanReady;
 use crate::format::duration;
 use crate::i18n::{key, say, sentence, t};
 use crate::keys::Tab;
-use crate::model::{Event, FilesEvent, FrameEvent, JobEvent};
+use crate::model::{AnewEvent, Event, FilesEvent, FrameEvent, JobEvent};
 use crate::page::{frame, open_board, open_job, send};
 use crate::screens::review::finding;
 use crate::widgets::{choice, fact, push, shape};
@@ -190,6 +190,7 @@ fn problems() -> impl IntoView {
     block.attr("aria-label", t!("page.problems.title")).child((
         header().child((
             h2().child(move || say!("page.problems.count", count = desk.problems.with(Vec::len))),
+            push("button small", t!("page.anew.choose"), |_| send(AnewEvent::Choose)),
             push("button small", t!("page.problems.review"), |_| send(FilesEvent::Review)),
         )),
         list,

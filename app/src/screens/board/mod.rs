@@ -2,6 +2,7 @@
 //!
 //! Comes in: the open board and its plan. Goes out: choices of order, accepted errors, the hole chosen.
 
+mod anew;
 mod holes;
 mod inspector;
 mod rows;
@@ -16,6 +17,6 @@ use leptos::prelude::*;
 pub(crate) fn board() -> impl IntoView {
     (
         div().class("panel left holes").child((layers::panel(), holes::holes())),
-        div().class("panel right inspector").child(inspector()),
+        div().class("panel right inspector").child((anew::block(), inspector())),
     )
 }

@@ -9,12 +9,15 @@
 //! Comes in: names and bytes, choices of the person. Goes out: the open board. What was open is replaced only when the files
 //! could be read. Does not know how it is shown.
 
-use super::planning::{self, OnTheWay, Wanted};
+pub mod anew;
+
+use super::planning::{self, Brought, OnTheWay, Wanted};
 use super::{Document, Effect, JobEdit, Model, frame, keeping};
 use crate::engine::Stopped;
 use crate::engine::messages::{Reading, Request, Settings, ToOpen, ToRead};
 use crate::keys::Tab;
 use crate::said::Text;
+use anew::Anew;
 use annulus_core::project::saved::{self, NumberReading, Project, SaidOfFiles};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
@@ -96,7 +99,7 @@ pub enum FilesEvent {
 pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
     let board = &mut model.board;
     match event {
-        FilesEvent::Choose => return vec![Effect::ChooseFiles],
+        FilesEvent::Choose => return vec![Effect::ChooseFiles { anew: false }],
         FilesEvent::Sample => return vec![Effect::Sample],
         FilesEvent::Chosen { files } => return chosen(model, files),
         FilesEvent::Review => {
@@ -109,9 +112,13 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
         }
         FilesEvent::Back => return back(model),
         FilesEvent::Discarded => {
-            (board.document, board.reviewing) = (None, false);
+            let mut effects = keeping::leaving(model);
+            (model.board.document, model.board.reviewing) = (None, false);
+            model.anew = Anew::default();
             model.before = None;
             layers(model);
+            effects.extend(keeping::closed(model));
+            return effects;
         }
         FilesEvent::Board { name } => {
             return say(model, |said| (said.board, said.used) = (Some(name), None));
@@ -135,20 +142,28 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Files, or a saved project.
-fn chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
+/// Files, new exports of the open board among them, or a saved project.
+pub(super) fn chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
     match <[_; 1]>::try_from(files) {
-        Ok([(name, bytes)]) if saved::looks_like_one(&bytes) => {
+        Ok([(name, bytes)]) if saved::looks_like_one(&bytes) || saved::is_called_one(&name) => {
             open_project(model, ToOpen { name, bytes }, None, None)
         }
-        Ok([file]) => read_chosen(model, vec![file]),
-        Err(files) => read_chosen(model, files),
+        Ok([file]) => brought(model, vec![file]),
+        Err(files) => brought(model, files),
     }
 }
 
-fn read_chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
+fn brought(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
+    match anew::exports(model, &files) {
+        Some(exports) => anew::read(model, Brought { anew: exports, files }),
+        None => read_chosen(model, files),
+    }
+}
+
+/// Reads files by themselves.
+pub(super) fn read_chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
     let again = model.board.document.as_ref().is_some_and(|open| open.files == files);
-    read(model, Wanted { files, said: SaidOfFiles::default(), job: None, again, place: None })
+    read(model, Wanted { files, said: SaidOfFiles::default(), job: None, again, place: None, anew: None })
 }
 
 /// Opens a saved project, with `job` in place of its own where there is one; `place` is where it was kept.
@@ -173,7 +188,7 @@ pub(super) fn opened(
     place: Option<u32>,
 ) -> Vec<Effect> {
     let Project { files, said, job: own } = project;
-    read(model, Wanted { files, said, job: job.or(own), again: false, place })
+    read(model, Wanted { files, said, job: job.or(own), again: false, place, anew: None })
 }
 
 /// Reads the open files again with something else said of them.
@@ -182,7 +197,7 @@ fn say(model: &mut Model, change: impl FnOnce(&mut SaidOfFiles)) -> Vec<Effect> 
     let mut said = document.said.clone();
     change(&mut said);
     let (files, job) = (document.files.clone(), document.job.clone());
-    read(model, Wanted { files, said, job, again: true, place: None })
+    read(model, Wanted { files, said, job, again: true, place: None, anew: None })
 }
 
 /// What is open, to be gone back to; while it is under review, what was open before that.
@@ -221,7 +236,8 @@ fn flip_use(model: &mut Model, row: u32) -> Vec<Effect> {
 
 /// Reads files into a board.
 pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
-    let mut effects = planning::called_off(model);
+    let mut effects = if wanted.again { Vec::new() } else { keeping::leaving(model) };
+    effects.extend(planning::called_off(model));
     let number = model.next_request();
     let request = Request::Read(ToRead {
         board_key: number,
@@ -237,14 +253,18 @@ pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
 
 /// Files that were open already keep the person's job and the screen.
 pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> Vec<Effect> {
-    let Wanted { files, said, job, again, place } = wanted;
-    let open = model.board.document.as_ref();
-    let other = open.is_some_and(|open| open.said.board != said.board);
+    let Wanted { files, said, job, again, place, anew } = wanted;
+    let replaced = anew.as_ref().and_then(|_| anew::replaced(model));
+    let open = model.board.document.clone();
+    let other = open.as_ref().is_some_and(|open| open.said.board != said.board);
     let document = Document::new(files, said, job, reading);
     let doubtful = document.doubtful();
     planning::clear(model);
     model.board.accepted = BTreeSet::new();
-    if !again {
+    if anew.is_some() {
+        model.board.reviewing = open.is_some_and(|open| anew::has_new_doubts(&open, &document));
+        model.frame.tab = Tab::Board;
+    } else if !again {
         model.before = before(model).filter(|_| doubtful);
         model.board.reviewing = doubtful;
         model.frame.tab = Tab::Board;
@@ -255,14 +275,18 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
     model.board.just_opened = !doubtful && !again;
     model.board.document = Some(Arc::new(document));
     layers(model);
-    if let Some(place) = place {
-        keeping::restored(model, place);
+    match anew {
+        Some(brought) => anew::taken_in(model, replaced, *brought),
+        None if again => anew::ask(model),
+        None => {
+            model.anew = Anew::default();
+            vec![keeping::another(model, place)]
+        }
     }
-    Vec::new()
 }
 
 /// The layers panel follows what was read.
-fn layers(model: &mut Model) {
+pub(super) fn layers(model: &mut Model) {
     model.frame.layers = frame::layers_of(model.board.document.as_deref(), &model.frame.layers);
 }
 

@@ -1,0 +1,166 @@
+//! Files on this computer that the open board came from: looked at again whenever the person comes back to the page.
+//!
+//! ```text
+//!   drop, file handler ─▶ handles ─▶ the page is looked at again ─▶ written since? ─▶ AnewEvent::OnDisk
+//! ```
+//!
+//! Comes in: what was dropped, what the system opens with the page. Goes out: files that were written anew, by the names that they
+//! were brought by. Where the browser gives no handles, nothing is followed. Does not know what the files are.
+
+use super::files::bytes_of;
+use crate::browser::window;
+use crate::model::{AnewEvent, FilesEvent};
+use crate::page::send;
+use js_sys::{Array, Function, Promise, Reflect};
+use leptos::ev;
+use leptos::prelude::{on_cleanup, window_event_listener};
+use leptos::task::spawn_local;
+use std::cell::RefCell;
+use std::rc::Rc;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+use web_sys::{
+    DataTransferItemList, File, FileSystemDirectoryHandle, FileSystemFileHandle, FileSystemHandle,
+};
+
+/// A file that is followed.
+#[derive(Clone)]
+struct One {
+    name: String,
+    handle: FileSystemFileHandle,
+    /// When it was written, in ms since 1970.
+    written_ms: f64,
+}
+
+/// The files that are followed.
+#[derive(Clone, Default)]
+pub(super) struct Followed(Rc<RefCell<Vec<One>>>);
+
+/// Handles of what is dropped, on their way; asked for while the drop is there.
+pub(super) fn handles(items: &DataTransferItemList) -> Vec<Promise> {
+    let ask = |index| {
+        let item = items.get(index)?;
+        let ask: Function = Reflect::get(&item, &"getAsFileSystemHandle".into()).ok()?.dyn_into().ok()?;
+        ask.call0(&item).ok()?.dyn_into().ok()
+    };
+    (0..items.length()).filter_map(ask).collect()
+}
+
+impl Followed {
+    /// Follows nothing yet; listens for when the page is looked at again, and for files that the system opens with it.
+    pub(super) fn begin() -> Self {
+        let followed = Self::default();
+        let looking = followed.clone();
+        let looked = window_event_listener(ev::focus, move |_| looking.look());
+        on_cleanup(move || looked.remove());
+        followed.take_launched();
+        followed
+    }
+
+    /// Follows the files called `names`, written when it is said, as far as they are among `handles` or in folders among them; no
+    /// others of that name any more.
+    pub(super) async fn follow(&self, names: Vec<(String, f64)>, handles: Vec<Promise>) {
+        let mut roots: Vec<FileSystemHandle> = Vec::new();
+        for handle in handles {
+            if let Ok(handle) = JsFuture::from(handle).await
+                && handle.is_object()
+            {
+                roots.push(handle.unchecked_into());
+            }
+        }
+        let mut found = Vec::new();
+        for (name, written_ms) in names {
+            let mut parts = name.split('/');
+            let root = parts.next().and_then(|first| roots.iter().find(|root| root.name() == first));
+            let Some(root) = root else { continue };
+            if let Some(handle) = inside(root.clone(), parts).await {
+                found.push(One { name, handle, written_ms });
+            }
+        }
+        let mut followed = self.0.borrow_mut();
+        followed.retain(|one| !found.iter().any(|other| other.name == one.name));
+        followed.extend(found);
+    }
+
+    /// Tells what was written since it was looked at last.
+    fn look(&self) {
+        let followed = self.clone();
+        spawn_local(async move {
+            let all = followed.0.borrow().clone();
+            let mut anew = Vec::new();
+            for one in all {
+                let Some(file) = file_of(&one.handle).await else { continue };
+                if file.last_modified() != one.written_ms
+                    && let Some(bytes) = bytes_of(&file).await
+                {
+                    followed.seen(&one.name, file.last_modified());
+                    anew.push((one.name, bytes));
+                }
+            }
+            if !anew.is_empty() {
+                send(AnewEvent::OnDisk { files: anew });
+            }
+        });
+    }
+
+    fn seen(&self, name: &str, written_ms: f64) {
+        let mut followed = self.0.borrow_mut();
+        followed.iter_mut().filter(|one| one.name == name).for_each(|one| one.written_ms = written_ms);
+    }
+
+    /// Takes the files that the system opens with the page, now and later.
+    fn take_launched(&self) {
+        let queue = Reflect::get(&window(), &"launchQueue".into()).unwrap_or(JsValue::UNDEFINED);
+        let set =
+            Reflect::get(&queue, &"setConsumer".into()).ok().and_then(|set| set.dyn_into::<Function>().ok());
+        let Some(set) = set else { return };
+        let followed = self.clone();
+        let launched = Closure::<dyn FnMut(JsValue)>::new(move |launch: JsValue| {
+            let files = Reflect::get(&launch, &"files".into()).ok();
+            let Some(files) = files.and_then(|files| files.dyn_into::<Array>().ok()) else { return };
+            followed.clone().open(files.iter().map(JsCast::unchecked_into).collect());
+        });
+        let _ = set.call1(&queue, launched.as_ref());
+        launched.forget();
+    }
+
+    fn open(self, handles: Vec<FileSystemFileHandle>) {
+        spawn_local(async move {
+            let (mut files, mut found) = (Vec::new(), Vec::new());
+            for handle in handles {
+                let Some(file) = file_of(&handle).await else { continue };
+                if let Some(bytes) = bytes_of(&file).await {
+                    files.push((file.name(), bytes));
+                    found.push(One { name: file.name(), handle, written_ms: file.last_modified() });
+                }
+            }
+            if !files.is_empty() {
+                *self.0.borrow_mut() = found;
+                send(FilesEvent::Chosen { files });
+            }
+        });
+    }
+}
+
+/// The file at a path below a handle, which is the file itself where the path is empty.
+async fn inside<'a>(
+    root: FileSystemHandle,
+    path: impl Iterator<Item = &'a str>,
+) -> Option<FileSystemFileHandle> {
+    let mut here = root;
+    let mut path = path.peekable();
+    while let Some(part) = path.next() {
+        let folder: FileSystemDirectoryHandle = here.dyn_into().ok()?;
+        let next = if path.peek().is_some() {
+            folder.get_directory_handle(part)
+        } else {
+            folder.get_file_handle(part)
+        };
+        here = JsFuture::from(next).await.ok()?.unchecked_into();
+    }
+    here.dyn_into().ok()
+}
+
+async fn file_of(handle: &FileSystemFileHandle) -> Option<File> {
+    JsFuture::from(handle.get_file()).await.ok()?.dyn_into().ok()
+}

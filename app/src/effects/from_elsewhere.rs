@@ -1,0 +1,121 @@
+//! Boards that come from outside with the address of the page: a link to one, files that were shared with the page.
+//!
+//! ```text
+//!   ?url=https://…/board.zip ─▶ fetched, without anything that tells who asks ─▶ FilesEvent::Chosen
+//!   ?shared ─▶ what the service worker put by ────────────────────────────────▶ FilesEvent::Chosen
+//! ```
+//!
+//! Comes in: the address. Goes out: files, or why there are none. The address is tidied: a reload does not fetch once more what is
+//! open by then.
+
+use crate::browser::window;
+use crate::model::{FilesEvent, FrameEvent};
+use crate::page::send;
+use crate::said::{Text, key};
+use js_sys::{Array, Uint8Array};
+use leptos::task::spawn_local;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen_futures::JsFuture;
+use web_sys::{Cache, Request, RequestCredentials, RequestInit, RequestMode, Response, Url, UrlSearchParams};
+
+/// Largest file behind a link, in bytes.
+const MOST_BYTES: usize = 256 * 1024 * 1024;
+
+/// What the service worker calls the place where it puts shared files, before the folder of the site.
+const SHARED: &str = "annulus-shared ";
+
+/// Looks at the address. Called once; `alone` is whether the page came from a site without a bridge.
+pub(super) fn begin(alone: bool) {
+    let search = window().location().search().unwrap_or_default();
+    let Ok(asked) = UrlSearchParams::new_with_str(&search) else { return };
+    if let Some(address) = asked.get("url") {
+        tidy(&asked, "url");
+        spawn_local(async move {
+            match if alone { fetched(&address).await } else { Err(Text::of(key!("page.link_to.bridge"))) } {
+                Ok(file) => send(FilesEvent::Chosen { files: vec![file] }),
+                Err(text) => send(FrameEvent::Tell { text }),
+            }
+        });
+    }
+    if asked.has("shared") {
+        tidy(&asked, "shared");
+        spawn_local(async {
+            match shared().await {
+                Ok(files) if !files.is_empty() => send(FilesEvent::Chosen { files }),
+                _ => send(FrameEvent::Tell { text: Text::of(key!("page.link_to.not_shared")) }),
+            }
+        });
+    }
+}
+
+/// Takes `name` out of the address.
+fn tidy(asked: &UrlSearchParams, name: &str) {
+    asked.delete(name);
+    let rest = String::from(asked.to_string());
+    let (path, hash) =
+        (window().location().pathname().unwrap_or_default(), window().location().hash().unwrap_or_default());
+    let query = if rest.is_empty() { String::new() } else { format!("?{rest}") };
+    let address = format!("{path}{query}{hash}");
+    if let Ok(history) = window().history() {
+        let _ = history.replace_state_with_url(&JsValue::NULL, "", Some(&address));
+    }
+}
+
+fn with_address(key: &'static str, address: &str) -> Text {
+    Text::Key { key, args: vec![("address", address.to_owned())] }
+}
+
+/// The file behind a link.
+async fn fetched(address: &str) -> Result<(String, Vec<u8>), Text> {
+    let here = window().location().href().unwrap_or_default();
+    let bad = || with_address(key!("page.link_to.bad"), address);
+    let url = Url::new_with_base(address, &here).map_err(|_| bad())?;
+    if !matches!(url.protocol().as_str(), "https:" | "http:") {
+        return Err(bad());
+    }
+    let asked = RequestInit::new();
+    asked.set_credentials(RequestCredentials::Omit);
+    asked.set_mode(RequestMode::Cors);
+    // Whether it is not there or does not let other sites read it, a browser does not tell.
+    let unreachable = |_| with_address(key!("page.link_to.unreachable"), &url.href());
+    let answer = JsFuture::from(window().fetch_with_str_and_init(&url.href(), &asked)).await;
+    let answer: Response = answer.map_err(unreachable)?.unchecked_into();
+    if !answer.ok() {
+        let args = vec![("address", url.href()), ("status", answer.status().to_string())];
+        return Err(Text::Key { key: key!("page.link_to.status"), args });
+    }
+    let said = answer.headers().get("content-length").ok().flatten().and_then(|length| length.parse().ok());
+    let too_large = || Text::Key {
+        key: key!("page.link_to.too_large"),
+        args: vec![("most", (MOST_BYTES / 1024 / 1024).to_string())],
+    };
+    if said.is_some_and(|bytes: usize| bytes > MOST_BYTES) {
+        return Err(too_large());
+    }
+    let body = answer.array_buffer().map_err(unreachable)?;
+    let bytes = Uint8Array::new(&JsFuture::from(body).await.map_err(unreachable)?);
+    if bytes.length() as usize > MOST_BYTES {
+        return Err(too_large());
+    }
+    let name = url.pathname().rsplit('/').next().unwrap_or_default().to_owned();
+    let name = js_sys::decode_uri_component(&name).map_or(name, String::from);
+    Ok((if name.is_empty() { "board".to_owned() } else { name }, bytes.to_vec()))
+}
+
+/// The files that were shared with the page; they are put by no more then.
+async fn shared() -> Result<Vec<(String, Vec<u8>)>, JsValue> {
+    let caches = window().caches()?;
+    let scope = Url::new_with_base("./", &window().location().href()?)?.href();
+    let name = format!("{SHARED}{scope}");
+    let cache: Cache = JsFuture::from(caches.open(&name)).await?.unchecked_into();
+    let asked: Array = JsFuture::from(cache.keys()).await?.unchecked_into();
+    let mut files = Vec::new();
+    for request in asked.iter().map(JsCast::unchecked_into::<Request>) {
+        let answer: Response = JsFuture::from(cache.match_with_request(&request)).await?.unchecked_into();
+        let bytes = Uint8Array::new(&JsFuture::from(answer.array_buffer()?).await?).to_vec();
+        let name = request.url().rsplit('/').next().unwrap_or_default().to_owned();
+        files.push((js_sys::decode_uri_component(&name).map_or(name, String::from), bytes));
+    }
+    let _ = JsFuture::from(caches.delete(&name)).await;
+    Ok(files)
+}

@@ -1,0 +1,270 @@
+//! New exports of the open board: its files replaced, what changed found out and shown, and the way back (N24).
+//!
+//! ```text
+//!   files with names that are open ─▶ read ─▶ planned as ever
+//!                                       └──▶ compared in a worker of its own ─▶ what changed: list, marks, job carried over
+//!   back ─▶ files and job as they were          another board ─▶ the same files, opened by themselves
+//!   files that changed on the disk ─▶ an offer ─▶ taken in like files that were brought
+//! ```
+//!
+//! Comes in: files, answers, choices of the person. Goes out: requests; what is shown. Job, edits and what was said of files stay:
+//! they go by names and places of the board. Does not know how files are read.
+
+use crate::engine::Stopped;
+use crate::engine::messages::{Answer, Compared, Request, ToCompare, ToRead};
+use crate::model::planning::{self, Brought, Wanted};
+use crate::model::{Document, Effect, JobEdit, JobEvent, Lane, Model, ToastAct, files, frame, job};
+use crate::said::{Text, key};
+use annulus_core::cam::work::Work;
+use annulus_core::project::anew::{ExportedAnew, exported_anew};
+use annulus_core::project::saved::SaidOfFiles;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+/// Names and bytes of files.
+type Files = Vec<(String, Vec<u8>)>;
+
+/// What is shown of new exports.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct NewExports {
+    /// Names of files that are others now.
+    pub replaced: Vec<String>,
+    /// Names of files that are new.
+    pub added: Vec<String>,
+    /// Names of files that are there no more.
+    pub gone: Vec<String>,
+    /// What changed on the board; none until that is found out.
+    pub compared: Option<Arc<Compared>>,
+    /// It could not be found out.
+    pub failed: bool,
+}
+
+/// The board as it was before.
+#[derive(Clone, Debug)]
+struct Before {
+    document: Arc<Document>,
+    job: JobEdit,
+    accepted: BTreeSet<String>,
+    /// The files that were brought.
+    brought: Files,
+}
+
+/// New exports of the open board.
+#[derive(Clone, Debug, Default)]
+pub struct Anew {
+    /// What is shown of them.
+    pub shown: Option<Arc<NewExports>>,
+    before: Option<Before>,
+    /// The request that is waited for, and the job that went with it.
+    asked: Option<(u32, Arc<Work>)>,
+    /// Files that changed on the disk and are on offer.
+    on_disk: Files,
+    /// The person wants these.
+    wanted: bool,
+}
+
+/// What happens to new exports.
+#[derive(Clone, Debug, PartialEq)]
+pub enum AnewEvent {
+    /// The person wants to choose them.
+    Choose,
+    /// They were chosen: whatever they are called, they are of the open board.
+    Chosen {
+        /// Names and bytes.
+        files: Vec<(String, Vec<u8>)>,
+    },
+    /// Files that the open board came from were written anew.
+    OnDisk {
+        /// Names and bytes.
+        files: Vec<(String, Vec<u8>)>,
+    },
+    /// The person has seen what changed.
+    Seen,
+    /// Files and job shall be as they were.
+    Back,
+    /// The files are not of this board: they are opened by themselves.
+    Another,
+}
+
+impl Anew {
+    /// What changed on the disk is wanted.
+    pub(in crate::model) fn want(&mut self) {
+        self.wanted = true;
+    }
+
+    /// Whether this request is waited for.
+    pub(in crate::model) fn waits_for(&self, wanted: u32) -> bool {
+        self.asked.as_ref().is_some_and(|(number, _)| *number == wanted)
+    }
+}
+
+/// Takes one event in.
+pub(in crate::model) fn update(model: &mut Model, event: AnewEvent) -> Vec<Effect> {
+    match event {
+        AnewEvent::Choose => vec![Effect::ChooseFiles { anew: true }],
+        AnewEvent::Chosen { files } => chosen(model, files),
+        AnewEvent::OnDisk { files } => on_disk(model, files),
+        AnewEvent::Seen => {
+            model.anew.shown = None;
+            forget_where_seen(model);
+            Vec::new()
+        }
+        AnewEvent::Back => back(model),
+        AnewEvent::Another => match std::mem::take(&mut model.anew).before {
+            Some(before) => files::read_chosen(model, before.brought),
+            None => Vec::new(),
+        },
+    }
+}
+
+/// What `files` are for the open board, where they are new exports of it and not what is open already.
+pub(super) fn exports(model: &Model, files: &[(String, Vec<u8>)]) -> Option<ExportedAnew> {
+    let open = model.board.document.as_ref()?;
+    exported_anew(&open.files, files).filter(|anew| anew.files != open.files)
+}
+
+/// Reads the open board anew with what was brought.
+pub(super) fn read(model: &mut Model, brought: Brought) -> Vec<Effect> {
+    let Some(open) = model.board.document.clone() else { return Vec::new() };
+    let mut said = open.said.clone();
+    let names = |name: &String| brought.anew.files.iter().any(|(other, _)| name.starts_with(other.as_str()));
+    if said.used.as_ref().is_some_and(|used| !used.iter().any(names)) {
+        // What was said is of files that are there no more.
+        said = SaidOfFiles { used: None, board: None, ..said };
+    }
+    let files = brought.anew.files.clone();
+    let anew = Some(Box::new(brought));
+    let job = open.job.clone();
+    files::read(model, Wanted { files, said, job, again: true, place: None, anew })
+}
+
+/// Files of the open board, by whatever names.
+fn chosen(model: &mut Model, files: Files) -> Vec<Effect> {
+    let Some(open) = model.board.document.clone().filter(|open| open.files != files) else {
+        return files::chosen(model, files);
+    };
+    let anew = exports(model, &files).unwrap_or_else(|| {
+        let names = |files: &Files| files.iter().map(|(name, _)| name.clone()).collect();
+        let (added, gone) = (names(&files), names(&open.files));
+        ExportedAnew { files: files.clone(), replaced: Vec::new(), added, gone }
+    });
+    read(model, Brought { anew, files })
+}
+
+/// Offers what changed on the disk.
+fn on_disk(model: &mut Model, files: Files) -> Vec<Effect> {
+    let Some(anew) = exports(model, &files) else { return Vec::new() };
+    let names = anew.replaced.join(", ");
+    model.anew.on_disk = files;
+    model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::TakeAnew));
+    let text = Text::Key { key: key!("page.anew.on_disk"), args: vec![("names", names)] };
+    frame::offer(model, text, ToastAct::TakeAnew);
+    Vec::new()
+}
+
+/// What changed on the disk is taken in, where the person wants it.
+pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
+    if !std::mem::take(&mut model.anew.wanted) {
+        return Vec::new();
+    }
+    let files = std::mem::take(&mut model.anew.on_disk);
+    match exports(model, &files) {
+        Some(anew) => read(model, Brought { anew, files }),
+        None => Vec::new(),
+    }
+}
+
+/// The open board, before its files are replaced.
+pub(super) struct Replaced {
+    document: Arc<Document>,
+    job: JobEdit,
+    accepted: BTreeSet<String>,
+}
+
+/// What there is to go back to.
+pub(super) fn replaced(model: &Model) -> Option<Replaced> {
+    let document = model.board.document.clone()?;
+    Some(Replaced { document, job: model.job.clone(), accepted: model.board.accepted.clone() })
+}
+
+/// Whether a person has to look at the files: they have something to say that those before had not.
+pub(super) fn has_new_doubts(before: &Document, now: &Document) -> bool {
+    let doubts = |document: &Document| -> BTreeSet<String> {
+        let doubtful =
+            document.diagnostics().filter(|one| one.severity > annulus_core::diagnostic::Severity::Note);
+        doubtful.map(|one| one.code.clone()).collect()
+    };
+    !now.usable() || !doubts(now).is_subset(&doubts(before))
+}
+
+/// The new files were read, and are open: what changed is found out.
+pub(super) fn taken_in(model: &mut Model, before: Option<Replaced>, brought: Brought) -> Vec<Effect> {
+    let Some(Replaced { document, job, accepted }) = before else { return Vec::new() };
+    let ExportedAnew { replaced, added, gone, .. } = brought.anew;
+    model.anew = Anew {
+        before: Some(Before { document, job, accepted, brought: brought.files }),
+        shown: Some(Arc::new(NewExports { replaced, added, gone, ..NewExports::default() })),
+        ..Anew::default()
+    };
+    ask(model)
+}
+
+/// Asks what changed, where there is something to compare with.
+pub(super) fn ask(model: &mut Model) -> Vec<Effect> {
+    let to_read = |document: &Document| ToRead {
+        files: document.files.clone(),
+        said: document.said.clone(),
+        ..ToRead::default()
+    };
+    let before = model.anew.before.as_ref().map(|before| to_read(&before.document));
+    let now = model.board.document.as_ref().map(|document| to_read(document));
+    let (Some(before), Some(now), Some(work)) = (before, now, model.job.work.clone()) else {
+        return Vec::new();
+    };
+    let number = model.next_request();
+    let request = Request::Compare(Box::new(ToCompare { before, now, work: (*work).clone() }));
+    model.anew.asked = Some((number, work));
+    vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
+}
+
+/// It is known what changed, or not.
+pub(in crate::model) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+    let asked = model.anew.asked.take();
+    let same_job =
+        asked.zip(model.job.work.as_ref()).is_some_and(|((_, asked), now)| Arc::ptr_eq(&asked, now));
+    let compared = match answer {
+        Ok(Answer::Compared(_)) if !same_job => return ask(model),
+        Ok(Answer::Compared(compared)) => Some(*compared),
+        _ => None,
+    };
+    let carried = compared.as_ref().and_then(|compared| compared.work.clone());
+    if let Some(shown) = model.anew.shown.as_deref().cloned() {
+        let failed = compared.is_none();
+        model.anew.shown = Some(Arc::new(NewExports { compared: compared.map(Arc::new), failed, ..shown }));
+    }
+    forget_where_seen(model);
+    match carried {
+        Some(work) => job::update(model, JobEvent::Change { field: None, work: Box::new(work) }),
+        None => Vec::new(),
+    }
+}
+
+/// What was before is not needed any more once it is compared and what changed was seen.
+fn forget_where_seen(model: &mut Model) {
+    if model.anew.shown.is_none() && model.anew.asked.is_none() {
+        model.anew.before = None;
+    }
+}
+
+/// Files and job as they were.
+fn back(model: &mut Model) -> Vec<Effect> {
+    let Some(before) = std::mem::take(&mut model.anew).before else { return Vec::new() };
+    let effects = planning::called_off(model);
+    planning::clear(model);
+    model.board.document = Some(before.document);
+    model.board.accepted = before.accepted;
+    model.board.reviewing = false;
+    model.job = before.job;
+    files::layers(model);
+    effects
+}

@@ -1,0 +1,137 @@
+//! New exports of the open board: taken in, compared, and the way back.
+
+use super::story::{Story, compare, shifted_work};
+use crate::keys::Tab;
+use crate::model::{FrameEvent, Model};
+
+/// The files that are open, by name and content.
+fn open(model: &Model) -> String {
+    let document = model.board.document.as_ref();
+    let files = document.map(|document| document.files.clone()).unwrap_or_default();
+    files.iter().map(|(name, bytes)| format!("{name}={bytes:?}")).collect::<Vec<_>>().join(" ")
+}
+
+#[test]
+fn files_with_the_names_of_those_that_are_open_replace_them_and_are_compared() {
+    compare(
+        &[
+            ("open certain open-anew", "reading | board stale | call-off read"),
+            ("open certain open-anew certain", "planning | board stale | compare plan keep-rests"),
+            ("open certain open-anew certain compared", "planning | board stale | "),
+            ("open certain open-anew certain compare-refused", "planning | board stale | "),
+            // while it is compared the plan goes on, and the other way round
+            ("open certain open-anew certain plan compared", "proving | board plan stale | "),
+            ("open certain open-anew read-refused", "planning | board stale | toast-goes plan"),
+            // what the person changes meanwhile is compared with again
+            ("open certain open-anew certain edit compared", "planning-again | board stale | compare"),
+            (
+                "open certain open-anew certain say-aligned certain",
+                "planning | board stale | compare plan keep-rests",
+            ),
+            ("open certain open-other certain", "planning | board stale | hold-none plan keep-rests"),
+            ("open-anew certain", "planning | board stale | hold-none plan keep-rests"),
+            ("open certain choose-anew", "planning | board stale | choose-anew"),
+            ("open certain chosen-anew certain", "planning | board stale | compare plan keep-rests"),
+            // a review is wanted where the new files have something to say that the old ones had not
+            ("open certain open-anew warning", "nothing | board review stale | compare keep-rests"),
+            ("open warning reviewed open-anew warning", "planning | board stale | compare plan keep-rests"),
+            ("open warning reviewed open-anew empty", "nothing | board review stale | compare keep-rests"),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
+fn which_files_are_open_follows_what_was_brought() {
+    compare(
+        &[
+            ("open certain open-anew certain", "a.drl=[3] b.drl=[1]"),
+            ("open certain open-anew certain back", "a.drl=[1] b.drl=[1]"),
+            ("open certain open-anew read-refused", "a.drl=[1] b.drl=[1]"),
+            ("open certain open-anew certain another certain", "a.drl=[3]"),
+            ("open certain chosen-anew certain", "c.drl=[2] d.drl=[2]"),
+            ("open certain chosen-anew certain back", "a.drl=[1] b.drl=[1]"),
+            ("open certain on-disk take-from-disk certain", "a.drl=[1] b.drl=[9]"),
+            ("open certain open-anew certain compared seen back", "a.drl=[3] b.drl=[1]"),
+        ],
+        |story| open(&story.model),
+    );
+}
+
+#[test]
+fn what_changed_is_shown_until_it_was_seen() {
+    let shown = |story: &Story| match story.model.anew.shown.as_deref() {
+        None => "nothing".to_owned(),
+        Some(shown) => match &shown.compared {
+            Some(compared) => format!("{} changed", compared.changes.holes.len()),
+            None if shown.failed => "failed".to_owned(),
+            None => format!("looking at {}", shown.replaced.join(" ")),
+        },
+    };
+    compare(
+        &[
+            ("open certain", "nothing"),
+            ("open certain open-anew", "nothing"),
+            ("open certain open-anew certain", "looking at a.drl"),
+            ("open certain open-anew certain compared", "1 changed"),
+            ("open certain open-anew certain compare-refused", "failed"),
+            ("open certain open-anew certain compared seen", "nothing"),
+            ("open certain open-anew certain seen compared", "nothing"),
+            ("open certain open-anew certain compared back", "nothing"),
+            ("open certain open-anew certain compared open-other certain", "nothing"),
+            ("open certain open-anew certain compared discard", "nothing"),
+        ],
+        shown,
+    );
+}
+
+#[test]
+fn the_job_stays_is_carried_over_and_comes_back() {
+    let depth = |words: &str| {
+        let story = Story::told(words);
+        story.model.job.work.as_ref().unwrap().operations[0].depth
+    };
+    let carried = shifted_work().operations[0].depth;
+    let edited = depth("open certain edit");
+    assert_ne!(edited, carried);
+    assert_eq!(depth("open certain edit open-anew certain"), edited, "what the person changed stays");
+    assert_eq!(depth("open certain edit open-anew certain compared-carried"), carried);
+    assert_eq!(
+        depth("open certain edit open-anew certain compared-carried undo"),
+        edited,
+        "a step as any other"
+    );
+    assert_eq!(depth("open certain edit open-anew certain compared-carried back"), edited);
+    assert_eq!(
+        depth("open certain edit open-anew certain seen compared-carried"),
+        carried,
+        "also once it was seen"
+    );
+    let story = Story::told("open certain edit open-anew certain edit back");
+    assert!(story.model.job.edited(), "with its own steps back");
+}
+
+#[test]
+fn what_was_written_on_the_disk_is_offered_once_and_taken_only_when_it_is_wanted() {
+    compare(
+        &[
+            ("open certain on-disk", "page.anew.on_disk"),
+            ("open certain on-disk on-disk", "page.anew.on_disk"),
+            ("open certain on-disk-same", ""),
+            ("on-disk", ""),
+            ("open-other certain on-disk", ""),
+            ("open certain on-disk take-from-disk", ""),
+        ],
+        |story| story.toasts().join(" "),
+    );
+    let story = Story::told("open certain on-disk");
+    assert_eq!((story.way(), story.out().as_str()), ("planning", ""), "nothing is read unasked");
+}
+
+#[test]
+fn the_board_is_on_show_with_what_changed() {
+    let mut story = Story::told("open certain");
+    story.send(FrameEvent::Show { tab: Tab::Cam });
+    ["open-anew", "certain"].into_iter().for_each(|word| story.tell(word));
+    assert_eq!(story.model.frame.tab, Tab::Board);
+}

@@ -1,0 +1,157 @@
+//! Which things of one board are which of another: those that lie where they lay, and those that were moved.
+//!
+//! ```text
+//!   1  same place, same size       ─▶ a pair
+//!   2  same place, another size    ─▶ a pair
+//!   3  what is left over           ─▶ pairs by the way that most of them went: a part that was moved takes all its holes along
+//! ```
+//!
+//! Comes in: places with sizes, before and now. Goes out: pairs of their numbers; who has no partner is in none. Does not know what
+//! the things are.
+
+use crate::geometry::Point;
+use crate::units::Length;
+use std::collections::BTreeMap;
+
+/// What is nearer than this lies in the same place, and what differs less has the same size: files round.
+pub(super) const SAME: Length = Length::from_um(5);
+
+/// So far a thing alone is believed to have been moved; several that went the same way are believed as many times as far.
+const ALONE_MM: f64 = 5.0;
+
+/// More pairs than this are not weighed: then nothing was moved, but is gone here and added there.
+const MOST_WEIGHED: usize = 1_000_000;
+
+/// A thing that lies somewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Thing {
+    /// Where.
+    pub(super) at: Point,
+    /// From there to its further places.
+    pub(super) shape: Vec<Point>,
+    /// How wide it is, where that is known.
+    pub(super) size: Option<Length>,
+}
+
+/// Whether two places are one.
+pub(super) fn near(a: Point, b: Point) -> bool {
+    (a.x - b.x).abs() <= SAME && (a.y - b.y).abs() <= SAME
+}
+
+impl Thing {
+    fn same_shape(&self, other: &Self) -> bool {
+        let shapes = self.shape.iter().zip(&other.shape);
+        self.shape.len() == other.shape.len() && shapes.into_iter().all(|(a, b)| near(*a, *b))
+    }
+
+    /// Whether both are as wide.
+    pub(super) fn same_size(&self, other: &Self) -> bool {
+        match (self.size, other.size) {
+            (Some(a), Some(b)) => (a - b).abs() <= SAME,
+            (a, b) => a == b,
+        }
+    }
+}
+
+/// Things by where they are, in cells a little larger than what counts as the same place.
+struct Cells(BTreeMap<(i64, i64), Vec<usize>>);
+
+/// Side of a cell.
+const CELL_NM: i64 = 2 * SAME.nm();
+
+fn cell(at: Point) -> (i64, i64) {
+    (at.x.nm().div_euclid(CELL_NM), at.y.nm().div_euclid(CELL_NM))
+}
+
+impl Cells {
+    fn of(things: &[Thing]) -> Self {
+        let mut cells: BTreeMap<_, Vec<usize>> = BTreeMap::new();
+        for (number, thing) in things.iter().enumerate() {
+            cells.entry(cell(thing.at)).or_default().push(number);
+        }
+        Self(cells)
+    }
+
+    fn around(&self, at: Point) -> impl Iterator<Item = usize> {
+        let (x, y) = cell(at);
+        let cells = (x - 1..=x + 1).flat_map(move |x| (y - 1..=y + 1).map(move |y| (x, y)));
+        cells.filter_map(|cell| self.0.get(&cell)).flatten().copied()
+    }
+}
+
+/// How many of `before`, shifted, lie in the same place and size among `now`.
+pub(super) fn found(before: &[Thing], now: &[Thing], shift: Point) -> usize {
+    let cells = Cells::of(now);
+    let is_there = |thing: &&Thing| {
+        let at = Point::new(thing.at.x + shift.x, thing.at.y + shift.y);
+        let here = |number: usize| {
+            now.get(number)
+                .is_some_and(|other| near(at, other.at) && thing.same_size(other) && thing.same_shape(other))
+        };
+        cells.around(at).any(here)
+    };
+    before.iter().filter(is_there).count()
+}
+
+/// Pairs of numbers of `before` and `now`, in the order of `before`.
+pub(super) fn pairs(before: &[Thing], now: &[Thing]) -> Vec<(usize, usize)> {
+    let mut partner: Vec<Option<usize>> = vec![None; before.len()];
+    let mut taken = vec![false; now.len()];
+    let cells = Cells::of(now);
+    for with_size in [true, false] {
+        for (number, thing) in before.iter().enumerate() {
+            let fits = |other: &usize| {
+                let free = taken.get(*other) == Some(&false);
+                let like = now.get(*other).is_some_and(|other| {
+                    near(thing.at, other.at)
+                        && thing.same_shape(other)
+                        && (!with_size || thing.same_size(other))
+                });
+                free && like
+            };
+            if partner[number].is_none()
+                && let Some(other) = cells.around(thing.at).find(fits)
+            {
+                (partner[number], taken[other]) = (Some(other), true);
+            }
+        }
+    }
+    moved(before, now, &mut partner, &mut taken);
+    partner.into_iter().enumerate().filter_map(|(number, other)| Some((number, other?))).collect()
+}
+
+/// Finds partners for what has none, by the ways that most of them went.
+fn moved(before: &[Thing], now: &[Thing], partner: &mut [Option<usize>], taken: &mut [bool]) {
+    let left: Vec<usize> = (0..before.len()).filter(|number| partner[*number].is_none()).collect();
+    let free: Vec<usize> = (0..now.len()).filter(|number| !taken[*number]).collect();
+    if left.len().saturating_mul(free.len()) > MOST_WEIGHED {
+        return;
+    }
+    let mut ways: BTreeMap<(i64, i64), Vec<(usize, usize)>> = BTreeMap::new();
+    for &number in &left {
+        for &other in &free {
+            let (from, to) = (&before[number], &now[other]);
+            if from.same_size(to) && from.same_shape(to) {
+                let way = cell(Point::new(to.at.x - from.at.x, to.at.y - from.at.y));
+                ways.entry(way).or_default().push((number, other));
+            }
+        }
+    }
+    // The way that most went, then the shortest.
+    let mut ways: Vec<_> = ways.into_values().collect();
+    let far_mm = |pairs: &[(usize, usize)]| {
+        pairs.first().map_or(0.0, |(number, other)| before[*number].at.distance_mm(now[*other].at))
+    };
+    ways.sort_by(|a, b| b.len().cmp(&a.len()).then(far_mm(a).total_cmp(&far_mm(b))));
+    for way in ways {
+        let believed_mm = ALONE_MM * way.len() as f64;
+        if far_mm(&way) > believed_mm {
+            continue;
+        }
+        for (number, other) in way {
+            if partner[number].is_none() && !taken[other] {
+                (partner[number], taken[other]) = (Some(other), true);
+            }
+        }
+    }
+}
