@@ -44,6 +44,8 @@ pub enum Request {
     Prove(ToProve),
     /// Write all sides of a job in a controller's words.
     Export(ToExport),
+    /// Write the side that is up, to be followed line by line in the simulation.
+    Lines(ToExport),
     /// Look for faults in a dialect, and at what it makes.
     Check(ToWrite),
     /// Turn a program into moves and steps.
@@ -329,6 +331,8 @@ pub struct Laid {
 pub struct PlanReady {
     /// The place in the files' coordinates that becomes the work zero.
     pub origin: Point,
+    /// Where no bit may go, in the files' coordinates as the board lies.
+    pub zones: Vec<Bounds>,
     /// For every way of the program, the operation that it belongs to.
     pub toolpath_operations: Vec<u16>,
     /// How the board lies.
@@ -457,6 +461,8 @@ pub enum Answer {
     Proved(Proved),
     /// To [`Request::Export`].
     Exported(Box<Exported>),
+    /// To [`Request::Lines`]: the files of the side, in the order of running.
+    Lines(Vec<OutputFile>),
     /// To [`Request::Check`].
     Checked(Checked),
     /// To [`Request::Time`].

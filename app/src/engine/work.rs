@@ -46,6 +46,7 @@ pub fn perform(
         Request::Export(wanted) => {
             exporting::export(&wanted, cache, progress).map(|exported| Answer::Exported(Box::new(exported)))
         }
+        Request::Lines(wanted) => exporting::lines(&wanted, cache, progress).map(Answer::Lines),
         Request::Check(wanted) => Ok(Answer::Checked(writing::check(&wanted))),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
     }
@@ -459,6 +460,17 @@ mod tests {
             *exported
         };
         let first = export(Vec::new(), "grbl", None);
+        // The lines that are followed in the simulation are those of the files.
+        for (side, face) in first.sides.iter().zip(plan.work.faces()) {
+            let mut up = plan.clone();
+            up.work.setup.face = face;
+            let wanted =
+                ToExport { plan: up, read: vec![], target: "grbl".to_owned(), text: None, lines_only_mm: None };
+            let mut cache_of_lines = Cache::default();
+            let mut ask = |request| super::perform(request, &mut cache_of_lines, &mut |_, _| {}).unwrap();
+            let _ = two_sided(&mut ask);
+            assert_eq!(ask(Request::Lines(wanted)), Answer::Lines(side.clone()), "{face:?}");
+        }
         assert_eq!(first.unread, [], "two pads far apart leave nothing to be read");
         let names: Vec<&str> = first.files().map(|file| file.name.as_str()).collect();
         assert!(names.len() > 3, "{names:?}");

@@ -12,7 +12,7 @@ use annulus_core::cam::work::{OperationKind, Work};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Program, touched};
 use annulus_core::machine::Machine;
-use annulus_core::sim::{self, Carving, Stock, Warning};
+use annulus_core::sim::{self, Carving, Stock, ToolRoom, Warning};
 use annulus_core::units::Length;
 use std::sync::Arc;
 
@@ -52,16 +52,26 @@ pub(super) fn warned(model: &Model) -> Arc<Vec<Warning>> {
     let (Some(program), Some(playback)) = (&model.board.program, &model.play.playback) else {
         return Arc::default();
     };
-    let deepest = model.machine.process.board_thickness + SPOIL;
-    let travel = travel(program, &model.machine);
-    Arc::new(sim::warnings(playback, &program.bits, travel, deepest))
+    let origin = program.origin;
+    let zones = model.board.plan.iter().flat_map(|plan| &plan.zones);
+    let room = ToolRoom {
+        travel: travel(program, &model.machine),
+        deepest: model.machine.process.board_thickness + SPOIL,
+        lowest: program.safe_height,
+        zones: zones.map(|zone| moved(*zone, origin)).collect(),
+    };
+    Arc::new(sim::warnings(playback, &program.bits, &room))
+}
+
+/// A box of the files' coordinates in work coordinates.
+fn moved(files: Bounds, origin: Point) -> Bounds {
+    let at = |at: Point| Point::new(at.x - origin.x, at.y - origin.y);
+    Bounds { min: at(files.min), max: at(files.max) }
 }
 
 /// The box that is shown, in work coordinates: the board and all that is cut.
 fn blank(program: &Program, body: Option<Bounds>) -> Option<Bounds> {
-    let origin = program.origin;
-    let moved = |at: Point| Point::new(at.x - origin.x, at.y - origin.y);
-    let body = body.map(|body| Bounds { min: moved(body.min), max: moved(body.max) });
+    let body = body.map(|body| moved(body, program.origin));
     let cut = touched(program);
     let all = body.into_iter().chain(cut).reduce(|a, b| a.with(b.min).with(b.max))?;
     // What is cut round its edge is cut out of something larger.

@@ -20,6 +20,7 @@ pub mod frame;
 pub mod job;
 pub mod keeping;
 pub mod lab;
+pub mod lines;
 pub mod link;
 pub mod planning;
 pub mod play;
@@ -41,6 +42,7 @@ pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
 pub use lab::{Lab, LabEvent};
+pub use lines::{Lines, LinesEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
@@ -91,6 +93,8 @@ pub struct Model {
     pub draw: Draw,
     /// The playback.
     pub play: Play,
+    /// The lines of the program beside it.
+    pub lines: Lines,
     /// What was typed of the machine's settings.
     pub settings: SettingsDraft,
     /// What is kept in this browser.
@@ -127,6 +131,8 @@ pub enum Event {
     Draw(DrawEvent),
     /// The playback.
     Play(PlayEvent),
+    /// The lines of the program beside it.
+    Lines(LinesEvent),
     /// What is typed of the machine's settings.
     Settings(SettingsEvent),
     /// What is kept.
@@ -172,6 +178,7 @@ from_parts!(
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
+    Lines(LinesEvent),
     Settings(SettingsEvent),
     Link(LinkEvent),
     Start(StartEvent)
@@ -193,6 +200,7 @@ impl Default for Model {
             lab: Lab::default(),
             draw: Draw::default(),
             play: Play::default(),
+            lines: Lines::default(),
             settings: SettingsDraft::default(),
             keeping: Keeping::default(),
             asked: None,
@@ -264,6 +272,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Draw(event) => drawing::update(model, event),
         Event::Link(event) => linked(model, event),
         Event::Play(event) => play::update(model, event),
+        Event::Lines(event) => lines::update(model, event),
         Event::Settings(event) => settings::update(model, event),
         Event::Start(event) => start::update(model, event),
     };
@@ -276,6 +285,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(keeping::follow(model));
     effects.extend(template::follow(model));
     effects.extend(play::follow(model));
+    effects.extend(lines::follow(model));
     effects.extend(start::follow(model));
     frame::follow(model);
     settings::follow(model);

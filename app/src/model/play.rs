@@ -241,6 +241,12 @@ fn next_speed(speed: f64, more: bool) -> f64 {
     found.unwrap_or(speed)
 }
 
+/// Holds, and shows this second.
+pub(super) fn hold(play: &mut Play, at_s: f64) {
+    play.running = false;
+    play.seek(at_s);
+}
+
 /// Takes one event in.
 pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
     let play = &mut model.play;
@@ -252,10 +258,7 @@ pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
             play.running = !play.running;
             return play.run();
         }
-        PlayEvent::Hold { at_s } => {
-            play.running = false;
-            play.seek(at_s);
-        }
+        PlayEvent::Hold { at_s } => hold(play, at_s),
         PlayEvent::Seek { at_s } => play.seek(at_s),
         PlayEvent::Step { stride } => play.step(stride),
         PlayEvent::End => play.seek(play.total_s()),
@@ -268,15 +271,13 @@ pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
             let timeline = play.playback.as_ref().map(|playback| playback.timeline());
             let found = timeline.and_then(|line| nearest(&line.moves, &line.mm_per_step, place_mm));
             if let Some((at_s, _)) = found.filter(|(_, away_mm)| *away_mm <= BESIDE_MM) {
-                play.running = false;
-                play.seek(at_s);
+                hold(play, at_s);
             }
         }
         PlayEvent::Wrong { on } => {
             let times = play.warnings.iter().map(|warning| warning.at_s);
             if let Some(at_s) = neighbour(play.at_s, on, times) {
-                play.running = false;
-                play.seek(at_s);
+                hold(play, at_s);
             }
         }
         PlayEvent::Flat { flat } => play.flat = flat.unwrap_or(!play.flat),

@@ -63,6 +63,11 @@ impl PlacedBoard {
         untold.then(|| Diagnostic::warning("cam.zero_without_outline"))
     }
 
+    /// Where no bit may go, as the board lies.
+    pub fn zones(&self) -> &[Bounds] {
+        &self.zones
+    }
+
     /// The copper of `face`, if it has any.
     pub(super) fn copper(&self, face: Face) -> Option<&Copper> {
         self.board.copper.iter().find(|copper| copper.face == face && !copper.region.is_empty())
