@@ -108,6 +108,33 @@ fn every_second_is_the_same_from_wherever_it_is_reached_and_never_far() {
     assert!((whole - carved_whole(&program)).abs() < 1e-3 * whole);
 }
 
+#[test]
+fn what_was_explored_is_near_and_is_the_same() {
+    let program = program();
+    let total_s = playback(&program).total_s();
+    let mut cursor = carving(&program);
+    assert!(cursor.seek(1.0, u64::MAX));
+    let here = cursor.stock().clone();
+    let mut calls = 1;
+    while !cursor.explore(50_000) {
+        calls += 1;
+    }
+    assert!(calls > 3, "{calls} calls are more than a call's work");
+    assert_eq!((cursor.stock(), cursor.at_s()), (&here, 1.0), "nobody sees it");
+    // Never looked at, and near all the same.
+    for share in [1.0, 0.9, 0.35, 0.6, 0.1] {
+        assert!(cursor.seek(share * total_s, 3_000_000), "{share} is too far");
+        let mut fresh = carving(&program);
+        assert!(fresh.seek(share * total_s, u64::MAX));
+        let (found, expected) = (cursor.stock().removed_mm3(), fresh.stock().removed_mm3());
+        assert!(
+            (found - expected).abs() <= 1e-3 * expected.max(1.0),
+            "{share}: {found} is not {expected} mm³"
+        );
+    }
+    assert!(cursor.explore(0), "nothing is left");
+}
+
 /// All of a program at once, by its commands and not by its times.
 fn carved_whole(program: &Program) -> f64 {
     let bounds = Bounds::of(Point::default()).with(Point::from_mm(30.0, 30.0));
@@ -158,7 +185,8 @@ fn room(travel: Option<Bounds>, deepest: i64) -> ToolRoom {
 #[test]
 fn a_zone_is_not_passed_and_the_plane_waits_until_the_tip_is_up() {
     let good = program();
-    let zone = |x: f64, y: f64, size: f64| Bounds::of(Point::from_mm(x, y)).with(Point::from_mm(x + size, y + size));
+    let zone =
+        |x: f64, y: f64, size: f64| Bounds::of(Point::from_mm(x, y)).with(Point::from_mm(x + size, y + size));
     let told = |program: &Program, zones: Vec<Bounds>| {
         let room = ToolRoom { zones, ..room(None, 4_600) };
         warnings(&playback(program), &program.bits, &room)
@@ -177,7 +205,10 @@ fn a_zone_is_not_passed_and_the_plane_waits_until_the_tip_is_up() {
     assert_eq!(told(&round, vec![zone(13.5, 17.7, 1.0), zone(13.5, 10.5, 1.0)]), []);
     // From hole to hole at Y 25, over a zone between them.
     let over = told(&good, vec![zone(14.0, 24.5, 1.0)]);
-    assert!(over.iter().all(|one| (one.fault, one.leg) == (Fault::Clamp, 6) && one.depth_mm < 0.0), "{over:?}");
+    assert!(
+        over.iter().all(|one| (one.fault, one.leg) == (Fault::Clamp, 6) && one.depth_mm < 0.0),
+        "{over:?}"
+    );
     let mut low = good;
     low.legs[1].commands.pop();
     low.legs[1].commands.extend([Command::Retract { to: um(500) }, rapid(20.0, 20.0), up()]);

@@ -50,6 +50,8 @@ pub enum Request {
     Check(ToWrite),
     /// Turn a program into moves and steps.
     Time(ToTime),
+    /// Carve what was done of the other side before.
+    Underside(ToUnderside),
 }
 
 /// A project to open.
@@ -268,6 +270,24 @@ pub struct ToWrite {
     pub machine: Option<Settings>,
 }
 
+/// A board whose other side was done before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToUnderside {
+    /// The job and what it is planned with; the side that is up in it is looked at.
+    pub plan: ToPlan,
+    /// The box of the board that is looked at, in work coordinates.
+    pub bounds: Bounds,
+}
+
+/// A tile of what is cut from below: [`annulus_core::sim::TILE`] cells along each side.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UnderTile {
+    /// Its first cell as seen from above, counted from the low corner.
+    pub first: [u32; 2],
+    /// Depths from below in µm, row by row.
+    pub depths_um: Vec<u16>,
+}
+
 /// What is to be said of a dialect.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checked {
@@ -467,4 +487,6 @@ pub enum Answer {
     Checked(Checked),
     /// To [`Request::Time`].
     Timed(Timed),
+    /// To [`Request::Underside`].
+    Underside(Vec<UnderTile>),
 }

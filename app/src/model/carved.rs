@@ -5,10 +5,10 @@
 //! ```
 //!
 //! Comes in: the plan in time and the open board. Goes out: the stock on show, what is wrong and when. A frame does so many
-//! cells and no more, so that the page never waits. Does not know how it is drawn.
+//! cells and no more, so that the page never waits; frames in which nothing is to be shown carve ahead. Does not know how it is
+//! drawn.
 
 use super::Model;
-use annulus_core::cam::work::{OperationKind, Work};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Program, touched};
 use annulus_core::machine::Machine;
@@ -22,8 +22,6 @@ const FRAME_CELLS: u64 = 1_200_000;
 const RIM: Length = Length::from_um(1_500);
 /// Deeper than this under the board the tip is in more than a spoil board.
 const SPOIL: Length = Length::from_um(3_000);
-/// Drills whose job says nothing of their points are flat.
-const FLAT_DEG: f64 = 180.0;
 
 /// Carves up to the second `at_s`, as far as one frame goes; the stock as it is then is `shown`.
 pub(super) fn carve(carving: &mut Carving, at_s: f64, shown: &mut Option<Arc<Stock>>) {
@@ -31,6 +29,11 @@ pub(super) fn carve(carving: &mut Carving, at_s: f64, shown: &mut Option<Arc<Sto
     if shown.as_deref() != Some(carving.stock()) {
         *shown = Some(Arc::new(carving.stock().clone()));
     }
+}
+
+/// Carves what was never carved, as far as one frame goes, without showing it; true once nothing is left.
+pub(super) fn explore(carving: &mut Carving) -> bool {
+    carving.explore(FRAME_CELLS)
 }
 
 /// Whether the board in space shows another second than `at_s`.
@@ -43,7 +46,8 @@ pub(super) fn begin(model: &Model) -> Option<Carving> {
     let (program, playback) = (model.board.program.as_ref()?, model.play.playback.as_ref()?);
     let body = model.board.laid.as_ref().and_then(|laid| laid.laid.body);
     let stock = Stock::new(blank(program, body)?, model.machine.process.board_thickness).ok()?;
-    let stock = stock.with_points(point_deg(model.job.work.as_deref()));
+    let points_deg = model.job.work.as_ref().and_then(|work| work.point_deg());
+    let stock = points_deg.into_iter().fold(stock, Stock::with_points);
     Some(Carving::new(Arc::clone(playback), program.bits.clone(), stock))
 }
 
@@ -84,14 +88,4 @@ fn travel(program: &Program, machine: &Machine) -> Option<Bounds> {
     let low = Point::new(reach.min.x.min(Length::ZERO), reach.min.y.min(Length::ZERO));
     let high = Point::new(low.x + machine.x.max - machine.x.min, low.y + machine.y.max - machine.y.min);
     Some(Bounds { min: low, max: high })
-}
-
-/// The angle of the drills' points, as the job says it.
-fn point_deg(work: Option<&Work>) -> f64 {
-    let operations = work.iter().flat_map(|work| &work.operations);
-    let mut angles = operations.filter(|operation| operation.on).filter_map(|one| match &one.action {
-        OperationKind::Drill(drill) => Some(drill.point_deg),
-        _ => None,
-    });
-    angles.next().unwrap_or(FLAT_DEG)
 }

@@ -1,7 +1,7 @@
 //! The written program beside the playback: which of its lines is done at the second on show, which second a line leads to.
 //!
 //! ```text
-//! shown, a plan in time ─▶ the worker writes ─▶ Written: rows of files and lines ─┬─ second ─▶ row
+//! shown, a plan in time ─▶ the worker writes ─▶ WrittenProgram: rows of files and lines ─┬─ second ─▶ row
 //!                    another plan, another controller: written anew               └─ row ─▶ second
 //! ```
 //!
@@ -23,7 +23,7 @@ const INSIDE_S: f64 = 2e-6;
 
 /// A program as it is written: rows of lines, over those of each file a row with its name.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Written {
+pub struct WrittenProgram {
     text: String,
     /// Where each row ends in the text.
     ends: Vec<u32>,
@@ -32,7 +32,7 @@ pub struct Written {
     lines: ProgramLines,
 }
 
-impl Written {
+impl WrittenProgram {
     /// Of `files`, in the order of running.
     pub fn of(files: &[OutputFile]) -> Self {
         let mut written = Self::default();
@@ -66,7 +66,8 @@ impl Written {
     /// A row: its number in its file, from 1, where it is no name, and what it says.
     pub fn row(&self, row: usize) -> Option<(Option<usize>, &str)> {
         let end = *self.ends.get(row)? as usize;
-        let start = row.checked_sub(1).and_then(|before| self.ends.get(before)).map_or(0, |end| *end as usize);
+        let start =
+            row.checked_sub(1).and_then(|before| self.ends.get(before)).map_or(0, |end| *end as usize);
         let file = self.files.partition_point(|first| *first as usize <= row).checked_sub(1)?;
         let number = row - *self.files.get(file)? as usize;
         Some(((number > 0).then_some(number), self.text.get(start..end)?))
@@ -80,11 +81,11 @@ impl Written {
 
 /// The lines.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Lines {
+pub struct Listing {
     /// They are looked at, and not the steps.
     pub shown: bool,
     /// The program, once it is written.
-    pub written: Option<Arc<Written>>,
+    pub written: Option<Arc<WrittenProgram>>,
     /// Why it is not.
     pub refused: Vec<Diagnostic>,
     /// The row that was pressed, and the second it led to.
@@ -97,7 +98,7 @@ pub struct Lines {
 
 /// What happens to them.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum LinesEvent {
+pub enum ListingEvent {
     /// The lines are looked at, or the steps.
     Show {
         /// The lines.
@@ -115,7 +116,7 @@ pub enum LinesEvent {
     },
 }
 
-impl Lines {
+impl Listing {
     /// Whether this request is waited for.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         self.number.as_ref().is_some_and(|(number, ..)| *number == wanted)
@@ -142,16 +143,16 @@ pub fn row_now(model: &Model) -> Option<usize> {
 }
 
 /// Takes one event in.
-pub(super) fn update(model: &mut Model, event: LinesEvent) -> Vec<Effect> {
+pub(super) fn update(model: &mut Model, event: ListingEvent) -> Vec<Effect> {
     match event {
-        LinesEvent::Show { on } => {
+        ListingEvent::Show { on } => {
             model.lines.shown = on;
             if !model.lines.is_on_the_way() && model.lines.written.is_none() {
                 model.lines.of = None;
             }
         }
-        LinesEvent::Press { row } => press(model, row),
-        LinesEvent::Walk { by } => {
+        ListingEvent::Press { row } => press(model, row),
+        ListingEvent::Walk { by } => {
             let count = model.lines.written.as_ref().map_or(0, |written| written.len());
             let row = row_now(model).unwrap_or(0) as i64 + by;
             press(model, usize::try_from(row).unwrap_or(0).min(count.saturating_sub(1)));
@@ -206,7 +207,7 @@ pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Ve
         return written_anew(model, wanted);
     }
     match answer {
-        Ok(Answer::Lines(files)) => model.lines.written = Some(Arc::new(Written::of(&files))),
+        Ok(Answer::Lines(files)) => model.lines.written = Some(Arc::new(WrittenProgram::of(&files))),
         Err(Stopped::Refused(why)) => model.lines.refused = why,
         _ => {}
     }

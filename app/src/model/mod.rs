@@ -27,6 +27,7 @@ pub mod play;
 pub mod settings;
 pub mod start;
 pub mod template;
+mod underside;
 mod worker;
 
 #[cfg(test)]
@@ -42,13 +43,14 @@ pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
 pub use lab::{Lab, LabEvent};
-pub use lines::{Lines, LinesEvent};
+pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
 pub use settings::{SettingsDraft, SettingsEvent};
 pub use start::{Start, StartEvent};
 pub use template::{Template, TemplateEvent};
+pub use underside::Underside;
 
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
@@ -94,7 +96,9 @@ pub struct Model {
     /// The playback.
     pub play: Play,
     /// The lines of the program beside it.
-    pub lines: Lines,
+    pub lines: Listing,
+    /// What was cut of the other side before.
+    pub underside: Underside,
     /// What was typed of the machine's settings.
     pub settings: SettingsDraft,
     /// What is kept in this browser.
@@ -132,7 +136,7 @@ pub enum Event {
     /// The playback.
     Play(PlayEvent),
     /// The lines of the program beside it.
-    Lines(LinesEvent),
+    Lines(ListingEvent),
     /// What is typed of the machine's settings.
     Settings(SettingsEvent),
     /// What is kept.
@@ -178,7 +182,7 @@ from_parts!(
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
-    Lines(LinesEvent),
+    Lines(ListingEvent),
     Settings(SettingsEvent),
     Link(LinkEvent),
     Start(StartEvent)
@@ -200,7 +204,8 @@ impl Default for Model {
             lab: Lab::default(),
             draw: Draw::default(),
             play: Play::default(),
-            lines: Lines::default(),
+            lines: Listing::default(),
+            underside: Underside::default(),
             settings: SettingsDraft::default(),
             keeping: Keeping::default(),
             asked: None,
@@ -286,6 +291,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(template::follow(model));
     effects.extend(play::follow(model));
     effects.extend(lines::follow(model));
+    effects.extend(underside::follow(model));
     effects.extend(start::follow(model));
     frame::follow(model);
     settings::follow(model);

@@ -41,6 +41,8 @@ pub struct Play {
     pub warnings: Arc<Vec<Warning>>,
     /// The board on its way to the second on show.
     carving: Option<Carving>,
+    /// All of it was carved once, so that every second is near.
+    explored: bool,
     /// When the last frame was.
     last_ms: Option<f64>,
     /// A frame was asked for and has not come yet.
@@ -62,6 +64,7 @@ impl Default for Play {
             carved: None,
             warnings: Arc::default(),
             carving: None,
+            explored: false,
             last_ms: None,
             awaits: false,
             of: None,
@@ -205,10 +208,19 @@ impl Play {
         }
     }
 
+    /// While nothing is to be shown, a frame carves what was never carved.
+    fn explore(&mut self) {
+        let at_s = self.at_s;
+        if let Some(carving) = self.carving.as_mut().filter(|carving| !carved::is_behind(carving, at_s)) {
+            self.explored = carved::explore(carving);
+        }
+    }
+
     fn frame(&mut self, now_ms: f64) -> Vec<Effect> {
         self.awaits = false;
         if !self.running {
             self.carve();
+            self.explore();
             return Vec::new();
         }
         let last_ms = self.last_ms.replace(now_ms);
@@ -304,9 +316,10 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
         let carving = carved::begin(model);
         let play = &mut model.play;
         play.carved = carving.as_ref().map(|carving| Arc::new(carving.stock().clone()));
-        play.carving = carving;
+        (play.carving, play.explored) = (carving, false);
     }
     let play = &mut model.play;
     let behind = play.carving.as_ref().is_some_and(|carving| carved::is_behind(carving, play.at_s));
-    if wanted && behind { play.ask_for_frame() } else { Vec::new() }
+    let unexplored = play.carving.is_some() && !play.explored && !play.running;
+    if wanted && (behind || unexplored) { play.ask_for_frame() } else { Vec::new() }
 }

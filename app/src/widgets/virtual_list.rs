@@ -101,8 +101,9 @@ pub fn virtual_list(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wasm_bindgen_test::wasm_bindgen_test;
 
-    #[test]
+    #[wasm_bindgen_test]
     fn the_last_row_of_a_list_of_any_length_is_at_the_end_of_the_scroll_bar() {
         for count in [3, 285_000, 300_000, 1_000_000, 4_000_000] {
             let (height_px, rows_px) = (560.0, count as f64 * ROW_PX);

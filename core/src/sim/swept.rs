@@ -50,7 +50,7 @@ pub fn swept(planned: &Move, mm_per_step: &[f64; AXES]) -> Vec<Swept> {
 }
 
 /// The tip `t_s` seconds after the start of a move: of several spindles the lowest.
-pub(super) fn tip(planned: &Move, t_s: f64, mm_per_step: &[f64; AXES]) -> [f64; 3] {
+fn tip(planned: &Move, t_s: f64, mm_per_step: &[f64; AXES]) -> [f64; 3] {
     let steps = planned.at(t_s);
     let mm = |axis: usize| steps[axis] * mm_per_step[axis];
     [mm(0), mm(1), (2..AXES).map(mm).fold(f64::INFINITY, f64::min)]

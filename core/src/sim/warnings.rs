@@ -10,7 +10,7 @@
 //! kind in a leg. Does not know why anything is done.
 
 use super::playback::Playback;
-use super::swept::{Swept, start_s, swept, tip};
+use super::swept::{Swept, start_s, swept};
 use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter, Mark, Stage};
 use crate::machine::AXES;
@@ -81,6 +81,8 @@ pub fn warnings(playback: &Playback, bits: &[Bit], room: &ToolRoom) -> Vec<Warni
     let mut found: Vec<Warning> = Vec::new();
     // Where the motors rest is up to half a step off what the program says.
     let [x_mm, y_mm, z_mm, ..] = timeline.mm_per_step.map(f64::abs);
+    // Spindles that the machine does not have stand at the surface.
+    let spindles: Vec<usize> = (2..AXES).filter(|axis| timeline.start[*axis] != 0).collect();
     let travel = room.travel.map(|travel| travel.grown(Length::from_mm(x_mm.max(y_mm))));
     for planned in &timeline.moves {
         let bit = playback.bit_of_leg(planned.leg).and_then(|bit| bits.get(bit as usize));
@@ -102,7 +104,7 @@ pub fn warnings(playback: &Playback, bits: &[Bit], room: &ToolRoom) -> Vec<Warni
             }
         }
         let radius = bit.map_or(Length::ZERO, |bit| Length::from_nm(bit.diameter.nm() / 2));
-        for course in courses(planned, &timeline.mm_per_step) {
+        for course in courses(planned, &timeline.mm_per_step, &spindles, !room.zones.is_empty()) {
             let low_mm = course.from_mm[2].min(course.to_mm[2]);
             // From hole to hole both move at once: the tip is down when the plane has settled.
             let low = planned.stage != Stage::NextHole && (0.0..room.lowest.mm() - z_mm).contains(&low_mm);
@@ -127,10 +129,20 @@ fn faults(one: &Swept, bit: Option<&Bit>, mark: Mark, deep: bool) -> impl Iterat
 }
 
 /// All ways of the tip in a move, over the board and in it.
-fn courses(planned: &Move, mm_per_step: &[f64; AXES]) -> Vec<Course> {
+fn courses(
+    planned: &Move,
+    mm_per_step: &[f64; AXES],
+    spindles: &[usize],
+    on_paths: bool,
+) -> Vec<Course> {
     let begin_s = start_s(planned);
+    let tip = |t_s: f64| {
+        let steps = planned.at(t_s);
+        let mm = |axis: usize| steps[axis] * mm_per_step[axis];
+        [mm(0), mm(1), spindles.iter().map(|axis| mm(*axis)).fold(f64::INFINITY, f64::min)]
+    };
     let straight = |part: &AxisMove| {
-        let [from_mm, to_mm] = [part.start_s(), part.end_s()].map(|t_s| tip(planned, t_s, mm_per_step));
+        let [from_mm, to_mm] = [part.start_s(), part.end_s()].map(tip);
         let (over, down) = (part.moves(0) || part.moves(1), to_mm[2] < from_mm[2]);
         // While the plane moves beside it, a stroke stands over its hole as long as it is in the board.
         let (from_mm, to_mm) = match (over, down) {
@@ -147,6 +159,10 @@ fn courses(planned: &Move, mm_per_step: &[f64; AXES]) -> Vec<Course> {
             found.push(straight(part));
             continue;
         };
+        // Only zones are looked for there.
+        if !on_paths {
+            continue;
+        }
         for (index, piece) in route.path.pieces.iter().enumerate() {
             let at_s = begin_s + part.start_s() + route.path.start_of_piece_s(index);
             let pieces = if matches!(piece.curve, Curve::Line { .. }) { 1 } else { ARC_PIECES };

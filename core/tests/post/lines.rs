@@ -28,12 +28,16 @@ fn each_line_of_each_target_is_of_a_command_and_each_cut_has_a_line() {
             for (line, place) in file.text.lines().zip(&file.commands) {
                 assert!(of_leg(&program, *place).is_some(), "{target}, seed {seed}: {line} is of {place:?}");
             }
-            let cuts = (0..).zip(&program.legs).flat_map(|(leg, whole)| whole.placed(leg)).filter(|(_, command)| {
-                matches!(command, Command::Mill { .. } | Command::MillArc { .. })
-            });
+            let cuts = (0..)
+                .zip(&program.legs)
+                .flat_map(|(leg, whole)| whole.placed(leg))
+                .filter(|(_, command)| matches!(command, Command::Mill { .. } | Command::MillArc { .. }));
             // A drill file leaves out what it has no words for.
             for (place, command) in cuts.filter(|_| target != "excellon") {
-                assert!(file.commands.contains(&place), "{target}, seed {seed}: {place:?}, {command:?} has no line");
+                assert!(
+                    file.commands.contains(&place),
+                    "{target}, seed {seed}: {place:?}, {command:?} has no line"
+                );
             }
         }
     }
@@ -62,7 +66,10 @@ fn a_line_leads_to_its_second_and_place_and_back() {
     let mut seen = 0;
     for seed in 0..30 {
         let program = if seed == 0 { programs::small() } else { programs::random_program(seed, None) };
-        let (Ok(file), Ok(timeline)) = (written("grbl", &program), motion::timeline(&program, &machine)) else { continue };
+        let (Ok(file), Ok(timeline)) = (written("grbl", &program), motion::timeline(&program, &machine))
+        else {
+            continue;
+        };
         let (playback, places) = (Playback::new(timeline), places(&file.text));
         let lines = ProgramLines::new(file.commands.clone());
         assert_eq!(lines.len(), places.len());
@@ -70,7 +77,8 @@ fn a_line_leads_to_its_second_and_place_and_back() {
         assert!(starts[0] == 0.0 && starts.is_sorted(), "seed {seed}: {starts:?}");
         for (line, start_s) in starts.iter().enumerate() {
             // Where it ends another begins; those that are done together end together.
-            let last = (line..lines.len()).take_while(|other| lines.are_together(line, *other)).last().unwrap();
+            let last =
+                (line..lines.len()).take_while(|other| lines.are_together(line, *other)).last().unwrap();
             let end_s = starts.get(last + 1).copied().unwrap_or(playback.total_s());
             if end_s - start_s < 1e-4 {
                 continue;
@@ -80,7 +88,10 @@ fn a_line_leads_to_its_second_and_place_and_back() {
             assert!(away < 0.02, "seed {seed}, line {line}: at {found:?}, and not at {:?}", places[last]);
             let middle_s = 0.5 * (start_s + end_s);
             let back = lines.line_of(playback.command_at(middle_s).unwrap()).unwrap();
-            assert!(lines.are_together(back, line), "seed {seed}: line {line} at {middle_s} s is said to be {back}");
+            assert!(
+                lines.are_together(back, line),
+                "seed {seed}: line {line} at {middle_s} s is said to be {back}"
+            );
             seen += 1;
         }
     }

@@ -4,8 +4,8 @@ use super::compare;
 use super::story::Story;
 use crate::engine::messages::Timed;
 use crate::keys::Tab;
-use crate::model::lines::{Written, row_now};
-use crate::model::{FrameEvent, LinesEvent, Model, PlayEvent, TemplateEvent, update};
+use crate::model::lines::{WrittenProgram, row_now};
+use crate::model::{FrameEvent, ListingEvent, Model, PlayEvent, TemplateEvent, update};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
@@ -33,7 +33,7 @@ fn the_program_is_written_where_its_lines_are_looked_at() {
         ("simulate show-lines lines-stopped show-steps show-lines", "writing | lines"),
         // Another controller, and another plan.
         ("simulate show-lines lines marlin", "writing | lines"),
-        ("simulate show-lines marlin lines", "writing written | lines"),
+        ("simulate show-lines marlin lines", "writing | lines"),
         ("simulate show-lines lines edit", "| plan keep-rests"),
         ("simulate show-lines lines edit plan prove time", "writing | lines"),
     ];
@@ -83,13 +83,14 @@ fn a_line_leads_to_its_second_and_the_second_to_the_line() {
     let timed = Timed { timeline: timeline(&program, &machine).unwrap(), ..Timed::default() };
     model.board.timed = Some(Arc::new(timed));
     update(&mut model, PlayEvent::Frame.into());
-    update(&mut model, LinesEvent::Show { on: true }.into());
+    update(&mut model, ListingEvent::Show { on: true }.into());
     assert_eq!(row_now(&model), None, "nothing is written");
     let files = post::write("grbl", &program, &Manner::on(&machine)).unwrap().unwrap();
-    let written = Arc::new(Written::of(&files));
+    let written = Arc::new(WrittenProgram::of(&files));
     model.lines.written = Some(written.clone());
     let row = |text: &str| {
-        let found = (0..written.len()).find(|row| written.row(*row).is_some_and(|(_, line)| line.starts_with(text)));
+        let found =
+            (0..written.len()).find(|row| written.row(*row).is_some_and(|(_, line)| line.starts_with(text)));
         found.unwrap_or_else(|| panic!("no line {text}"))
     };
     let name = written.row(0).unwrap();
@@ -97,7 +98,7 @@ fn a_line_leads_to_its_second_and_the_second_to_the_line() {
     assert_eq!(written.row(1).unwrap().0, Some(1));
     assert_eq!(written.row(written.len()), None);
     for (text, place) in [("G1 X25.0000 Y5.0000", [5.0, 5.0]), ("G1 X25.0000 Y15.0000", [25.0, 5.0])] {
-        update(&mut model, LinesEvent::Press { row: row(text) }.into());
+        update(&mut model, ListingEvent::Press { row: row(text) }.into());
         let now = model.play.playback.as_ref().unwrap().at(model.play.at_s).unwrap();
         assert_eq!(row_now(&model), Some(row(text)));
         let away = (now.position_mm[0] - place[0]).abs() + (now.position_mm[1] - place[1]).abs();
@@ -110,13 +111,13 @@ fn a_line_leads_to_its_second_and_the_second_to_the_line() {
     // A press in the picture marks the line that cuts there.
     update(&mut model, PlayEvent::At { place_mm: [12.0, 15.1] }.into());
     assert_eq!(row_now(&model), Some(row("G1 X5.0000 Y15.0000")));
-    update(&mut model, LinesEvent::Walk { by: -1 }.into());
+    update(&mut model, ListingEvent::Walk { by: -1 }.into());
     assert_eq!(row_now(&model), Some(row("G1 X25.0000 Y15.0000")));
-    update(&mut model, LinesEvent::Walk { by: i64::MIN / 2 }.into());
+    update(&mut model, ListingEvent::Walk { by: i64::MIN / 2 }.into());
     assert_eq!(row_now(&model), Some(0));
-    update(&mut model, LinesEvent::Press { row: 1_000_000 }.into());
+    update(&mut model, ListingEvent::Press { row: 1_000_000 }.into());
     assert_eq!(row_now(&model), Some(0), "there is no such row");
-    update(&mut model, LinesEvent::Show { on: false }.into());
+    update(&mut model, ListingEvent::Show { on: false }.into());
     assert_eq!(row_now(&model), None);
 }
 
@@ -125,8 +126,8 @@ impl Story {
     pub(super) fn lines_event(word: &str) -> Option<crate::model::Event> {
         Some(match word {
             "simulate" => FrameEvent::Show { tab: Tab::Simulate }.into(),
-            "show-lines" => LinesEvent::Show { on: true }.into(),
-            "show-steps" => LinesEvent::Show { on: false }.into(),
+            "show-lines" => ListingEvent::Show { on: true }.into(),
+            "show-steps" => ListingEvent::Show { on: false }.into(),
             "marlin" => TemplateEvent::Target { name: "marlin".to_owned() }.into(),
             _ => return None,
         })

@@ -49,6 +49,7 @@ fn kind(request: &Request) -> &'static str {
         Request::Lines(_) => "lines",
         Request::Check(_) => "check",
         Request::Time(_) => "time",
+        Request::Underside(_) => "underside",
     }
 }
 
@@ -265,7 +266,10 @@ impl Story {
     /// What a word without an answer means.
     fn event(&mut self, word: &str) -> Option<Event> {
         let lines = || Self::lines_event(word);
-        self.file_event(word).or_else(|| self.job_event(word)).or_else(|| self.keep_event(word)).or_else(lines)
+        self.file_event(word)
+            .or_else(|| self.job_event(word))
+            .or_else(|| self.keep_event(word))
+            .or_else(lines)
     }
 
     fn file_event(&mut self, word: &str) -> Option<Event> {

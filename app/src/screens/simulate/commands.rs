@@ -5,7 +5,7 @@
 
 use super::lines::lines;
 use crate::i18n::{language, say, t};
-use crate::model::{FrameEvent, LinesEvent, PlayEvent};
+use crate::model::{FrameEvent, ListingEvent, PlayEvent};
 use crate::page::{Play, frame, open_board, play, send};
 use crate::widgets::{choice, row_top, virtual_list};
 use annulus_core::job::{Command, Leg, Mark};
@@ -17,10 +17,21 @@ use leptos::prelude::*;
 /// Steps of the job, or lines of the program.
 pub(super) fn commands() -> impl IntoView {
     let shown = play().lines_shown;
-    let choices = div().class("segmented").attr("role", "group").attr("aria-label", t!("page.simulate.listed")).child((
-        choice(move || !shown.get(), t!("page.simulate.steps"), |_| send(LinesEvent::Show { on: false })),
-        choice(move || shown.get(), t!("page.simulate.program"), |_| send(LinesEvent::Show { on: true })),
-    ));
+    let choices =
+        div().class("segmented").attr("role", "group").attr("aria-label", t!("page.simulate.listed")).child(
+            (
+                choice(
+                    move || !shown.get(),
+                    t!("page.simulate.steps"),
+                    |_| send(ListingEvent::Show { on: false }),
+                ),
+                choice(
+                    move || shown.get(),
+                    t!("page.simulate.program"),
+                    |_| send(ListingEvent::Show { on: true }),
+                ),
+            ),
+        );
     let list = move || if shown.get() { lines().into_any() } else { legs().into_any() };
     (section().class("block").child(choices), list)
 }

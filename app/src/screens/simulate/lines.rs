@@ -3,7 +3,7 @@
 //! Comes in: the written program, the row in work. Goes out: the row pressed, what is written for.
 
 use crate::i18n::{advice, message, say, t};
-use crate::model::LinesEvent;
+use crate::model::ListingEvent;
 use crate::page::{Play, play, send};
 use crate::screens::cam::controller;
 use crate::widgets::{row_top, virtual_list};
@@ -15,15 +15,19 @@ use leptos::prelude::*;
 /// The controller, and the lines.
 pub(super) fn lines() -> impl IntoView {
     let play = play();
-    let count = Signal::derive(move || play.written.with(|written| written.as_ref().map_or(0, |written| written.len())));
+    let count = Signal::derive(move || {
+        play.written.with(|written| written.as_ref().map_or(0, |written| written.len()))
+    });
     let now = Memo::new(move |_| play.row_now.get());
     let row = move |index: usize| {
         play.written.track();
         line(play, index, now).into_any()
     };
-    let told = move || match play.writing.get() {
-        true => say!("page.simulate.writing"),
-        false => say!("page.simulate.lines_count", count = count.get()),
+    let told = move || {
+        if play.writing.get() {
+            return say!("page.simulate.writing");
+        }
+        say!("page.simulate.lines_count", count = count.get())
     };
     let why = move || play.not_written.get().into_iter().map(refusal).collect::<Vec<_>>();
     (
@@ -32,7 +36,9 @@ pub(super) fn lines() -> impl IntoView {
             header().child(span().class("quiet tabular").attr("role", "status").child(told)),
             why,
         )),
-        virtual_list(t!("page.simulate.program"), count, now.into(), row, |by| send(LinesEvent::Walk { by })),
+        virtual_list(t!("page.simulate.program"), count, now.into(), row, |by| {
+            send(ListingEvent::Walk { by })
+        }),
     )
 }
 
@@ -49,7 +55,8 @@ fn line(play: Play, row: usize, now: Memo<Option<usize>>) -> Option<impl IntoVie
     // All lines of one command are done together.
     let chosen = move || {
         let written = play.written.get_untracked();
-        now.get().is_some_and(|now| now == row || written.is_some_and(|written| written.are_together(now, row)))
+        now.get()
+            .is_some_and(|now| now == row || written.is_some_and(|written| written.are_together(now, row)))
     };
     let class = if number.is_some() { "line program-line" } else { "line program-line head" };
     Some(
@@ -59,7 +66,7 @@ fn line(play: Play, row: usize, now: Memo<Option<usize>>) -> Option<impl IntoVie
             .attr("aria-selected", move || if chosen() { "true" } else { "false" })
             .style(("top", row_top(row)))
             .attr("title", text.clone())
-            .on(ev::click, move |_| send(LinesEvent::Press { row }))
+            .on(ev::click, move |_| send(ListingEvent::Press { row }))
             .child((
                 span().class("quiet tabular").child(number.map(|number| number.to_string())),
                 code().child(text),
