@@ -24,6 +24,33 @@ fn stock(width: f64, height: f64) -> Stock {
     Stock::new(bounds, um(1_600)).unwrap()
 }
 
+#[test]
+fn a_board_that_is_turned_over_is_the_same_from_below() {
+    let mut before = stock(10.03, 7.0);
+    carved(
+        &mut before,
+        &program(bit(1_000, Cutter::Mill), vec![rapid(0.5, 0.0), plunge(-300), mill(3.0, 2.0, -300)]),
+    );
+    let low = Point::from_mm(5.0, 6.0);
+    for mirror_x in [true, false] {
+        let turned = before.flipped(mirror_x, low);
+        let (size, old, new) =
+            (before.cells().map(|cells| cells as f64 * before.cell_mm()), before.low_mm(), turned.low_mm());
+        assert_eq!((turned.cells(), new), (before.cells(), [5.0, 6.0]));
+        for [x, y] in [[1.0, 0.5], [0.5, 0.0], [3.2, 2.1], [2.0, 4.0], [0.1, 0.1]] {
+            let (along, up) = (x - old[0], y - old[1]);
+            let place = if mirror_x { [size[0] - along, up] } else { [along, size[1] - up] };
+            let found = turned.depth_mm([new[0] + place[0], new[1] + place[1]]);
+            assert_eq!(found, before.depth_mm([x, y]), "{x}, {y}");
+        }
+        assert_eq!(
+            turned.flipped(mirror_x, Point::from_mm(-1.0, -2.0)),
+            before,
+            "turned twice it is as it was"
+        );
+    }
+}
+
 /// A program of one leg with this bit, down at the first place.
 fn program(bit: Bit, commands: Vec<Command>) -> Program {
     Program {

@@ -6,7 +6,7 @@ use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
 use annulus_core::machine::virtual_drill;
 use annulus_core::motion::timeline;
-use annulus_core::sim::{Carving, Fault, Playback, Stock, nearest, warnings};
+use annulus_core::sim::{Carving, Fault, Playback, Stock, ToolRoom, nearest, warnings};
 use annulus_core::units::Length;
 use std::sync::Arc;
 
@@ -108,6 +108,33 @@ fn every_second_is_the_same_from_wherever_it_is_reached_and_never_far() {
     assert!((whole - carved_whole(&program)).abs() < 1e-3 * whole);
 }
 
+#[test]
+fn what_was_explored_is_near_and_is_the_same() {
+    let program = program();
+    let total_s = playback(&program).total_s();
+    let mut cursor = carving(&program);
+    assert!(cursor.seek(1.0, u64::MAX));
+    let here = cursor.stock().clone();
+    let mut calls = 1;
+    while !cursor.explore(50_000) {
+        calls += 1;
+    }
+    assert!(calls > 3, "{calls} calls are more than a call's work");
+    assert_eq!((cursor.stock(), cursor.at_s()), (&here, 1.0), "nobody sees it");
+    // Never looked at, and near all the same.
+    for share in [1.0, 0.9, 0.35, 0.6, 0.1] {
+        assert!(cursor.seek(share * total_s, 3_000_000), "{share} is too far");
+        let mut fresh = carving(&program);
+        assert!(fresh.seek(share * total_s, u64::MAX));
+        let (found, expected) = (cursor.stock().removed_mm3(), fresh.stock().removed_mm3());
+        assert!(
+            (found - expected).abs() <= 1e-3 * expected.max(1.0),
+            "{share}: {found} is not {expected} mm³"
+        );
+    }
+    assert!(cursor.explore(0), "nothing is left");
+}
+
 /// All of a program at once, by its commands and not by its times.
 fn carved_whole(program: &Program) -> f64 {
     let bounds = Bounds::of(Point::default()).with(Point::from_mm(30.0, 30.0));
@@ -151,13 +178,61 @@ fn a_place_finds_its_second_and_a_second_its_place() {
     }
 }
 
+fn room(travel: Option<Bounds>, deepest: i64) -> ToolRoom {
+    ToolRoom { travel, deepest: um(deepest), lowest: um(2_000), zones: Vec::new() }
+}
+
+#[test]
+fn a_zone_is_not_passed_and_the_plane_waits_until_the_tip_is_up() {
+    let good = program();
+    let zone =
+        |x: f64, y: f64, size: f64| Bounds::of(Point::from_mm(x, y)).with(Point::from_mm(x + size, y + size));
+    let told = |program: &Program, zones: Vec<Bounds>| {
+        let room = ToolRoom { zones, ..room(None, 4_600) };
+        warnings(&playback(program), &program.bits, &room)
+    };
+    assert_eq!(told(&good, vec![zone(40.0, 40.0, 5.0)]), [], "nobody goes there");
+    // The mill of 0.8 mm cuts at X 2; 0.3 mm beside it is within its radius, 0.5 mm is not.
+    let cut = told(&good, vec![zone(0.7, 10.0, 1.0)]);
+    assert_eq!((cut[0].fault, cut[0].leg), (Fault::Clamp, 1), "{cut:?}");
+    assert!(cut[0].depth_mm > 0.19, "{cut:?}");
+    assert_eq!(told(&good, vec![zone(0.5, 10.0, 1.0)]), []);
+    // The V-bit of 3 mm goes round (14, 10) at 6 mm.
+    let mut round = good.clone();
+    round.legs[1].commands = vec![rapid(2.0, 2.0), plunge(-200), up()];
+    let arc = told(&round, vec![zone(13.5, 17.2, 1.0)]);
+    assert_eq!(arc.iter().map(|one| (one.fault, one.leg)).collect::<Vec<_>>(), [(Fault::Clamp, 3)]);
+    assert_eq!(told(&round, vec![zone(13.5, 17.7, 1.0), zone(13.5, 10.5, 1.0)]), []);
+    // From hole to hole at Y 25, over a zone between them.
+    let over = told(&good, vec![zone(14.0, 24.5, 1.0)]);
+    assert!(
+        over.iter().all(|one| (one.fault, one.leg) == (Fault::Clamp, 6) && one.depth_mm < 0.0),
+        "{over:?}"
+    );
+    let mut low = good;
+    low.legs[1].commands.pop();
+    low.legs[1].commands.extend([Command::Retract { to: um(500) }, rapid(20.0, 20.0), up()]);
+    let told = told(&low, Vec::new());
+    assert_eq!(told.iter().map(|one| (one.fault, one.leg)).collect::<Vec<_>>(), [(Fault::Low, 1)]);
+    assert!((told[0].depth_mm + 0.5).abs() < 0.01, "{told:?}");
+}
+
+#[test]
+fn motors_that_take_play_up_move_nothing_in_the_board() {
+    let program = program();
+    let mut machine = virtual_drill();
+    (machine.x.backlash, machine.y.backlash) = (um(60), um(80));
+    let playback = Playback::new(timeline(&program, &machine).unwrap());
+    assert_eq!(warnings(&playback, &program.bits, &room(None, 4_600)), []);
+}
+
 #[test]
 fn what_is_wrong_is_told_with_its_second_and_its_leg() {
     let good = program();
     let travel = Bounds::of(Point::from_mm(-1.0, -1.0)).with(Point::from_mm(40.0, 40.0));
     let found = |program: &Program, travel, deepest| {
         let playback = playback(program);
-        let told = warnings(&playback, &program.bits, travel, um(deepest));
+        let told = warnings(&playback, &program.bits, &room(travel, deepest));
         assert!(told.windows(2).all(|two| two[0].at_s <= two[1].at_s));
         told.iter().map(|one| (one.fault, one.leg)).collect::<Vec<_>>()
     };
@@ -174,7 +249,7 @@ fn what_is_wrong_is_told_with_its_second_and_its_leg() {
     let mut dragged = good;
     dragged.legs[6].commands.insert(2, rapid(26.0, 25.0));
     if let Ok(line) = timeline(&dragged, &virtual_drill()) {
-        let told = warnings(&Playback::new(line), &dragged.bits, None, um(4_600));
+        let told = warnings(&Playback::new(line), &dragged.bits, &room(None, 4_600));
         assert!(told.iter().any(|one| (one.fault, one.leg) == (Fault::RapidInMaterial, 6)), "{told:?}");
     }
 }

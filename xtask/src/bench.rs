@@ -1,10 +1,10 @@
 //! `cargo xtask bench`: the measured numbers. Speeds by criterion, the works of `tests/speed` here and in WebAssembly by
-//! Node, sizes of the page.
+//! Node, sizes of the page, frames of the simulation in a browser.
 //!
 //! Goes out: lines on standard output. Judges nothing: the bars are in the documents.
 
 use crate::sh::{Done, command, output, root, run as call, say, shown, target};
-use crate::{page, wasm};
+use crate::{browser, npm, page, wasm};
 use std::fs;
 use std::path::Path;
 
@@ -38,7 +38,18 @@ for (const [number, [name, native, made]] of here.entries()) {
 pub(crate) fn run(arguments: &[String]) -> Done {
     call(command("cargo", &["bench", "-p", "annulus-speed", "--bench", "speed", "--"]).args(arguments))?;
     wasm_speed()?;
-    sizes()
+    sizes()?;
+    frames()
+}
+
+fn frames() -> Done {
+    let browser = browser::ensure()?;
+    npm::ensure()?;
+    call(&mut command("cargo", &["build", "-p", "annulus-bridge"]))?;
+    say("Frames of the simulation, drawn in software");
+    let mut page = command("node", &["tests/browser/frames.mjs"]);
+    page.env("ANNULUS_BIN", target().join("debug/annulus")).env("ANNULUS_CHROMIUM", &browser.chromium);
+    call(page.current_dir(root()))
 }
 
 fn wasm_speed() -> Done {

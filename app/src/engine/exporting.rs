@@ -5,6 +5,9 @@
 //!                                               └─▶ 01-bottom-… 02-bottom-… 03-top-…  briefing
 //! ```
 //!
+//! The lines of one side, as they would be in its files, are written for the simulation before anything is read: they are looked
+//! at there and not taken to a machine.
+//!
 //! Comes in: the job, what was read of its findings, a dialect. Goes out: [`Exported`]. Does not know workers, nor downloads.
 
 use super::cache::Cache;
@@ -31,30 +34,67 @@ pub(super) fn export(
     cache: &mut Cache,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Exported, Vec<Diagnostic>> {
-    let machine = wanted.plan.machine.machine()?;
-    let faces = wanted.plan.work.faces();
-    let mut sides: Vec<(Face, Side)> = Vec::new();
     let mut unread = Vec::new();
-    for (done, &face) in (0..).zip(&faces) {
-        let mut plan: ToPlan = wanted.plan.clone();
-        plan.work.setup.face = face;
-        let mut share = |part, parts| progress(done * parts + part, faces.len() as u64 * parts);
-        let side = planning::side(&plan, cache, &mut share)?;
+    let sides = planned(wanted, cache, progress, &mut |plan, side, cache| {
         let names = proving::to_be_read(&side.planned.board, &side.program, &plan.work, cache);
         let findings = names.iter().filter(|name| !wanted.read.contains(name)).count();
         let errors =
             side.diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(&plan.accept)).count();
         if findings + errors > 0 {
-            unread.push((face, u32::try_from(findings + errors).unwrap_or(u32::MAX)));
+            unread.push((plan.work.setup.face, u32::try_from(findings + errors).unwrap_or(u32::MAX)));
         }
-        sides.push((face, side));
-    }
-    if sides.is_empty() {
-        return Err(vec![Diagnostic::error("cam.nothing_to_do")]);
-    }
+    })?;
     if !unread.is_empty() {
         return Ok(Exported { unread, ..Exported::default() });
     }
+    let (sides, briefing) = written(sides, wanted)?;
+    Ok(Exported { sides, briefing, unread })
+}
+
+/// The files of the side that is up in what is `wanted`, each line with its command.
+pub(super) fn lines(
+    wanted: &ToExport,
+    cache: &mut Cache,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Vec<OutputFile>, Vec<Diagnostic>> {
+    let sides = planned(wanted, cache, progress, &mut |_, _, _| {})?;
+    let up = sides.iter().position(|(face, _)| *face == wanted.plan.work.setup.face);
+    let (mut sides, _) = written(sides, wanted)?;
+    match up.filter(|up| *up < sides.len()) {
+        Some(up) => Ok(sides.swap_remove(up)),
+        None => Err(vec![Diagnostic::error("cam.nothing_to_do")]),
+    }
+}
+
+/// What looks at a side that was planned.
+type Look<'l> = dyn FnMut(&ToPlan, &Side, &mut Cache) + 'l;
+
+/// All sides of the job in the order of running; `look` sees each when it is planned.
+fn planned(
+    wanted: &ToExport,
+    cache: &mut Cache,
+    progress: &mut dyn FnMut(u64, u64),
+    look: &mut Look<'_>,
+) -> Result<Vec<(Face, Side)>, Vec<Diagnostic>> {
+    let faces = wanted.plan.work.faces();
+    let mut sides: Vec<(Face, Side)> = Vec::new();
+    for (done, &face) in (0..).zip(&faces) {
+        let mut plan: ToPlan = wanted.plan.clone();
+        plan.work.setup.face = face;
+        let mut share = |part, parts| progress(done * parts + part, faces.len() as u64 * parts);
+        let side = planning::side(&plan, cache, &mut share)?;
+        look(&plan, &side, cache);
+        sides.push((face, side));
+    }
+    if sides.is_empty() { Err(vec![Diagnostic::error("cam.nothing_to_do")]) } else { Ok(sides) }
+}
+
+/// The files of all sides, and what they say of the job.
+fn written(
+    sides: Vec<(Face, Side)>,
+    wanted: &ToExport,
+) -> Result<(Vec<Vec<OutputFile>>, Briefing), Vec<Diagnostic>> {
+    let machine = wanted.plan.machine.machine()?;
     let briefing = briefed(&sides, wanted, &machine);
     let dialect = dialect(wanted, &Manner { lines_only_mm: wanted.lines_only_mm, ..Manner::on(&machine) })?;
     let mut files: Vec<Vec<OutputFile>> = Vec::new();
@@ -63,7 +103,7 @@ pub(super) fn export(
         let program = Program { name, ..side.program };
         files.push(dialect(&program, &briefing, index).map_err(|why| vec![why])?);
     }
-    Ok(Exported { sides: files, briefing, unread })
+    Ok((files, briefing))
 }
 
 /// What the files say of the job, with the times of its bits.

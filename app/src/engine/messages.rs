@@ -45,12 +45,16 @@ pub enum Request {
     Prove(ToProve),
     /// Write all sides of a job in a controller's words.
     Export(ToExport),
+    /// Write the side that is up, to be followed line by line in the simulation.
+    Lines(ToExport),
     /// Look for faults in a dialect, and at what it makes.
     Check(ToWrite),
     /// Turn a program into moves and steps.
     Time(ToTime),
     /// Compare a board with what it was in files from before.
     Compare(Box<ToCompare>),
+    /// Carve what was done of the other side before.
+    Underside(ToUnderside),
 }
 
 /// A project to open.
@@ -304,6 +308,24 @@ pub struct ToWrite {
     pub machine: Option<Settings>,
 }
 
+/// A board whose other side was done before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ToUnderside {
+    /// The job and what it is planned with; the side that is up in it is looked at.
+    pub plan: ToPlan,
+    /// The box of the board that is looked at, in work coordinates.
+    pub bounds: Bounds,
+}
+
+/// A tile of what is cut from below: [`annulus_core::sim::TILE`] cells along each side.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct UnderTile {
+    /// Its first cell as seen from above, counted from the low corner.
+    pub first: [u32; 2],
+    /// Depths from below in µm, row by row.
+    pub depths_um: Vec<u16>,
+}
+
 /// What is to be said of a dialect.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Checked {
@@ -367,6 +389,8 @@ pub struct Laid {
 pub struct PlanReady {
     /// The place in the files' coordinates that becomes the work zero.
     pub origin: Point,
+    /// Where no bit may go, in the files' coordinates as the board lies.
+    pub zones: Vec<Bounds>,
     /// For every way of the program, the operation that it belongs to.
     pub toolpath_operations: Vec<u16>,
     /// How the board lies.
@@ -495,10 +519,14 @@ pub enum Answer {
     Proved(Proved),
     /// To [`Request::Export`].
     Exported(Box<Exported>),
+    /// To [`Request::Lines`]: the files of the side, in the order of running.
+    Lines(Vec<OutputFile>),
     /// To [`Request::Check`].
     Checked(Checked),
     /// To [`Request::Time`].
     Timed(Timed),
     /// To [`Request::Compare`].
     Compared(Box<Compared>),
+    /// To [`Request::Underside`].
+    Underside(Vec<UnderTile>),
 }

@@ -16,6 +16,7 @@ mod mesh;
 pub mod messages;
 mod planning;
 mod proving;
+mod underside;
 mod work;
 mod writing;
 

@@ -18,6 +18,7 @@ use annulus_core::cam::figures::figures;
 use annulus_core::cam::toolpaths::{self, DrillCycle, Means, PlacedBoard, PlannedOperation};
 use annulus_core::cam::work::{Operation, Work};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Bounds;
 use annulus_core::job::Program;
 use annulus_core::motion;
 use annulus_core::units::Length;
@@ -29,6 +30,8 @@ pub(super) struct Side {
     pub(super) planned: toolpaths::Planned,
     pub(super) program: Program,
     pub(super) diagnostics: Vec<Diagnostic>,
+    /// Where no bit may go, as the board lies.
+    zones: Vec<Bounds>,
 }
 
 /// Plans the side that is up in what is `wanted`.
@@ -65,9 +68,10 @@ pub(super) fn side(
         cache.keep_part(key, part.clone(), operations.len());
         parts.push(part);
     }
+    let zones = scene.zones().to_vec();
     let (planned, diagnostics) = toolpaths::assemble(scene, work, &machine, &means, parts)?;
     let program = toolpaths::lower_work(&planned, work, &machine);
-    Ok(Side { planned, program, diagnostics })
+    Ok(Side { planned, program, diagnostics, zones })
 }
 
 /// Plans what is `wanted`, as the page shows it.
@@ -78,7 +82,7 @@ pub(super) fn plan(
 ) -> Result<PlanReady, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
-    let Side { planned, program, diagnostics } = side(wanted, cache, progress)?;
+    let Side { planned, program, diagnostics, zones } = side(wanted, cache, progress)?;
     let made = program::encode(&program);
     let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
     let laid_key = laid_key(wanted.board_key, work);
@@ -91,6 +95,7 @@ pub(super) fn plan(
     });
     let answer = PlanReady {
         origin: planned.origin,
+        zones,
         toolpath_operations: toolpath_operations.collect(),
         bits,
         laid_key,

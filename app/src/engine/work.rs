@@ -8,7 +8,7 @@ use super::mesh::mesh;
 use super::messages::{
     Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow,
 };
-use super::{board_files, comparing, exporting, planning, proving, writing};
+use super::{board_files, comparing, exporting, planning, proving, underside, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
 use annulus_core::board::drawing;
@@ -46,9 +46,11 @@ pub fn perform(
         Request::Export(wanted) => {
             exporting::export(&wanted, cache, progress).map(|exported| Answer::Exported(Box::new(exported)))
         }
+        Request::Lines(wanted) => exporting::lines(&wanted, cache, progress).map(Answer::Lines),
         Request::Check(wanted) => Ok(Answer::Checked(writing::check(&wanted))),
         Request::Time(wanted) => time(&wanted).map(Answer::Timed),
         Request::Compare(wanted) => Ok(Answer::Compared(Box::new(comparing::compare(&wanted)))),
+        Request::Underside(wanted) => underside::underside(&wanted, cache).map(Answer::Underside),
     }
 }
 
@@ -220,17 +222,20 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Diagnostic>> {
 #[cfg(test)]
 mod tests {
     use super::super::messages::{
-        Envelope, Exported, PlanReady, Proved, Settings, ToCompare, ToExport, ToOpen, ToPlan, ToProve,
+        Envelope, Exported, PlanReady, Proved, Settings, ToCompare, ToExport, ToOpen, ToPlan, ToProve, ToUnderside,
+        UnderTile,
     };
     use super::*;
     use annulus_core::board::changes::Fate;
     use annulus_core::cam;
-    use annulus_core::cam::work::OperationKind;
+    use annulus_core::cam::work::{Flip, OperationKind};
     use annulus_core::geometry::{Island, Path, Point, Region};
     use annulus_core::post::SheetRow;
     use annulus_core::project::saved::{NumberReading, Project, SaidOfFiles};
     use annulus_core::proof;
+    use annulus_core::sim::{self, Stock, TILE};
     use annulus_core::units::Length;
+    use std::collections::BTreeSet;
 
     const DRILL: &[u8] =
         b"M48\nMETRIC\nT1C0.800\nT2C1.000\n%\nG90\nT1\nX10.0Y10.0\nX40.0Y10.0\nX12.0Y10.0\nX38.0Y11.0\nT2\nX20.0Y20.0\nM30\n";
@@ -462,6 +467,61 @@ mod tests {
     }
 
     #[test]
+    fn the_side_done_before_lies_under_the_one_that_is_up() {
+        let mut cache = Cache::default();
+        let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
+        let mut plan = two_sided(&mut ask);
+        for flip in [Flip::LeftRight, Flip::TopBottom] {
+            plan.work.setup.flip = flip;
+            let [first, second] = plan.work.faces()[..] else { panic!("two sides") };
+            let low = Point::from_mm(-3.0, -3.0);
+            let bounds = Bounds::of(low).with(Point::from_mm(17.0, 9.0));
+            let mut under = |face| -> Vec<UnderTile> {
+                plan.work.setup.face = face;
+                let wanted = ToUnderside { plan: plan.clone(), bounds };
+                let Answer::Underside(tiles) = ask(Request::Underside(wanted)) else { panic!() };
+                tiles
+            };
+            assert_eq!(under(first), [], "nothing was done before the first side");
+            let below = under(second);
+            plan.work.setup.face = second;
+            let Answer::Planned(planned) = ask(Request::Plan(plan.clone())) else { panic!() };
+            let program = program::decode(&planned.program).unwrap();
+            let mut above = Stock::new(bounds, Length::from_um(1_600)).unwrap();
+            for cut in sim::cuts(&program) {
+                above.carve(&cut.way, &program.bits[cut.bit as usize], 0.0, 1.0);
+            }
+            // Both sides have the same pads at the same places, and are isolated alike.
+            let isolated = |depth: u16| (1..=300).contains(&depth);
+            let lower: BTreeSet<[usize; 2]> = below
+                .iter()
+                .flat_map(|tile| {
+                    let cell =
+                        |at: usize| [tile.first[0] as usize + at % TILE, tile.first[1] as usize + at / TILE];
+                    (0..TILE * TILE).filter(|at| isolated(tile.depths_um[*at])).map(cell).collect::<Vec<_>>()
+                })
+                .collect();
+            let upper: BTreeSet<[usize; 2]> = above
+                .tiles()
+                .flat_map(|tile| {
+                    let cell = |at: usize| [tile.first[0] + at % TILE, tile.first[1] + at / TILE];
+                    let depths = tile.depths_um.map(|depths| depths.to_vec()).unwrap_or_default();
+                    depths
+                        .into_iter()
+                        .enumerate()
+                        .filter(|(_, depth)| isolated(*depth))
+                        .map(|(at, _)| cell(at))
+                        .collect::<Vec<_>>()
+                })
+                .collect();
+            let both = lower.intersection(&upper).count() as f64;
+            assert!(both > 1_000.0, "{flip:?}: {both} cells");
+            let share = both / lower.union(&upper).count() as f64;
+            assert!(share > 0.9, "{flip:?}: only {share} of what is isolated lies over each other");
+        }
+    }
+
+    #[test]
     fn files_of_both_sides_are_numbered_in_the_order_of_running_and_wait_for_what_is_unread() {
         let mut cache = Cache::default();
         let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
@@ -474,6 +534,22 @@ mod tests {
             *exported
         };
         let first = export(Vec::new(), "grbl", None);
+        // The lines that are followed in the simulation are those of the files.
+        for (side, face) in first.sides.iter().zip(plan.work.faces()) {
+            let mut up = plan.clone();
+            up.work.setup.face = face;
+            let wanted = ToExport {
+                plan: up,
+                read: vec![],
+                target: "grbl".to_owned(),
+                text: None,
+                lines_only_mm: None,
+            };
+            let mut cache_of_lines = Cache::default();
+            let mut ask = |request| super::perform(request, &mut cache_of_lines, &mut |_, _| {}).unwrap();
+            let _ = two_sided(&mut ask);
+            assert_eq!(ask(Request::Lines(wanted)), Answer::Lines(side.clone()), "{face:?}");
+        }
         assert_eq!(first.unread, [], "two pads far apart leave nothing to be read");
         let names: Vec<&str> = first.files().map(|file| file.name.as_str()).collect();
         assert!(names.len() > 3, "{names:?}");

@@ -167,15 +167,19 @@ fn saved(name: &str, kind: &'static str, bytes: Vec<u8>) -> Effect {
     Effect::Save { name: name.to_owned(), kind, bytes }
 }
 
-fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
-    let Some(basis) = Basis::of(model) else { return Vec::new() };
-    let wanted = ToExport {
-        plan: basis.to_plan(None),
+/// The job as it is, to be written for what is chosen; none without a board.
+pub(super) fn wanted(model: &Model) -> Option<ToExport> {
+    Some(ToExport {
+        plan: Basis::of(model)?.to_plan(None),
         read: model.job.read.iter().cloned().collect(),
         target: model.template.target.clone(),
         text: model.template.own_text(),
         lines_only_mm: model.export.lines_only.then_some(CHORD_ERROR_MM),
-    };
+    })
+}
+
+fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
+    let Some(wanted) = wanted(model) else { return Vec::new() };
     let number = model.next_request();
     let request = Request::Export(wanted.clone());
     let wanted = Box::new(wanted);

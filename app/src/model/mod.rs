@@ -20,12 +20,14 @@ pub mod frame;
 pub mod job;
 pub mod keeping;
 pub mod lab;
+pub mod lines;
 pub mod link;
 pub mod planning;
 pub mod play;
 pub mod settings;
 pub mod start;
 pub mod template;
+mod underside;
 mod worker;
 
 #[cfg(test)]
@@ -42,12 +44,14 @@ pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
 pub use lab::{Lab, LabEvent};
+pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
 pub use settings::{SettingsDraft, SettingsEvent};
 pub use start::{Start, StartEvent};
 pub use template::{Template, TemplateEvent};
+pub use underside::Underside;
 
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
@@ -94,6 +98,10 @@ pub struct Model {
     pub draw: Draw,
     /// The playback.
     pub play: Play,
+    /// The lines of the program beside it.
+    pub lines: Listing,
+    /// What was cut of the other side before.
+    pub underside: Underside,
     /// What was typed of the machine's settings.
     pub settings: SettingsDraft,
     /// What is kept in this browser.
@@ -132,6 +140,8 @@ pub enum Event {
     Draw(DrawEvent),
     /// The playback.
     Play(PlayEvent),
+    /// The lines of the program beside it.
+    Lines(ListingEvent),
     /// What is typed of the machine's settings.
     Settings(SettingsEvent),
     /// What is kept.
@@ -180,6 +190,7 @@ from_parts!(
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
+    Lines(ListingEvent),
     Settings(SettingsEvent),
     Link(LinkEvent),
     Start(StartEvent)
@@ -202,6 +213,8 @@ impl Default for Model {
             lab: Lab::default(),
             draw: Draw::default(),
             play: Play::default(),
+            lines: Listing::default(),
+            underside: Underside::default(),
             settings: SettingsDraft::default(),
             keeping: Keeping::default(),
             anew: Anew::default(),
@@ -275,6 +288,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Draw(event) => drawing::update(model, event),
         Event::Link(event) => linked(model, event),
         Event::Play(event) => play::update(model, event),
+        Event::Lines(event) => lines::update(model, event),
         Event::Settings(event) => settings::update(model, event),
         Event::Start(event) => start::update(model, event),
     };
@@ -288,6 +302,8 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(keeping::follow(model));
     effects.extend(template::follow(model));
     effects.extend(play::follow(model));
+    effects.extend(lines::follow(model));
+    effects.extend(underside::follow(model));
     effects.extend(start::follow(model));
     effects.extend(link::controller::follow(model));
     effects.extend(frame::follow(model));

@@ -41,6 +41,8 @@ pub struct Play {
     pub warnings: Arc<Vec<Warning>>,
     /// The board on its way to the second on show.
     carving: Option<Carving>,
+    /// All of it was carved once, so that every second is near.
+    explored: bool,
     /// When the last frame was.
     last_ms: Option<f64>,
     /// A frame was asked for and has not come yet.
@@ -62,6 +64,7 @@ impl Default for Play {
             carved: None,
             warnings: Arc::default(),
             carving: None,
+            explored: false,
             last_ms: None,
             awaits: false,
             of: None,
@@ -205,10 +208,19 @@ impl Play {
         }
     }
 
+    /// While nothing is to be shown, a frame carves what was never carved.
+    fn explore(&mut self) {
+        let at_s = self.at_s;
+        if let Some(carving) = self.carving.as_mut().filter(|carving| !carved::is_behind(carving, at_s)) {
+            self.explored = carved::explore(carving);
+        }
+    }
+
     fn frame(&mut self, now_ms: f64) -> Vec<Effect> {
         self.awaits = false;
         if !self.running {
             self.carve();
+            self.explore();
             return Vec::new();
         }
         let last_ms = self.last_ms.replace(now_ms);
@@ -241,6 +253,12 @@ fn next_speed(speed: f64, more: bool) -> f64 {
     found.unwrap_or(speed)
 }
 
+/// Holds, and shows this second.
+pub(super) fn hold(play: &mut Play, at_s: f64) {
+    play.running = false;
+    play.seek(at_s);
+}
+
 /// Takes one event in.
 pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
     let play = &mut model.play;
@@ -252,10 +270,7 @@ pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
             play.running = !play.running;
             return play.run();
         }
-        PlayEvent::Hold { at_s } => {
-            play.running = false;
-            play.seek(at_s);
-        }
+        PlayEvent::Hold { at_s } => hold(play, at_s),
         PlayEvent::Seek { at_s } => play.seek(at_s),
         PlayEvent::Step { stride } => play.step(stride),
         PlayEvent::End => play.seek(play.total_s()),
@@ -268,15 +283,13 @@ pub(super) fn update(model: &mut Model, event: PlayEvent) -> Vec<Effect> {
             let timeline = play.playback.as_ref().map(|playback| playback.timeline());
             let found = timeline.and_then(|line| nearest(&line.moves, &line.mm_per_step, place_mm));
             if let Some((at_s, _)) = found.filter(|(_, away_mm)| *away_mm <= BESIDE_MM) {
-                play.running = false;
-                play.seek(at_s);
+                hold(play, at_s);
             }
         }
         PlayEvent::Wrong { on } => {
             let times = play.warnings.iter().map(|warning| warning.at_s);
             if let Some(at_s) = neighbour(play.at_s, on, times) {
-                play.running = false;
-                play.seek(at_s);
+                hold(play, at_s);
             }
         }
         PlayEvent::Flat { flat } => play.flat = flat.unwrap_or(!play.flat),
@@ -303,9 +316,10 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
         let carving = carved::begin(model);
         let play = &mut model.play;
         play.carved = carving.as_ref().map(|carving| Arc::new(carving.stock().clone()));
-        play.carving = carving;
+        (play.carving, play.explored) = (carving, false);
     }
     let play = &mut model.play;
     let behind = play.carving.as_ref().is_some_and(|carving| carved::is_behind(carving, play.at_s));
-    if wanted && behind { play.ask_for_frame() } else { Vec::new() }
+    let unexplored = play.carving.is_some() && !play.explored && !play.running;
+    if wanted && (behind || unexplored) { play.ask_for_frame() } else { Vec::new() }
 }

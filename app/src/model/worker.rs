@@ -4,7 +4,7 @@
 //! generation, and dropped.
 
 use super::planning::{OnTheWay, PlanStep};
-use super::{Effect, Model, drawing, export, files, keeping, planning, start, template};
+use super::{Effect, Model, drawing, export, files, keeping, lines, planning, start, template, underside};
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
 
@@ -28,6 +28,10 @@ pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, St
         export::answered(model, answer)
     } else if model.template.waits_for(number) {
         template::answered(model, answer)
+    } else if model.lines.waits_for(number) {
+        lines::answered(model, answer)
+    } else if model.underside.waits_for(number) {
+        underside::answered(model, answer)
     } else if model.keeping.waits_for(number) {
         keeping::packed(model, answer)
     } else if model.anew.waits_for(number) {

@@ -4,6 +4,9 @@
 
 use super::signals as all;
 use super::slots::Slots;
+use crate::engine::messages::UnderTile;
+use crate::model::lines::{WrittenProgram, row_now};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::sim::{Moment, Playback, Stock, Warning};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -27,8 +30,20 @@ pub struct Play {
     pub no_space: ReadSignal<bool>,
     /// The board as it is carved now.
     pub carved: ReadSignal<Option<Arc<Stock>>>,
+    /// What was cut of the other side before.
+    pub under: ReadSignal<Arc<Vec<UnderTile>>>,
     /// What is wrong, and when.
     pub warnings: ReadSignal<Arc<Vec<Warning>>>,
+    /// The lines of the program are looked at, and not the steps of the job.
+    pub lines_shown: ReadSignal<bool>,
+    /// The program, once it is written.
+    pub written: ReadSignal<Option<Arc<WrittenProgram>>>,
+    /// It is being written.
+    pub writing: ReadSignal<bool>,
+    /// Why it is not written.
+    pub not_written: ReadSignal<Vec<Diagnostic>>,
+    /// Its row that is done at the second on show.
+    pub row_now: ReadSignal<Option<usize>>,
 }
 
 /// The playback.
@@ -46,7 +61,13 @@ pub(super) fn signals(slots: &mut Slots) -> Play {
         in_space: slots.made(|model| model.play.in_space()),
         no_space: slots.part(|model| &model.play.no_space),
         carved: slots.handle(|model| &model.play.carved),
+        under: slots.kept(|model| &model.underside.tiles),
         warnings: slots.kept(|model| &model.play.warnings),
+        lines_shown: slots.part(|model| &model.lines.shown),
+        written: slots.handle(|model| &model.lines.written),
+        writing: slots.made(|model| model.lines.is_on_the_way()),
+        not_written: slots.part(|model| &model.lines.refused),
+        row_now: slots.made(row_now),
     }
 }
 

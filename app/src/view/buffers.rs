@@ -3,6 +3,7 @@
 //! Comes in: bytes. Goes out: buffers. Does not know what is in them.
 
 use super::marks::Mark;
+use std::ops::Range;
 
 /// The smallest buffer.
 const LEAST_BYTES: u64 = size_of::<Mark>() as u64;
@@ -43,9 +44,23 @@ impl Instances {
     }
 
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
-        if self.count > 0 {
-            pass.set_vertex_buffer(0, self.buffer.slice(..));
-            pass.draw(0..4, 0..self.count);
+        self.draw_some(pass, [0..self.count]);
+    }
+
+    /// How many there are.
+    pub(super) fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Draws those in `ranges`, in order.
+    pub(super) fn draw_some(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        ranges: impl IntoIterator<Item = Range<u32>>,
+    ) {
+        pass.set_vertex_buffer(0, self.buffer.slice(..));
+        for range in ranges.into_iter().filter(|range| !range.is_empty()) {
+            pass.draw(0..4, range);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! A carved board on the GPU: its depths as a texture of whole numbers, one triangle over the window, one shader.
 //!
 //! ```text
-//! tiles of depths ─ write ─▶ texture R16Uint ─┐
+//! tiles of depths ─ write ─▶ texture R16Uint ─┐    (and a second one for what is cut from below)
 //! rays, tool ─▶ numbers of the frame ─────────┴─▶ relief.wgsl     the same on WebGPU and WebGL2
 //! ```
 //!
@@ -33,7 +33,7 @@ struct FrameNumbers {
     tool: [f32; 4],
     window: [f32; 2],
     samples: f32,
-    unused: f32,
+    under: f32,
     ground: [f32; 4],
 }
 
@@ -52,6 +52,8 @@ pub(super) struct Carved {
     layout: wgpu::BindGroupLayout,
     numbers: wgpu::Buffer,
     depths: Option<(wgpu::Texture, wgpu::BindGroup)>,
+    /// Something is cut from below.
+    under: bool,
     /// Samples along a pixel's side.
     samples: f32,
 }
@@ -78,7 +80,7 @@ impl Carved {
         };
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some("carved"),
-            entries: &[entry(0, numbers_kind), entry(1, depths_kind)],
+            entries: &[entry(0, numbers_kind), entry(1, depths_kind), entry(2, depths_kind)],
         });
         let numbers = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("sight"),
@@ -87,7 +89,14 @@ impl Carved {
             mapped_at_creation: false,
         });
         let pipeline = pipeline(device, &layout, &shader, target);
-        Self { pipeline, layout, numbers, depths: None, samples: if hardware { 2.0 } else { 1.0 } }
+        Self {
+            pipeline,
+            layout,
+            numbers,
+            depths: None,
+            under: false,
+            samples: if hardware { 2.0 } else { 1.0 },
+        }
     }
 
     /// Another board, or none. False where it is too large for the device.
@@ -104,66 +113,37 @@ impl Carved {
         if width == 0 || height == 0 || width.max(height) > most {
             return false;
         }
-        let texture = device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("depths"),
-            size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: 1,
-            dimension: wgpu::TextureDimension::D2,
-            format: wgpu::TextureFormat::R16Uint,
-            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
-            view_formats: &[],
-        });
-        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let texture = depth_texture(device, [width, height]);
+        self.under = !field.under().is_empty();
+        let under = depth_texture(device, if self.under { [width, height] } else { [1, 1] });
+        let [view, below] =
+            [&texture, &under].map(|texture| texture.create_view(&wgpu::TextureViewDescriptor::default()));
         let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: None,
             layout: &self.layout,
             entries: &[
                 wgpu::BindGroupEntry { binding: 0, resource: self.numbers.as_entire_binding() },
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::TextureView(&view) },
+                wgpu::BindGroupEntry { binding: 2, resource: wgpu::BindingResource::TextureView(&below) },
             ],
         });
         self.depths = Some((texture, group));
         field.cut().for_each(|patch| self.patch(queue, &patch));
+        field.under().iter().for_each(|patch| write(queue, &under, patch));
         true
     }
 
     /// Writes one tile.
     pub(super) fn patch(&self, queue: &wgpu::Queue, patch: &Patch) {
-        let Some((texture, _)) = &self.depths else { return };
-        let blank;
-        let depths = match &patch.depths_um {
-            Some(depths) => depths.as_ref(),
-            None => {
-                blank = [0_u16; PATCH * PATCH];
-                &blank[..]
-            }
-        };
-        let [x, y] = patch.first.map(|cell| cell as u32);
-        let size = texture.size();
-        if x + PATCH as u32 > size.width || y + PATCH as u32 > size.height || depths.len() != PATCH * PATCH {
-            return;
+        if let Some((texture, _)) = &self.depths {
+            write(queue, texture, patch);
         }
-        queue.write_texture(
-            wgpu::TexelCopyTextureInfo {
-                texture,
-                mip_level: 0,
-                origin: wgpu::Origin3d { x, y, z: 0 },
-                aspect: wgpu::TextureAspect::All,
-            },
-            bytemuck::cast_slice(depths),
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(2 * PATCH as u32),
-                rows_per_image: Some(PATCH as u32),
-            },
-            wgpu::Extent3d { width: PATCH as u32, height: PATCH as u32, depth_or_array_layers: 1 },
-        );
     }
 
     /// Tells the shader where one looks from. False where there is no board to look at.
     pub(super) fn look(&self, queue: &wgpu::Queue, sight: &Sight<'_>) -> bool {
-        queue.write_buffer(&self.numbers, 0, bytemuck::bytes_of(&numbers(sight, self.samples)));
+        let numbers = numbers(sight, self.samples, self.under);
+        queue.write_buffer(&self.numbers, 0, bytemuck::bytes_of(&numbers));
         self.depths.is_some()
     }
 
@@ -176,7 +156,53 @@ impl Carved {
     }
 }
 
-fn numbers(sight: &Sight<'_>, samples: f32) -> FrameNumbers {
+/// A texture for depths in µm.
+fn depth_texture(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::Texture {
+    device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("depths"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::R16Uint,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+/// Writes one tile into a texture.
+fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, patch: &Patch) {
+    let blank;
+    let depths = match &patch.depths_um {
+        Some(depths) => depths.as_ref(),
+        None => {
+            blank = [0_u16; PATCH * PATCH];
+            &blank[..]
+        }
+    };
+    let [x, y] = patch.first.map(|cell| cell as u32);
+    let size = texture.size();
+    if x + PATCH as u32 > size.width || y + PATCH as u32 > size.height || depths.len() != PATCH * PATCH {
+        return;
+    }
+    queue.write_texture(
+        wgpu::TexelCopyTextureInfo {
+            texture,
+            mip_level: 0,
+            origin: wgpu::Origin3d { x, y, z: 0 },
+            aspect: wgpu::TextureAspect::All,
+        },
+        bytemuck::cast_slice(depths),
+        wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(2 * PATCH as u32),
+            rows_per_image: Some(PATCH as u32),
+        },
+        wgpu::Extent3d { width: PATCH as u32, height: PATCH as u32, depth_or_array_layers: 1 },
+    );
+}
+
+fn numbers(sight: &Sight<'_>, samples: f32, under: bool) -> FrameNumbers {
     let window = sight.window_px.map(|px| px as f32);
     let rays = sight.orbit.rays(window.map(f64::from));
     let four = |spot: [f64; 3]| [spot[0] as f32, spot[1] as f32, spot[2] as f32, 0.0];
@@ -199,7 +225,7 @@ fn numbers(sight: &Sight<'_>, samples: f32) -> FrameNumbers {
         tool,
         window,
         samples,
-        unused: 0.0,
+        under: f32::from(u8::from(under)),
         ground: sight.ground.linear(),
     }
 }

@@ -9,7 +9,7 @@ use super::areas::Layers;
 use super::buffers::{Instances, fill, vertex_buffer};
 use super::camera::Camera;
 use super::carved::{Carved, Sight};
-use super::marks::{self, Emphasis, Mark};
+use super::marks::{self, Afar, Emphasis, Mark};
 use super::orbit::Orbit;
 use super::palette::Palette;
 use super::relief::{Cutting, Patch, ReliefField};
@@ -89,6 +89,8 @@ pub(super) struct Gpu {
     layers: Layers,
     marks: Instances,
     first_disc: usize,
+    /// What is drawn from afar.
+    afar: Afar,
     over: Instances,
     head: wgpu::Buffer,
     /// Made when a board in space is first looked at.
@@ -194,6 +196,7 @@ impl Gpu {
             layers,
             marks,
             first_disc: 0,
+            afar: Afar::default(),
             over,
             head,
             carved: None,
@@ -237,7 +240,7 @@ impl Gpu {
     /// Everything anew.
     pub(super) fn set_scene(&mut self, scene: &Scene, palette: &Palette, emphasis: &Emphasis) {
         let built = marks::build(scene, palette, emphasis);
-        self.first_disc = built.first_disc;
+        (self.first_disc, self.afar) = (built.first_disc, built.afar);
         self.marks.set(&self.device, &self.queue, &built.all);
         self.corner_count = scene.body.len() as u32;
         fill(&self.device, &self.queue, &mut self.triangles, bytemuck::cast_slice(&scene.body));
@@ -289,7 +292,8 @@ impl Gpu {
             self.carved.as_ref().is_some_and(|carved| carved.look(&self.queue, &sight))
         });
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.draw(&mut encoder, &view, solid, look.head_mm.is_some());
+        let px_per_mm = look.camera.px_per_mm * look.density;
+        self.draw(&mut encoder, &view, (solid, px_per_mm), look.head_mm.is_some());
         self.queue.submit([encoder.finish()]);
         self.queue.present(texture);
         Painted::Shown
@@ -299,7 +303,7 @@ impl Gpu {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &wgpu::TextureView,
-        solid: bool,
+        (solid, px_per_mm): (bool, f64),
         with_head: bool,
     ) {
         let attachment = wgpu::RenderPassColorAttachment {
@@ -331,7 +335,7 @@ impl Gpu {
             self.layers.draw(&mut pass);
         }
         pass.set_pipeline(&self.strokes);
-        self.marks.draw(&mut pass);
+        self.marks.draw_some(&mut pass, self.afar.drawn(self.marks.count(), px_per_mm));
         self.over.draw(&mut pass);
         if with_head {
             pass.set_vertex_buffer(0, self.head.slice(..));

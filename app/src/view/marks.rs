@@ -12,6 +12,8 @@
 
 use super::palette::{Colour, Palette};
 use super::scene::{Disc, HoleState, Line, Scene, SceneSlot, UNORDERED, Width};
+use super::thinned;
+use std::ops::Range;
 
 const DISC: u32 = 1 << 3;
 const SELECTED: u32 = 1 << 4;
@@ -39,6 +41,29 @@ pub(super) struct Marks {
     pub(super) all: Vec<Mark>,
     /// Where the discs begin; they are in the scene's order.
     pub(super) first_disc: usize,
+    /// Which of them are for looking from afar.
+    pub(super) afar: Afar,
+}
+
+/// Lines that stand for others when one looks from afar.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Afar {
+    /// The lines that are drawn from nearby.
+    lines: Range<u32>,
+    /// Behind all marks: other lines for them, each with how far they are off, mm.
+    levels: Vec<(f32, Range<u32>)>,
+}
+
+impl Afar {
+    /// What of `count` marks is drawn where a millimetre has so many pixels, in order.
+    pub(super) fn drawn(&self, count: u32, px_per_mm: f64) -> [Range<u32>; 3] {
+        let all = self.levels.first().map_or(count, |(_, first)| first.start);
+        let level = thinned::level_for(self.levels.iter().map(|(off_mm, _)| *off_mm), px_per_mm);
+        match level.and_then(|level| self.levels.get(level)) {
+            Some((_, lines)) => [0..self.lines.start, lines.clone(), self.lines.end..all],
+            None => [0..all, 0..0, 0..0],
+        }
+    }
 }
 
 /// What the pointer and the page have marked, by index of disc.
@@ -73,10 +98,17 @@ pub(super) fn build(scene: &Scene, palette: &Palette, emphasis: &Emphasis) -> Ma
         sweep(slot, slot.colour, 0.0, &mut all);
         sweep(slot, palette.bore, -SLOT_RIM_PX, &mut all);
     }
+    let first_line = all.len() as u32;
     all.extend(scene.lines.iter().map(line));
     let first_disc = all.len();
     all.extend(scene.discs.iter().enumerate().map(|(index, each)| disc(index, each, emphasis)));
-    Marks { all, first_disc }
+    let mut afar = Afar { lines: first_line..first_disc as u32, levels: Vec::new() };
+    for (off_mm, lines) in thinned::levels(&scene.lines) {
+        let start = all.len() as u32;
+        all.extend(lines.iter().map(line));
+        afar.levels.push((off_mm, start..all.len() as u32));
+    }
+    Marks { all, first_disc, afar }
 }
 
 /// One disc.

@@ -20,6 +20,8 @@ mod palette;
 mod pick;
 mod relief;
 mod scene;
+#[cfg(any(target_arch = "wasm32", test))]
+mod thinned;
 mod touch;
 
 #[cfg(target_arch = "wasm32")]

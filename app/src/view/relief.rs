@@ -53,6 +53,8 @@ pub struct ReliefField {
     /// The board.
     pub relief: Relief,
     tiles: Vec<Option<Arc<[u16]>>>,
+    /// What is cut from below; empty where nothing is.
+    under: Vec<Patch>,
 }
 
 impl Relief {
@@ -73,7 +75,7 @@ impl ReliefField {
     /// Nothing of it is cut.
     pub fn new(relief: Relief) -> Self {
         let [across, up] = relief.tiles();
-        Self { relief, tiles: vec![None; across * up] }
+        Self { relief, tiles: vec![None; across * up], under: Vec::new() }
     }
 
     /// Takes a tile in.
@@ -83,6 +85,16 @@ impl ReliefField {
         if let Some(tile) = self.tiles.get_mut(y * across + x).filter(|_| x < across) {
             tile.clone_from(&patch.depths_um);
         }
+    }
+
+    /// What is cut from below, all of it.
+    pub fn set_under(&mut self, under: Vec<Patch>) {
+        self.under = under;
+    }
+
+    /// The tiles in which something is cut from below.
+    pub fn under(&self) -> &[Patch] {
+        &self.under
     }
 
     /// The tiles in which something is cut.

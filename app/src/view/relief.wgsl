@@ -11,12 +11,13 @@ struct View {
   tip: vec4f,
   // radius of its end, its greatest radius, slope of its edge, length
   tool: vec4f,
-  // size of the window in pixels, samples along a pixel's side
-  window: vec2f, samples: f32, unused: f32,
+  // size of the window in pixels, samples along a pixel's side; 1 where something is cut from below
+  window: vec2f, samples: f32, under: f32,
   ground: vec4f,
 }
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var depths: texture_2d<u32>;
+@group(0) @binding(2) var depths_below: texture_2d<u32>;
 
 const FAR = 1e9;
 const COPPER = vec3f(0.66, 0.27, 0.10);
@@ -32,6 +33,12 @@ const STEEL = vec3f(0.55, 0.58, 0.62);
 fn depth_of(cell: vec2i) -> f32 {
   if cell.x < 0 || cell.y < 0 || cell.x >= i32(view.cells.x) || cell.y >= i32(view.cells.y) { return FAR; }
   return f32(textureLoad(depths, cell, 0).r) * 0.001;
+}
+
+// How high the lower face of a cell is: what was cut from below is gone.
+fn bottom_of(cell: vec2i) -> f32 {
+  if view.under < 0.5 { return -view.thickness; }
+  return f32(textureLoad(depths_below, cell, 0).r) * 0.001 - view.thickness;
 }
 
 struct Hit { t: f32, normal: vec3f, cell: vec2i, side: bool }
@@ -73,22 +80,30 @@ fn march(eye: vec3f, way: vec3f) -> Hit {
   for (var count = 0; count < 1024; count++) {
     let depth = depth_of(cell);
     let end = min(min(next.x, next.y), leave);
-    if depth < view.thickness {
+    let bottom = bottom_of(cell);
+    if -depth > bottom {
       let at_z = eye.z + safe.z * t;
       let end_z = eye.z + safe.z * end;
-      if (at_z <= 1e-5 - depth && axis != 2) || (axis == 2 && safe.z > 0.0) {
+      if at_z <= 1e-5 - depth && at_z >= bottom - 1e-4 && axis != 2 {
         var hit: Hit;
         hit.t = t; hit.cell = cell;
         // A low riser is a slope in steps, and is lit as one.
-        let slope = axis != 2 && before - depth < 3.0 * view.cell;
-        hit.side = axis != 2 && !slope;
-        hit.normal = vec3f(0.0, 0.0, -1.0);
+        let slope = before - depth < 3.0 * view.cell && at_z >= -before - 1e-4;
+        hit.side = !slope;
         if slope { hit.normal = floor_normal(cell, depth); return hit; }
         if axis == 0 { hit.normal = vec3f(-sign(safe.x), 0.0, 0.0); }
         if axis == 1 { hit.normal = vec3f(0.0, -sign(safe.y), 0.0); }
         return hit;
       }
-      if end_z < -depth || at_z <= 1e-5 - depth {
+      if safe.z > 0.0 && at_z < bottom + 1e-4 && end_z > bottom - 1e-4 {
+        // The lower face, from below.
+        var hit: Hit;
+        hit.t = max((bottom - eye.z) / safe.z, t);
+        hit.cell = cell; hit.side = false;
+        hit.normal = vec3f(0.0, 0.0, -1.0);
+        return hit;
+      }
+      if at_z > bottom && (end_z < -depth || at_z <= 1e-5 - depth) {
         var hit: Hit;
         hit.t = max((-depth - eye.z) / safe.z, t);
         hit.cell = cell; hit.side = false;
@@ -123,7 +138,9 @@ fn matter(hit: Hit, at: vec3f, way: vec3f) -> vec3f {
   let upper = at.z > -view.copper_mm - 1e-4;
   let lower = view.both > 0.5 && at.z < -view.thickness + view.copper_mm;
   if hit.normal.z < -0.5 {
-    return lit(select(LAMINATE, COPPER, view.both > 0.5), hit.normal, way, 0.6 * view.both);
+    // What was cut from below lies higher than the copper there.
+    let copper = lower && view.both > 0.5;
+    return lit(select(LAMINATE, COPPER, copper), hit.normal, way, select(0.0, 0.6, copper));
   }
   if hit.side {
     // A wall: copper's edge above, layers of glass below, darker further down.

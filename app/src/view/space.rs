@@ -49,6 +49,20 @@ impl View {
         self.repaint();
     }
 
+    /// What is cut of it from below, all of it.
+    pub fn set_under(&self, under: Vec<Patch>) {
+        {
+            let mut stage = self.0.borrow_mut();
+            let stage = &mut *stage;
+            let Some(field) = &mut stage.solid.field else { return };
+            field.set_under(under);
+            if let Painter::Gpu(gpu) = &mut stage.painter {
+                stage.solid.fits = gpu.set_field(Some(&*field));
+            }
+        }
+        self.repaint();
+    }
+
     /// The tool over it; none hides it.
     pub fn set_cutting(&self, tool: Option<Cutting>) {
         self.0.borrow_mut().solid.tool = tool;

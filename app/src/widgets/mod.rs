@@ -17,7 +17,7 @@ pub use plot::plotted;
 pub use save::{save_bytes, save_file};
 pub use stop::{follow_window, stop_zone};
 pub use toast::{toast, toasts};
-pub use virtual_list::{ROW_PX, virtual_list};
+pub use virtual_list::{row_top, virtual_list};
 
 use crate::i18n::Words;
 use leptos::ev::{self, MouseEvent};

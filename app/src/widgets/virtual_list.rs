@@ -6,6 +6,9 @@
 //! made            ├──── four more on either side ────┤
 //! ```
 //!
+//! Browsers hold nothing that is taller than some 17 million pixels. A longer list is scrolled through in larger steps: its rows
+//! are lifted to where they are seen.
+//!
 //! Comes in: how many rows, how to make one, which to keep in sight. Goes out: a list box. Knows no rows' content.
 
 use leptos::ev;
@@ -14,8 +17,21 @@ use leptos::prelude::*;
 use web_sys::KeyboardEvent;
 
 /// Height of a row.
-pub const ROW_PX: f64 = 28.0;
+const ROW_PX: f64 = 28.0;
 const MORE: usize = 4;
+/// The tallest that a list is, however many rows it has.
+const TALLEST_PX: f64 = 8e6;
+
+/// Where row `index` lies, for its style.
+pub fn row_top(index: usize) -> String {
+    format!("calc({}px - var(--lifted, 0px))", index as f64 * ROW_PX)
+}
+
+/// How many pixels of rows one pixel of the scroll bar is, for so many rows in a view so high.
+fn stretch(count: usize, height_px: f64) -> f64 {
+    let rows_px = count as f64 * ROW_PX;
+    if rows_px <= TALLEST_PX { 1.0 } else { (rows_px - height_px) / (TALLEST_PX - height_px) }
+}
 
 /// The list. `row` makes row `i`; `in_sight` is scrolled to when it changes; `walk` hears the arrow keys.
 pub fn virtual_list(
@@ -28,15 +44,17 @@ pub fn virtual_list(
     let element = NodeRef::<html::Div>::new();
     let scroll = RwSignal::new(0.0_f64);
     let height = RwSignal::new(600.0_f64);
-    let first = Memo::new(move |_| (scroll.get() / ROW_PX) as usize);
+    let stretch = Memo::new(move |_| stretch(count.get(), height.get()));
+    let first = Memo::new(move |_| (scroll.get() * stretch.get() / ROW_PX) as usize);
     let seen = Memo::new(move |_| (height.get() / ROW_PX) as usize + 1);
     Effect::new(move |_| {
         let (Some(element), Some(index)) = (element.get(), in_sight.get()) else { return };
         let top = index as f64 * ROW_PX;
         let view = f64::from(element.client_height());
-        let from = f64::from(element.scroll_top());
+        let stretch = stretch.get_untracked();
+        let from = f64::from(element.scroll_top()) * stretch;
         if top < from || top + ROW_PX > from + view {
-            element.set_scroll_top((top - view / 2.0).max(0.0) as i32);
+            element.set_scroll_top(((top - view / 2.0).max(0.0) / stretch) as i32);
         }
     });
     let made = Memo::new(move |_| {
@@ -74,7 +92,24 @@ pub fn virtual_list(
         .child(
             div()
                 .class("filler")
-                .style(("height", move || format!("{}px", count.get() as f64 * ROW_PX)))
+                .style(("height", move || format!("{}px", (count.get() as f64 * ROW_PX).min(TALLEST_PX))))
+                .style(("--lifted", move || format!("{}px", scroll.get() * (stretch.get() - 1.0))))
                 .child(rows),
         )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wasm_bindgen_test::wasm_bindgen_test;
+
+    #[wasm_bindgen_test]
+    fn the_last_row_of_a_list_of_any_length_is_at_the_end_of_the_scroll_bar() {
+        for count in [3, 285_000, 300_000, 1_000_000, 4_000_000] {
+            let (height_px, rows_px) = (560.0, count as f64 * ROW_PX);
+            let bottom_px = (rows_px.min(TALLEST_PX) - height_px).max(0.0);
+            let shown_px = bottom_px * stretch(count, height_px) + height_px;
+            assert!((shown_px - rows_px.max(height_px)).abs() < 1e-3, "{count}: {shown_px}");
+        }
+    }
 }

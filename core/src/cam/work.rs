@@ -430,6 +430,14 @@ impl Work {
         }
         faces
     }
+
+    /// The angle of the drills' points, where an operation drills.
+    pub fn point_deg(&self) -> Option<f64> {
+        self.operations.iter().filter(|one| one.on).find_map(|one| match &one.action {
+            OperationKind::Drill(drill) => Some(drill.point_deg),
+            _ => None,
+        })
+    }
 }
 
 impl Operation {

@@ -140,6 +140,27 @@ pub struct Leg {
     pub commands: Vec<Command>,
 }
 
+impl Leg {
+    /// Its commands with their places, where it is leg `leg` of its program.
+    pub fn placed(&self, leg: u32) -> impl Iterator<Item = (CommandPlace, Command)> {
+        (0..).zip(&self.commands).map(move |(command, what)| (CommandPlace { leg, command }, *what))
+    }
+
+    /// The place of its last command, where it is leg `leg` of its program.
+    pub fn end(&self, leg: u32) -> CommandPlace {
+        self.placed(leg).last().map_or(CommandPlace { leg, command: 0 }, |(place, _)| place)
+    }
+}
+
+/// Which command of a program: in the order in which they are done.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct CommandPlace {
+    /// Index of its leg.
+    pub leg: u32,
+    /// Its index in the leg.
+    pub command: u32,
+}
+
 /// One thing to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Command {

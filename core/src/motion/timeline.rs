@@ -28,6 +28,8 @@ use serde::{Deserialize, Serialize};
 pub struct Move {
     /// Index of the leg in the program.
     pub leg: u32,
+    /// Index of the command in the leg; of several that are one move, of the first.
+    pub command: u32,
     /// What the leg is for.
     pub mark: Mark,
     /// What is being done.
@@ -249,6 +251,25 @@ impl Move {
     /// Whether any axis goes anywhere, there or there and back.
     pub fn moves(&self) -> bool {
         !self.parts.is_empty()
+    }
+
+    /// The command that is done `t_s` seconds after the start of the move, by its index in the leg.
+    pub fn command_at(&self, t_s: f64) -> u32 {
+        let route = self.parts.iter().find_map(|part| match &part.motion {
+            Motion::Path(route) => Some((part.start_s(), route)),
+            _ => None,
+        });
+        self.command + route.map_or(0, |(start_s, route)| route.path.wanted_at(t_s - start_s))
+    }
+
+    /// The second, from the start of the move, at which a later `command` of the leg begins that is done in this move, or would
+    /// be if it went anywhere.
+    pub fn start_of_command_s(&self, command: u32) -> Option<f64> {
+        let later = command.checked_sub(self.command)?;
+        self.parts.iter().find_map(|part| match &part.motion {
+            Motion::Path(route) => Some(part.start_s() + route.path.start_of_wanted_s(later)),
+            _ => None,
+        })
     }
 
     /// The tick, from the start of the timeline, at which the hole is through: the end of the stroke down in it.

@@ -117,6 +117,8 @@ pub(super) struct Writer<'a> {
     at: Steps,
     now: u64,
     leg: u32,
+    /// The command that is written, by its index in the leg.
+    command: u32,
     mark: Mark,
     feed_height: Length,
     pub(super) spindles: Vec<usize>,
@@ -141,6 +143,7 @@ impl<'a> Writer<'a> {
             at: start,
             now: 0,
             leg: 0,
+            command: 0,
             mark: Mark::Prepare,
             feed_height: machine.process.feed_height,
             spindles: installed(machine).collect(),
@@ -165,17 +168,17 @@ impl<'a> Writer<'a> {
 
     fn leg(&mut self, index: usize, leg: &Leg, next: Option<&Leg>) -> Result<(), Diagnostic> {
         self.leg = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
-        self.mark = leg.mark;
+        (self.mark, self.command) = (leg.mark, 0);
         match plain_hole(self.machine, leg) {
             Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => {
-                self.next_hole(hole, next)
+                self.next_hole(hole, next, leg.commands.len())
             }
             _ => self.commands(&leg.commands),
         }
     }
 
     /// One hole of a chain: from the bottom of the one before, or from the top; up again where the chain ends.
-    fn next_hole(&mut self, hole: Hole, next: Option<&Leg>) -> Result<(), Diagnostic> {
+    fn next_hole(&mut self, hole: Hole, next: Option<&Leg>, commands: usize) -> Result<(), Diagnostic> {
         let mut to = self.at;
         to[0] = self.machine.x.scale.steps(hole.to.x);
         to[1] = self.machine.y.scale.steps(hole.to.y);
@@ -199,16 +202,21 @@ impl<'a> Writer<'a> {
             self.low = Some(low);
             return Ok(());
         }
+        self.command = index(commands.saturating_sub(1));
         self.line(Stage::Retract, self.with_z(hole.top), f64::INFINITY, None)
     }
 
     /// Commands in order; those that mill and follow each other together.
     fn commands(&mut self, commands: &[Command]) -> Result<(), Diagnostic> {
         let mills = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
+        let mut done = 0;
         for group in commands.chunk_by(|a, b| mills(a) && mills(b)) {
-            match group.first() {
-                Some(first) if mills(first) => self.mill(group)?,
-                _ => group.iter().try_for_each(|command| self.command(*command))?,
+            self.command = index(done);
+            done += group.len();
+            match group {
+                [first, ..] if mills(first) => self.mill(group)?,
+                // What does not mill is a group by itself.
+                others => others.iter().try_for_each(|command| self.command(*command))?,
             }
         }
         Ok(())
@@ -227,11 +235,12 @@ impl<'a> Writer<'a> {
         let start = [self.place.x.mm(), self.place.y.mm(), tip as f64 * mm[2]];
         let down = [self.turned[0], self.turned[1]];
         let paths = milling::paths(self.machine, start, pieces, down)?;
-        let count = paths.len();
+        let (first, count) = (self.command, paths.len());
         let mut whole = self.with_z(height);
         whole[0] = self.machine.x.scale.steps(last.x);
         whole[1] = self.machine.y.scale.steps(last.y);
         for (index, (down, path)) in paths.into_iter().enumerate() {
+            self.command = first.saturating_add(path.pieces.first().map_or(0, |piece| piece.source));
             self.take_up(down, feed)?;
             self.along(path, (index + 1 == count).then_some(whole))?;
         }
@@ -405,6 +414,7 @@ impl<'a> Writer<'a> {
     fn blank(&self, stage: Stage) -> Move {
         Move {
             leg: self.leg,
+            command: self.command,
             mark: self.mark,
             stage,
             from: self.at,
@@ -427,6 +437,11 @@ impl<'a> Writer<'a> {
         self.at = planned.to;
         self.timeline.moves.push(planned);
     }
+}
+
+/// A count as an index of a program; there is no more of anything in a leg.
+fn index(count: usize) -> u32 {
+    u32::try_from(count).unwrap_or(u32::MAX)
 }
 
 /// Play of `axis` in whole steps of its motor.

@@ -10,11 +10,12 @@
 
 use super::arcs::{Curve, Piece, Tip};
 use super::dialect::Arcs;
+use super::lined::Lined;
 use super::number::{Format, TrailingZeros};
 use super::read::Centre;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::job::{Command, Cutter, Leg, Mark, Program};
+use crate::job::{Command, CommandPlace, Cutter, Leg, Mark, Program};
 use crate::units::Length;
 
 /// Full circles are cut in two: many readers take one whose ends agree for nothing.
@@ -41,28 +42,38 @@ fn number(length: Length) -> String {
 ///
 /// With `chord_error_mm` arcs are routed as lines that are at most so far off.
 pub fn excellon(program: &Program, chord_error_mm: Option<f64>) -> Result<String, Diagnostic> {
-    let mut out = String::from("M48\n;FORMAT={-:-/ absolute / metric / decimal}\nFMAT,2\nMETRIC\n");
+    lined(program, chord_error_mm).map(|(text, _)| text)
+}
+
+/// The same, and for each of its lines the last command that is done with it.
+pub(super) fn lined(
+    program: &Program,
+    chord_error_mm: Option<f64>,
+) -> Result<(String, Vec<CommandPlace>), Diagnostic> {
+    let mut out = Lined::default();
+    out.push("M48\n;FORMAT={-:-/ absolute / metric / decimal}\nFMAT,2\nMETRIC\n");
     for (code, bit) in (1_u32..).zip(&program.bits) {
-        out.push_str(&format!("T{code}C{}\n", number(bit.diameter)));
+        out.push(&format!("T{code}C{}\n", number(bit.diameter)));
     }
-    out.push_str("%\nG90\nG05\n");
+    out.push("%\nG90\nG05\n");
     let mut router = Router::new(program, chord_error_mm);
-    for (index, leg) in program.legs.iter().enumerate() {
+    for (index, leg) in (0..).zip(&program.legs) {
+        out.now = leg.end(index);
         match leg.mark {
             Mark::ToolChange(bit) => {
                 router.bit = bit;
-                out.push_str(&format!("T{}\n", u64::from(bit) + 1));
+                out.push(&format!("T{}\n", u64::from(bit) + 1));
             }
             Mark::Hole(_) if !leg.commands.iter().any(mills) => {
                 let at = place(leg, program.origin);
-                out.push_str(&format!("X{}Y{}\n", number(at.x), number(at.y)));
+                out.push(&format!("X{}Y{}\n", number(at.x), number(at.y)));
             }
-            Mark::Hole(_) | Mark::Toolpath(_) => router.route(&mut out, leg, program.start_of_leg(index))?,
+            Mark::Hole(_) | Mark::Toolpath(_) => router.route(&mut out, (index, leg))?,
             Mark::Prepare | Mark::Finish => {}
         }
     }
-    out.push_str("T0\nM30\n");
-    Ok(out)
+    out.push("T0\nM30\n");
+    Ok(out.finish())
 }
 
 /// What of a program a drill file says: holes and toolpaths at its lowest height, through the board, each with a tool of which only the
@@ -148,15 +159,17 @@ impl<'a> Router<'a> {
         Self { program, floor: heights.min().unwrap_or_default(), bit: 0, down: false, arcs }
     }
 
-    fn route(&mut self, out: &mut String, leg: &Leg, start: Point) -> Result<(), Diagnostic> {
+    fn route(&mut self, out: &mut Lined, (index, leg): (u32, &Leg)) -> Result<(), Diagnostic> {
         let bit = self.program.bits.get(self.bit as usize);
         if let Some(bit) = bit.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. })) {
             return Err(Diagnostic::error("post.excellon_vee").with("bit", &bit.name));
         }
-        let before = out.len();
+        let before = out.place();
+        let start = self.program.start_of_leg(index as usize);
         let mut tip = Tip { at: start, height: self.program.safe_height };
-        for command in &leg.commands {
-            let to = match *command {
+        for (place, command) in leg.placed(index) {
+            out.now = place;
+            let to = match command {
                 Command::Rapid { to } => Tip { at: to, ..tip },
                 Command::Plunge { to, .. } | Command::Retract { to } => Tip { height: to, ..tip },
                 Command::Mill { to, height, .. } | Command::MillArc { to, height, .. } => {
@@ -164,14 +177,14 @@ impl<'a> Router<'a> {
                 }
                 _ => continue,
             };
-            let cuts = mills(command) && tip.height == self.floor && to.height == self.floor;
+            let cuts = mills(&command) && tip.height == self.floor && to.height == self.floor;
             if cuts {
                 self.lower(out, tip.at);
-                match *command {
+                match command {
                     Command::MillArc { center, ccw, .. } => {
                         self.arc(out, Curve { from: tip, to, centre: center, ccw });
                     }
-                    _ => out.push_str(&format!("G01{}\n", self.words(to.at))),
+                    _ => out.push(&format!("G01{}\n", self.words(to.at))),
                 }
             } else if to != tip {
                 self.raise(out);
@@ -179,15 +192,15 @@ impl<'a> Router<'a> {
             tip = to;
         }
         self.raise(out);
-        if out.len() == before {
+        if out.place() == before {
             let diagnostic = Diagnostic::error("post.excellon_depth");
             return Err(diagnostic.with("lowest", self.floor.mm()));
         }
-        out.push_str("G05\n");
+        out.push("G05\n");
         Ok(())
     }
 
-    fn arc(&self, out: &mut String, curve: Curve) {
+    fn arc(&self, out: &mut Lined, curve: Curve) {
         let mut from = curve.from;
         for piece in curve.pieces(&self.arcs, Centre::Said, |at| at) {
             let (to, code) = match piece {
@@ -195,12 +208,12 @@ impl<'a> Router<'a> {
                 Piece::Arc(to, _) if curve.ccw => (to, "G03"),
                 Piece::Arc(to, _) => (to, "G02"),
             };
-            out.push_str(&format!("{code}{}", self.words(to.at)));
+            out.push(&format!("{code}{}", self.words(to.at)));
             if code != "G01" {
                 let (i, j) = (curve.centre.x - from.at.x, curve.centre.y - from.at.y);
-                out.push_str(&format!("I{}J{}", number(i), number(j)));
+                out.push(&format!("I{}J{}", number(i), number(j)));
             }
-            out.push('\n');
+            out.push("\n");
             from = to;
         }
     }
@@ -210,16 +223,16 @@ impl<'a> Router<'a> {
         format!("X{}Y{}", number(at.x + origin.x), number(at.y + origin.y))
     }
 
-    fn lower(&mut self, out: &mut String, at: Point) {
+    fn lower(&mut self, out: &mut Lined, at: Point) {
         if !self.down {
-            out.push_str(&format!("G00{}\nM15\n", self.words(at)));
+            out.push(&format!("G00{}\nM15\n", self.words(at)));
             self.down = true;
         }
     }
 
-    fn raise(&mut self, out: &mut String) {
+    fn raise(&mut self, out: &mut Lined) {
         if self.down {
-            out.push_str("M16\n");
+            out.push("M16\n");
             self.down = false;
         }
     }

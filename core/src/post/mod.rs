@@ -16,6 +16,7 @@ mod arcs;
 mod dialect;
 mod excellon;
 mod head;
+mod lined;
 mod names;
 mod number;
 mod preview;
@@ -133,8 +134,10 @@ pub fn write_for(
         let bits: Vec<u32> = (0..).zip(&program.bits).map(|(index, _)| index).collect();
         let numbers = bits.iter().map(|bit| bit + 1).collect();
         let name = writer::file_name(program, "drl");
-        let file = |text| vec![OutputFile { name, text, bits, numbers, ..OutputFile::default() }];
-        return Some(excellon(program, manner.lines_only_mm).map(file));
+        let file = |(text, commands)| {
+            vec![OutputFile { name, text, commands, bits, numbers, ..OutputFile::default() }]
+        };
+        return Some(excellon::lined(program, manner.lines_only_mm).map(file));
     }
     let written = |dialect: Dialect| write_side(&dialect.in_manner(manner), program, briefing, side);
     Some(dialect(target)?.and_then(written))

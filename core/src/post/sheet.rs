@@ -8,9 +8,11 @@
 //! Comes in: templates and the values of their parameters. Goes out: text. Does not know programs.
 
 use super::dialect::Dialect;
+use super::lined::Lined;
 use super::names::{Block, CURVES, HEAD, TemplateKind};
 use super::template::{Goes, Line, Piece, Template};
 use crate::diagnostic::Diagnostic;
+use crate::job::CommandPlace;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -34,10 +36,10 @@ pub(super) enum Value {
 pub(super) struct OpenFile<'a> {
     dialect: &'a Dialect,
     part: TemplateKind,
-    out: String,
-    end: String,
-    /// Where the end part goes.
-    end_at: Option<usize>,
+    out: Lined,
+    end: Lined,
+    /// Where the end part goes: bytes and lines.
+    end_at: Option<(usize, usize)>,
     number: u64,
     points: u64,
     /// What every word said last.
@@ -57,8 +59,8 @@ impl<'a> OpenFile<'a> {
         Self {
             dialect,
             part,
-            out: String::new(),
-            end: String::new(),
+            out: Lined::default(),
+            end: Lined::default(),
             end_at: None,
             number: dialect.lines.first,
             points: 0,
@@ -74,21 +76,23 @@ impl<'a> OpenFile<'a> {
 
     /// What was written so far, without the end part.
     pub(super) fn written(&self) -> &str {
-        &self.out
+        self.out.text()
     }
 
     /// How many bytes there are.
     fn len(&self) -> usize {
-        self.out.len() + self.end.len()
+        self.out.text().len() + self.end.text().len()
     }
 
-    /// Writes a block.
+    /// Writes a block: `done` is the last command that is done with it.
     pub(super) fn write(
         &mut self,
+        done: CommandPlace,
         block: Block,
         template: &Template,
         value: impl Fn(&str) -> Value,
     ) -> Result<(), Diagnostic> {
+        (self.out.now, self.end.now) = (done, done);
         // What such blocks leave behind, a person or a cycle may have changed.
         let moves = CURVES.contains(&block) || matches!(block, Block::Approach | Block::Line | Block::Leave);
         if !moves {
@@ -123,11 +127,11 @@ impl<'a> OpenFile<'a> {
 
     fn template_line(&mut self, block: Block, line: &Line, value: &impl Fn(&str) -> Value) {
         match line.to {
-            Goes::PutsEnd => self.end_at = Some(self.out.len()),
+            Goes::PutsEnd => self.end_at = Some(self.out.place()),
             Goes::End => {
                 let filled = self.fill(line, value);
-                self.end.push_str(&filled.text);
-                self.end.push_str(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
+                self.end.push(&filled.text);
+                self.end.push(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
             }
             Goes::Here => {
                 let filled = self.fill(line, value);
@@ -136,11 +140,11 @@ impl<'a> OpenFile<'a> {
         }
     }
 
-    /// The file.
-    pub(super) fn finish(mut self) -> String {
-        let at = self.end_at.unwrap_or(self.out.len());
-        self.out.insert_str(at, &self.end);
-        self.out
+    /// The file, and a command for each of its lines.
+    pub(super) fn finish(mut self) -> (String, Vec<CommandPlace>) {
+        let at = self.end_at.unwrap_or(self.out.place());
+        self.out.insert(at, &self.end);
+        self.out.finish()
     }
 
     fn forget(&mut self) {
@@ -195,16 +199,16 @@ impl<'a> OpenFile<'a> {
         }
         let lines = &self.dialect.lines;
         if lines.skippable.contains(&(self.part, block)) && !was_empty {
-            self.out.push('/');
+            self.out.push("/");
         }
         let bare = lines.unnumbered.iter().any(|start| text.starts_with(start.as_str()));
         if lines.numbered && !was_empty && !bare {
             let number = self.next_number() / 1_000_000;
             let lines = &self.dialect.lines;
-            self.out.push_str(&format!("{}{number}{}", lines.before, lines.after));
+            self.out.push(&format!("{}{number}{}", lines.before, lines.after));
         }
-        self.out.push_str(&text);
-        self.out.push_str(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
+        self.out.push(&text);
+        self.out.push(if self.dialect.lines.crlf { "\r\n" } else { "\n" });
     }
 
     /// Where the comments of a line are.

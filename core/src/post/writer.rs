@@ -23,7 +23,7 @@ use super::sheet::OpenFile;
 use super::values::{Action, Frame, number_of};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::job::{Briefing, Command, Leg, Mark, Program};
+use crate::job::{Briefing, Command, CommandPlace, Leg, Mark, Program};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +42,8 @@ pub struct OutputFile {
     pub name: String,
     /// What it says.
     pub text: String,
+    /// For each line of the text, the last command of the program that is done with it.
+    pub commands: Vec<CommandPlace>,
     /// The bits that it is for, as indices into the program's bits.
     pub bits: Vec<u32>,
     /// The number by which it calls each of them.
@@ -66,7 +68,8 @@ pub fn write_side(
 ) -> Result<Vec<OutputFile>, Diagnostic> {
     let mut writer = Writer::new(dialect, program, briefing, side);
     let parts = parts(program, dialect);
-    for (leg, &part) in program.legs.iter().zip(&parts) {
+    for ((number, leg), &part) in (0..).zip(&program.legs).zip(&parts) {
+        writer.number = number;
         writer.leg(leg, part)?;
     }
     writer.finish(parts.last().copied().unwrap_or(TemplateKind::Drill))
@@ -77,7 +80,8 @@ pub(super) fn write_traced(dialect: &Dialect, program: &Program) -> Result<Vec<S
     let mut writer = Writer::new(dialect, program, &Briefing::of(program), 0);
     writer.trace = Some(Vec::new());
     let parts = parts(program, dialect);
-    for (leg, &part) in program.legs.iter().zip(&parts) {
+    for ((number, leg), &part) in (0..).zip(&program.legs).zip(&parts) {
+        writer.number = number;
         writer.leg(leg, part)?;
     }
     writer.close()?;
@@ -122,12 +126,16 @@ struct Writer<'a> {
     program: &'a Program,
     sheet: Option<OpenFile<'a>>,
     part: TemplateKind,
-    done: Vec<(TemplateKind, String)>,
+    done: Vec<(TemplateKind, (String, Vec<CommandPlace>))>,
     /// How many files there will be is not known when a name is needed: they are counted first.
     files: Vec<FileOf>,
     /// The numbers of the program's bits.
     tools: Vec<u32>,
     now: Action,
+    /// The leg that is written, by its index.
+    number: u32,
+    /// The last command that is done with what is written.
+    command: CommandPlace,
     /// Where a rapid move goes that was not written yet.
     over: Option<Point>,
     /// The bit that is in, if one was asked for.
@@ -150,6 +158,8 @@ impl<'a> Writer<'a> {
             files: head::files(dialect, program, briefing, side),
             tools: briefing.numbers(side),
             now: Action { from: start, to: start, lift: program.safe_height, ..Action::default() },
+            number: 0,
+            command: CommandPlace::default(),
             over: None,
             bit: None,
             said_rpm: 0,
@@ -170,6 +180,7 @@ impl<'a> Writer<'a> {
     fn leg(&mut self, leg: &Leg, part: TemplateKind) -> Result<(), Diagnostic> {
         match leg.mark {
             Mark::Prepare | Mark::Finish => {
+                self.command = leg.end(self.number);
                 self.settings(leg);
                 Ok(())
             }
@@ -180,6 +191,7 @@ impl<'a> Writer<'a> {
                 }
                 (self.bit, self.now.bit) = (Some(bit), bit);
                 self.open(part, false)?;
+                self.command = leg.end(self.number);
                 self.settings(leg);
                 if apart && self.templates(part)?.blocks.contains_key(&Block::Load) {
                     return self.load();
@@ -192,7 +204,10 @@ impl<'a> Writer<'a> {
             }
             Mark::Hole(_) | Mark::Toolpath(_) => {
                 self.open(part, true)?;
-                leg.commands.iter().try_for_each(|command| self.command(*command))
+                leg.placed(self.number).try_for_each(|(place, command)| {
+                    self.command = place;
+                    self.command(command)
+                })
             }
         }
     }
@@ -226,6 +241,7 @@ impl<'a> Writer<'a> {
         }
         self.sheet = Some(OpenFile::new(self.dialect, part));
         self.said_rpm = 0;
+        self.command = CommandPlace { leg: self.number, command: 0 };
         let home = Tip { at: Point::default(), height: self.program.safe_height };
         let start = Action { from: home, to: home, ..self.now };
         self.write(Block::Start, start)?;
@@ -255,11 +271,12 @@ impl<'a> Writer<'a> {
         }
         self.close()?;
         let mut files = Vec::new();
-        for (index, (part, text)) in std::mem::take(&mut self.done).into_iter().enumerate() {
+        for (index, (part, written)) in std::mem::take(&mut self.done).into_iter().enumerate() {
+            let (text, commands) = written;
             let FileOf { name, bits, .. } = self.files.get(index).cloned().unwrap_or_default();
             let name = format!("{name}.{}", self.templates(part)?.extension);
             let numbers = bits.iter().map(|bit| number_of(&self.tools, *bit)).collect();
-            files.push(OutputFile { name, text, bits, numbers, changes: self.dialect.changes() });
+            files.push(OutputFile { name, text, commands, bits, numbers, changes: self.dialect.changes() });
         }
         Ok(files)
     }
@@ -296,7 +313,7 @@ impl<'a> Writer<'a> {
         let frame = self.frame(templates, self.files.get(self.done.len()), &self.tools);
         if let Some(sheet) = &mut self.sheet {
             let before = sheet.written().len();
-            sheet.write(block, template, |name| frame.value(&action, name))?;
+            sheet.write(self.command, block, template, |name| frame.value(&action, name))?;
             if let Some(trace) = &mut self.trace {
                 let text = sheet.written().get(before..).unwrap_or_default().to_owned();
                 trace.push(Sample { part: self.part, block, text });
@@ -331,34 +348,35 @@ impl<'a> Writer<'a> {
     }
 
     fn hole(&mut self, leg: &Leg) -> Result<(), Diagnostic> {
-        let mut strokes: Vec<Action> = Vec::new();
-        for command in &leg.commands {
-            match *command {
+        let mut strokes: Vec<(CommandPlace, Action)> = Vec::new();
+        for (place, command) in leg.placed(self.number) {
+            match command {
                 Command::Rapid { to } => self.over = Some(to),
                 Command::Spindle { rpm } => self.now.rpm = rpm,
                 Command::Plunge { to, feed_um_per_s, .. } => {
                     let at = self.over.unwrap_or(self.now.to.at);
                     let to = Tip { at, height: to };
                     let lift = self.program.safe_height;
-                    strokes.push(Action { to, lift, feed_um_per_s, wait_us: 0, ..self.now });
+                    strokes.push((place, Action { to, lift, feed_um_per_s, wait_us: 0, ..self.now }));
                 }
                 Command::Dwell { us } => {
-                    if let Some(stroke) = strokes.last_mut() {
-                        stroke.wait_us = us;
+                    if let Some((done, stroke)) = strokes.last_mut() {
+                        (*done, stroke.wait_us) = (place, us);
                     }
                 }
                 Command::Retract { to } => {
-                    if let Some(stroke) = strokes.last_mut() {
-                        stroke.lift = to;
+                    if let Some((done, stroke)) = strokes.last_mut() {
+                        (*done, stroke.lift) = (place, to);
                     }
                 }
                 _ => {}
             }
         }
+        self.command = strokes.first().map_or(self.command, |(done, _)| *done);
         self.spindle()?;
         let block = if strokes.len() > 1 { Block::Peck } else { Block::Hole };
-        for stroke in strokes {
-            self.over = None;
+        for (done, stroke) in strokes {
+            (self.over, self.command) = (None, done);
             self.write(block, Action { from: self.now.to, rpm: self.now.rpm, ..stroke })?;
             self.now.to.height = stroke.lift;
         }

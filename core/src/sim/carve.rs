@@ -14,7 +14,7 @@
 
 use super::cuts::{CutShape, Way};
 use crate::diagnostic::Diagnostic;
-use crate::geometry::Bounds;
+use crate::geometry::{Bounds, Point};
 use crate::job::{Bit, Cutter};
 use crate::units::Length;
 use std::sync::Arc;
@@ -103,15 +103,18 @@ impl Stock {
     /// An uncut board over `bounds` in work coordinates, of the finest cells that it may have. Refused where it has no area,
     /// or is too large to be shown.
     pub fn new(bounds: Bounds, thickness: Length) -> Result<Self, Diagnostic> {
-        let size = [(bounds.max.x - bounds.min.x).mm(), (bounds.max.y - bounds.min.y).mm()];
-        let count = |cell_um: i64| size.map(|mm| libm::ceil(mm * 1e3 / cell_um as f64));
+        let size = [bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y];
+        let count = |cell_um: i64| {
+            let cell_nm = Length::from_um(cell_um).nm();
+            size.map(|size| (size.nm().saturating_add(cell_nm - 1) / cell_nm) as f64)
+        };
         let fits = |cell_um: &i64| {
             let [x, y] = count(*cell_um);
             x >= 1.0 && y >= 1.0 && x.max(y) <= MOST_ALONG_CELLS && x * y <= MOST_CELLS
         };
         let Some(cell_um) = CELLS_UM.into_iter().find(fits) else {
             let diagnostic = Diagnostic::warning("sim.no_stock");
-            return Err(diagnostic.with("width", size[0]).with("height", size[1]));
+            return Err(diagnostic.with("width", size[0].mm()).with("height", size[1].mm()));
         };
         let cells = count(cell_um).map(|cells| cells as usize);
         let tiles = cells.map(|cells| cells.div_ceil(TILE));
@@ -152,6 +155,32 @@ impl Stock {
     /// Low corner, mm from the work zero.
     pub fn low_mm(&self) -> [f64; 2] {
         self.low_mm
+    }
+
+    /// The box of all cells, in work coordinates.
+    pub fn bounds(&self) -> Bounds {
+        let size = self.cells.map(|cells| cells as f64 * self.cell_mm);
+        let [x, y] = self.low_mm;
+        Bounds::of(Point::from_mm(x, y)).with(Point::from_mm(x + size[0], y + size[1]))
+    }
+
+    /// The same as it lies when the board is turned over, mirrored along X or else along Y, with its low corner at `low`. Depths
+    /// stay those from the side that was cut.
+    #[must_use]
+    pub fn flipped(&self, mirror_x: bool, low: Point) -> Self {
+        let [columns, rows] = self.cells;
+        let tiles = vec![None; self.tiles.len()];
+        let mut turned = Self { low_mm: [low.x.mm(), low.y.mm()], tiles, ..self.clone() };
+        for tile in self.tiles() {
+            for (index, depth) in tile.depths_um.iter().flat_map(|depths| depths.iter().enumerate()) {
+                let [x, y] = [tile.first[0] + index % TILE, tile.first[1] + index / TILE];
+                if *depth > 0 && x < columns && y < rows {
+                    let (x, y) = if mirror_x { (columns - 1 - x, y) } else { (x, rows - 1 - y) };
+                    turned.lower(y, x, x, |_| *depth);
+                }
+            }
+        }
+        turned
     }
 
     /// All tiles, row by row from the low corner.

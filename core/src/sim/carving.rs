@@ -3,6 +3,7 @@
 //! ```text
 //! work   0 ──── ● ──── ● ──── ● ──── ●──▶        ● a checkpoint: a copy of the stock, every so many cells
 //! seek              ◀──────── t                  from the ● before t, never more than one stretch of work
+//! explore                           ▶▶▶ ●        beyond all that was ever carved, while nobody waits
 //! ```
 //!
 //! Comes in: a [`Playback`], the bits of its program, an uncut [`Stock`], seconds. Goes out: the stock at that second. A seek
@@ -16,8 +17,10 @@ use std::sync::Arc;
 
 /// So many cells are looked at between two checkpoints at first.
 const CHECKPOINT_CELLS: u64 = 250_000;
-/// With more checkpoints than this every other one goes, and the next are twice as far apart.
-const MOST_CHECKPOINTS: usize = 64;
+/// With more checkpoints than this, or with so many tiles of their own (128 MB), every other one goes, and the next are twice as far
+/// apart.
+const MOST_CHECKPOINTS: usize = 512;
+const MOST_TILES: usize = 16_384;
 
 /// How far the carving is: so many moves and so many ways of the next one are cut, and a share of the way after them.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -39,12 +42,17 @@ pub struct Carving {
     checkpoints: Vec<(Place, Stock)>,
     since_cells: u64,
     apart_cells: u64,
+    /// Tiles that a checkpoint does not share with the one before.
+    own_tiles: usize,
+    /// Where exploring goes on: place, stock, cells since its last checkpoint.
+    furthest: (Place, Stock, u64),
 }
 
 impl Carving {
     /// Nothing is cut yet.
     pub fn new(playback: Arc<Playback>, bits: Vec<Bit>, stock: Stock) -> Self {
         let checkpoints = vec![(Place::default(), stock.clone())];
+        let furthest = (Place::default(), stock.clone(), 0);
         Self {
             playback,
             bits,
@@ -53,6 +61,8 @@ impl Carving {
             checkpoints,
             since_cells: 0,
             apart_cells: CHECKPOINT_CELLS,
+            own_tiles: 0,
+            furthest,
         }
     }
 
@@ -74,6 +84,28 @@ impl Carving {
     /// Carves up to second `t_s`, or stops after about `most_cells` cells. True where it is there.
     pub fn seek(&mut self, t_s: f64, most_cells: u64) -> bool {
         self.jump(t_s);
+        self.carve_to(t_s, most_cells)
+    }
+
+    /// Carves about `most_cells` cells beyond all that was ever carved, so that every second is near a checkpoint later. True where
+    /// nothing is left. The stock stays as it is.
+    pub fn explore(&mut self, most_cells: u64) -> bool {
+        if self.place.at_s > self.furthest.0.at_s {
+            self.furthest = (self.place, self.stock.clone(), self.since_cells);
+        }
+        self.swap();
+        let end = self.carve_to(self.playback.total_s(), most_cells);
+        self.swap();
+        end
+    }
+
+    fn swap(&mut self) {
+        std::mem::swap(&mut self.place, &mut self.furthest.0);
+        std::mem::swap(&mut self.stock, &mut self.furthest.1);
+        std::mem::swap(&mut self.since_cells, &mut self.furthest.2);
+    }
+
+    fn carve_to(&mut self, t_s: f64, most_cells: u64) -> bool {
         let playback = self.playback.clone();
         let timeline = playback.timeline();
         let mut spent = 0;
@@ -124,20 +156,23 @@ impl Carving {
 
     /// Keeps a checkpoint where there was much work since the last one.
     fn keep(&mut self) {
-        let newest = self.checkpoints.last().map_or(0.0, |(place, _)| place.at_s);
-        if self.since_cells >= self.apart_cells {
-            self.since_cells = 0;
-            if self.place.at_s > newest {
-                self.checkpoints.push((self.place, self.stock.clone()));
-            }
-            if self.checkpoints.len() > MOST_CHECKPOINTS {
-                self.apart_cells *= 2;
-                let mut number = 0;
-                self.checkpoints.retain(|_| {
-                    number += 1;
-                    number % 2 == 1
-                });
-            }
+        if self.since_cells < self.apart_cells {
+            return;
+        }
+        self.since_cells = 0;
+        if let Some((_, newest)) = self.checkpoints.last().filter(|(place, _)| self.place.at_s > place.at_s) {
+            self.own_tiles += self.stock.changed(newest).count();
+            self.checkpoints.push((self.place, self.stock.clone()));
+        }
+        if self.checkpoints.len() > MOST_CHECKPOINTS || self.own_tiles > MOST_TILES {
+            self.apart_cells *= 2;
+            let mut number = 0;
+            self.checkpoints.retain(|_| {
+                number += 1;
+                number % 2 == 1
+            });
+            let own = |two: &[(Place, Stock)]| two[1].1.changed(&two[0].1).count();
+            self.own_tiles = self.checkpoints.windows(2).map(own).sum();
         }
     }
 }

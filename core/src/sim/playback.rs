@@ -9,7 +9,7 @@
 //! Comes in: a [`Timeline`]. Goes out: a [`Moment`] for a second. The places are the plan's; the motors are never
 //! further than half a step away. Does not know how fast it is shown.
 
-use crate::job::{Mark, Stage};
+use crate::job::{CommandPlace, Mark, Stage};
 use crate::motion::{AxisMove, Move, Timeline};
 use crate::units::TICK_HZ;
 
@@ -161,12 +161,38 @@ impl Playback {
         self.milled.iter().find(|milled| milled.toolpath == toolpath).map(|milled| milled.from_s)
     }
 
-    /// The moment at second `t_s`; before the start it is the start, after the end the end. None for an empty timeline.
-    pub fn at(&self, t_s: f64) -> Option<Moment> {
+    /// The command that is done at second `t_s`; none for an empty timeline.
+    pub fn command_at(&self, t_s: f64) -> Option<CommandPlace> {
+        let (planned, within_s) = self.move_at(t_s)?;
+        Some(CommandPlace { leg: planned.leg, command: planned.command_at(within_s) })
+    }
+
+    /// The second at which a command begins, or what follows where it takes no time; the end where nothing does.
+    pub fn time_of_command(&self, place: CommandPlace) -> f64 {
+        let moves = &self.timeline.moves;
+        let of = |planned: &Move| CommandPlace { leg: planned.leg, command: planned.command };
+        let begun = moves.partition_point(|planned| of(planned) < place);
+        let next = moves.get(begun);
+        // Commands that mill and follow each other are one move, that of the first.
+        let inside = moves.get(begun.wrapping_sub(1)).filter(|before| before.leg == place.leg);
+        let within_s = inside.and_then(|before| Some((before, before.start_of_command_s(place.command)?)));
+        match within_s.filter(|_| next.is_none_or(|next| of(next) != place)) {
+            Some((before, within_s)) => seconds(before.start_tick) + within_s,
+            None => next.map_or(self.total_s(), |next| seconds(next.start_tick)),
+        }
+    }
+
+    /// What moves at second `t_s`, and how long it has.
+    fn move_at(&self, t_s: f64) -> Option<(&Move, f64)> {
         let tick = (t_s.max(0.0) * TICK_HZ as f64) as u64;
         let begun = self.timeline.moves.partition_point(|planned| planned.start_tick <= tick);
-        let planned: &Move = self.timeline.moves.get(begun.saturating_sub(1))?;
-        let within_s = t_s.max(0.0) - seconds(planned.start_tick);
+        let planned = self.timeline.moves.get(begun.saturating_sub(1))?;
+        Some((planned, t_s.max(0.0) - seconds(planned.start_tick)))
+    }
+
+    /// The moment at second `t_s`; before the start it is the start, after the end the end. None for an empty timeline.
+    pub fn at(&self, t_s: f64) -> Option<Moment> {
+        let (planned, within_s) = self.move_at(t_s)?;
         let steps = planned.at(within_s);
         let part = planned.part_at(within_s);
         let speed = part.map_or(0.0, |part| part.speed(within_s, &self.timeline.mm_per_step));

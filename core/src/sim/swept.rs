@@ -9,6 +9,7 @@
 //! a second. What goes up, or stays above the surface, cuts nothing and is left out. Does not know bits.
 
 use super::cuts::{CutShape, Way};
+use crate::job::Stage;
 use crate::machine::AXES;
 use crate::motion::path::Curve;
 use crate::motion::{AxisMove, Motion, MotorPath, Move};
@@ -30,7 +31,7 @@ pub struct Swept {
     stretch_mm: Option<(f64, f64)>,
 }
 
-fn start_s(planned: &Move) -> f64 {
+pub(super) fn start_s(planned: &Move) -> f64 {
     planned.start_tick as f64 / TICK_HZ as f64
 }
 
@@ -58,7 +59,8 @@ fn tip(planned: &Move, t_s: f64, mm_per_step: &[f64; AXES]) -> [f64; 3] {
 fn straight(planned: &Move, (number, part): (u32, &AxisMove), mm_per_step: &[f64; AXES]) -> Option<Swept> {
     let [first, last] = [part.start_s(), part.end_s()];
     let (from, to) = (tip(planned, first, mm_per_step), tip(planned, last, mm_per_step));
-    let rapid = part.moves(0) || part.moves(1);
+    // While play is taken up the motors turn and the axes stand.
+    let rapid = (part.moves(0) || part.moves(1)) && part.stage != Stage::Mill;
     // A stroke begins while the plane still comes to rest: it is over its place once it is in the board.
     let from = if rapid { from } else { [to[0], to[1], from[2]] };
     let cuts = if rapid { from[2].min(to[2]) < 0.0 } else { to[2] < 0.0 && to[2] < from[2] };

@@ -1,12 +1,21 @@
 //! What is wrong in a playback, and when: marks on its time.
 //!
-//! Comes in: a [`Playback`], bits, how deep and where one may go. Goes out: [`Warning`]s in order of time, the first of every
+//! ```text
+//!  safe height ┄┄┄┄┄┄┄┄┄╲┄┄┄┄┄┄┄┄┄┄┄┄┄┄        low: the plane moves before the tip is up
+//!                         ╲__________  ┌───┐
+//!  surface     ────────────────────────┤   ├─   clamp: the tip is over a zone that no bit enters, or in it
+//! ```
+//!
+//! Comes in: a [`Playback`], bits, the room there is ([`ToolRoom`]). Goes out: [`Warning`]s in order of time, the first of every
 //! kind in a leg. Does not know why anything is done.
 
 use super::playback::Playback;
-use super::swept::{Swept, swept};
+use super::swept::{Swept, start_s, swept};
 use crate::geometry::{Bounds, Point};
-use crate::job::{Bit, Cutter, Mark};
+use crate::job::{Bit, Cutter, Mark, Stage};
+use crate::machine::AXES;
+use crate::motion::path::Curve;
+use crate::motion::{AxisMove, Motion, Move};
 use crate::units::Length;
 
 /// What is wrong.
@@ -18,8 +27,25 @@ pub enum Fault {
     TooDeep,
     /// The plane moves at rapid speed with the tip in the board.
     RapidInMaterial,
+    /// The plane moves at rapid speed with the tip over the board and too near to it.
+    Low,
+    /// The bit is over a zone that no bit enters, as that of a clamp, or in it.
+    Clamp,
     /// Something is cut with no tool in, or milled with a drill.
     WrongTool,
+}
+
+/// The room that the tool has, in work coordinates.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToolRoom {
+    /// Where the head can go; none where nobody knows.
+    pub travel: Option<Bounds>,
+    /// How far below the surface the tip may go.
+    pub deepest: Length,
+    /// How high over the surface the tip is at least while the plane moves at rapid speed.
+    pub lowest: Length,
+    /// Zones that no bit enters.
+    pub zones: Vec<Bounds>,
 }
 
 /// Something wrong at one moment.
@@ -31,24 +57,35 @@ pub struct Warning {
     pub fault: Fault,
     /// The leg of the program.
     pub leg: u32,
-    /// How deep the tip is then, mm.
+    /// How deep the tip is then, mm; over the board less than 0.
     pub depth_mm: f64,
 }
 
 /// The most warnings that are made.
 const MOST: usize = 500;
 
-/// What is wrong in `playback`, whose program has these `bits`. `travel` is where the head can go in work coordinates, `deepest`
-/// how far below the surface the tip may go.
-pub fn warnings(playback: &Playback, bits: &[Bit], travel: Option<Bounds>, deepest: Length) -> Vec<Warning> {
+/// An arc is looked at in so many pieces.
+const ARC_PIECES: u32 = 24;
+
+/// A straight way of the tip, and when it begins.
+struct Course {
+    from_mm: [f64; 3],
+    to_mm: [f64; 3],
+    at_s: f64,
+    rapid: bool,
+}
+
+/// What is wrong in `playback`, whose program has these `bits`.
+pub fn warnings(playback: &Playback, bits: &[Bit], room: &ToolRoom) -> Vec<Warning> {
     let timeline = playback.timeline();
     let mut found: Vec<Warning> = Vec::new();
     // Where the motors rest is up to half a step off what the program says.
-    let step_mm = timeline.mm_per_step.iter().take(2).fold(0.0, |most: f64, step| most.max(step.abs()));
-    let travel = travel.map(|travel| travel.grown(Length::from_mm(step_mm)));
+    let [x_mm, y_mm, z_mm, ..] = timeline.mm_per_step.map(f64::abs);
+    // Spindles that the machine does not have stand at the surface.
+    let spindles: Vec<usize> = (2..AXES).filter(|axis| timeline.start[*axis] != 0).collect();
+    let travel = room.travel.map(|travel| travel.grown(Length::from_mm(x_mm.max(y_mm))));
     for planned in &timeline.moves {
         let bit = playback.bit_of_leg(planned.leg).and_then(|bit| bits.get(bit as usize));
-        let begin_s = planned.start_tick as f64 / crate::units::TICK_HZ as f64;
         let end = |axis: usize| Length::from_mm(planned.to[axis] as f64 * timeline.mm_per_step[axis]);
         let beyond = travel.is_some_and(|travel| !travel.contains(Point::new(end(0), end(1))));
         let mut told = |fault, at_s, depth_mm| {
@@ -58,15 +95,28 @@ pub fn warnings(playback: &Playback, bits: &[Bit], travel: Option<Bounds>, deepe
             }
         };
         if beyond {
-            told(Fault::Outside, begin_s, 0.0);
+            told(Fault::Outside, start_s(planned), 0.0);
         }
         for one in swept(planned, &timeline.mm_per_step) {
             let depth_mm = -one.way.from_mm[2].min(one.way.to_mm[2]);
-            for fault in faults(&one, bit, planned.mark, depth_mm > deepest.mm()) {
+            for fault in faults(&one, bit, planned.mark, depth_mm > room.deepest.mm()) {
                 told(fault, one.from_s, depth_mm);
             }
         }
+        let radius = bit.map_or(Length::ZERO, |bit| Length::from_nm(bit.diameter.nm() / 2));
+        for course in courses(planned, &timeline.mm_per_step, &spindles, !room.zones.is_empty()) {
+            let low_mm = course.from_mm[2].min(course.to_mm[2]);
+            // From hole to hole both move at once: the tip is down when the plane has settled.
+            let low = planned.stage != Stage::NextHole && (0.0..room.lowest.mm() - z_mm).contains(&low_mm);
+            if course.rapid && low {
+                told(Fault::Low, course.at_s, -low_mm);
+            }
+            if room.zones.iter().any(|zone| enters(&course, zone.grown(radius))) {
+                told(Fault::Clamp, course.at_s, -low_mm);
+            }
+        }
     }
+    found.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
     found
 }
 
@@ -76,4 +126,69 @@ fn faults(one: &Swept, bit: Option<&Bit>, mark: Mark, deep: bool) -> impl Iterat
     let wrong = bit.is_none() || (drill && sideways && !one.rapid && matches!(mark, Mark::Toolpath(_)));
     let rows = [(deep, Fault::TooDeep), (one.rapid, Fault::RapidInMaterial), (wrong, Fault::WrongTool)];
     rows.into_iter().filter(|row| row.0).map(|row| row.1)
+}
+
+/// All ways of the tip in a move, over the board and in it.
+fn courses(
+    planned: &Move,
+    mm_per_step: &[f64; AXES],
+    spindles: &[usize],
+    on_paths: bool,
+) -> Vec<Course> {
+    let begin_s = start_s(planned);
+    let tip = |t_s: f64| {
+        let steps = planned.at(t_s);
+        let mm = |axis: usize| steps[axis] * mm_per_step[axis];
+        [mm(0), mm(1), spindles.iter().map(|axis| mm(*axis)).fold(f64::INFINITY, f64::min)]
+    };
+    let straight = |part: &AxisMove| {
+        let [from_mm, to_mm] = [part.start_s(), part.end_s()].map(tip);
+        let (over, down) = (part.moves(0) || part.moves(1), to_mm[2] < from_mm[2]);
+        // While the plane moves beside it, a stroke stands over its hole as long as it is in the board.
+        let (from_mm, to_mm) = match (over, down) {
+            (true, _) => (from_mm, to_mm),
+            (false, true) => ([to_mm[0], to_mm[1], from_mm[2]], to_mm),
+            (false, false) => (from_mm, [from_mm[0], from_mm[1], to_mm[2]]),
+        };
+        let rapid = over && part.stage != Stage::Mill;
+        Course { from_mm, to_mm, at_s: begin_s + part.start_s(), rapid }
+    };
+    let mut found = Vec::new();
+    for part in &planned.parts {
+        let Motion::Path(route) = &part.motion else {
+            found.push(straight(part));
+            continue;
+        };
+        // Only zones are looked for there.
+        if !on_paths {
+            continue;
+        }
+        for (index, piece) in route.path.pieces.iter().enumerate() {
+            let at_s = begin_s + part.start_s() + route.path.start_of_piece_s(index);
+            let pieces = if matches!(piece.curve, Curve::Line { .. }) { 1 } else { ARC_PIECES };
+            let at = |end: u32| piece.curve.at(piece.curve.length_mm() * f64::from(end) / f64::from(pieces));
+            let chord = |one: u32| Course { from_mm: at(one), to_mm: at(one + 1), at_s, rapid: false };
+            found.extend((0..pieces).map(chord));
+        }
+    }
+    found
+}
+
+/// Whether a way passes a box, as seen from above.
+fn enters(course: &Course, zone: Bounds) -> bool {
+    let (low, high) = ([zone.min.x.mm(), zone.min.y.mm()], [zone.max.x.mm(), zone.max.y.mm()]);
+    let (mut first, mut last) = (0.0_f64, 1.0_f64);
+    for axis in 0..2 {
+        let (from, way) = (course.from_mm[axis], course.to_mm[axis] - course.from_mm[axis]);
+        if way == 0.0 {
+            if from < low[axis] || from > high[axis] {
+                return false;
+            }
+            continue;
+        }
+        let shares = [(low[axis] - from) / way, (high[axis] - from) / way];
+        first = first.max(shares[0].min(shares[1]));
+        last = last.min(shares[0].max(shares[1]));
+    }
+    first <= last
 }

@@ -12,6 +12,7 @@ mod files;
 mod golden;
 mod klartext;
 mod letters;
+mod lines;
 mod programs;
 mod robots;
 mod seen;

@@ -5,6 +5,7 @@
 pub mod copper;
 pub mod layer;
 mod pace;
+pub mod simulation;
 pub mod slider;
 pub mod works;
 

@@ -3,6 +3,7 @@
 //! Comes in: the number of a work. Goes out: its name, and a count of what it made, which is the same everywhere. What
 //! a work starts from is made on its first run and kept. Knows no clock.
 
+use crate::simulation::Simulation;
 use crate::slider::Slider;
 use crate::{copper, layer};
 use annulus_core::board::Board;
@@ -16,7 +17,7 @@ use std::sync::OnceLock;
 type Work = (&'static str, fn() -> u64);
 
 /// All works.
-const WORKS: [Work; 7] = [
+const WORKS: [Work; 13] = [
     ("union, 1,122 outlines", || sizes(&geometry::union(&layer::outlines()))),
     ("isolation, 1 pass", || passes(1)),
     ("isolation, 3 passes", || passes(3)),
@@ -24,6 +25,12 @@ const WORKS: [Work; 7] = [
     ("narrow places", || geometry::gaps(layer(), mm(0.3)).len() as u64),
     ("slider, 60 islands", slide),
     ("proof, 1,000 islands", proof),
+    ("a million carved", || million().carved()),
+    ("a million, 100 frames", || million().frames()),
+    ("a million, 100 jumps", || million().jumps()),
+    ("a million, 10,000 seconds", || million().moments()),
+    ("a million, a press", || million().pressed()),
+    ("a million, its lines", || million().lines()),
 ];
 
 /// How many works there are.
@@ -68,6 +75,12 @@ fn slivers() -> u64 {
 fn slide() -> u64 {
     static SLIDER: OnceLock<Slider> = OnceLock::new();
     SLIDER.get_or_init(Slider::new).moved_to(90) as u64
+}
+
+/// A million segments.
+fn million() -> &'static Simulation {
+    static MILLION: OnceLock<Simulation> = OnceLock::new();
+    MILLION.get_or_init(|| Simulation::new(1_000_000))
 }
 
 fn proof() -> u64 {

@@ -49,9 +49,11 @@ fn kind(request: &Request) -> &'static str {
         Request::Plan(_) => "plan",
         Request::Prove(_) => "prove",
         Request::Export(_) => "export",
+        Request::Lines(_) => "lines",
         Request::Check(_) => "check",
         Request::Time(_) => "time",
         Request::Compare(_) => "compare",
+        Request::Underside(_) => "underside",
     }
 }
 
@@ -204,6 +206,10 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
         "export-unread" => ("export", export(&[], vec![(Face::Bottom, 2)])),
         "export-refused" => ("export", refused("post.broken")),
         "export-gone" => ("export", refused("engine.board_gone")),
+        "lines" => ("lines", Ok(Answer::Lines(Vec::new()))),
+        "lines-refused" => ("lines", refused("post.broken")),
+        "lines-stopped" => ("lines", Err(Stopped::Cancelled)),
+        "lines-gone" => ("lines", refused("engine.board_gone")),
         "saved" => ("save", Ok(Answer::Saved(vec![1, 2, 3]))),
         "save-refused" => ("save", refused("saved.too_large")),
         "compared" => ("compare", Ok(Answer::Compared(Box::new(compared(None))))),
@@ -288,7 +294,11 @@ impl Story {
 
     /// What a word without an answer means.
     fn event(&mut self, word: &str) -> Option<Event> {
-        self.file_event(word).or_else(|| self.job_event(word)).or_else(|| self.keep_event(word))
+        let lines = || Self::lines_event(word);
+        self.file_event(word)
+            .or_else(|| self.job_event(word))
+            .or_else(|| self.keep_event(word))
+            .or_else(lines)
     }
 
     fn file_event(&mut self, word: &str) -> Option<Event> {

@@ -6,7 +6,7 @@ use super::rows::{self, Row, Tool, swatch};
 use crate::i18n::{say, t};
 use crate::model::FrameEvent;
 use crate::page::{frame, open_board, send};
-use crate::widgets::virtual_list;
+use crate::widgets::{row_top, virtual_list};
 use annulus_core::board::Board;
 use annulus_core::units::Length;
 use leptos::ev;
@@ -137,13 +137,9 @@ fn head(listed: &Listed, tool: usize, index: usize) -> AnyView {
     div()
         .class("line head")
         .attr("role", "presentation")
-        .style(("top", top(index)))
+        .style(("top", row_top(index)))
         .child(span().child(text))
         .into_any()
-}
-
-fn top(index: usize) -> String {
-    format!("{}px", index as f64 * crate::widgets::ROW_PX)
 }
 
 fn hole_line(listed: &Listed, hole: u32, number: usize, index: usize) -> AnyView {
@@ -156,7 +152,7 @@ fn hole_line(listed: &Listed, hole: u32, number: usize, index: usize) -> AnyView
         .attr("role", "option")
         .attr("id", format!("hole-{hole}"))
         .attr("aria-selected", move || if chosen() { "true" } else { "false" })
-        .style(("top", top(index)))
+        .style(("top", row_top(index)))
         .on(ev::click, move |_| send(FrameEvent::Select { hole: Some(hole) }))
         .child((
             span().class("swatch").style(("--swatch", colour)),

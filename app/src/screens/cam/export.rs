@@ -16,10 +16,9 @@ use leptos::ev;
 use leptos::html::{div, h2, header, input, label, li, ol, option, p, section, select, span};
 use leptos::prelude::*;
 
-/// The block.
-pub(super) fn export() -> impl IntoView {
+/// The controller that is written for, to be chosen.
+pub(crate) fn controller() -> impl IntoView {
     let job = open_job();
-    send(ExportEvent::Shown);
     let names = post::targets().into_iter().map(|name| {
         option().attr("value", name).prop("selected", move || job.target.get() == name).child(name)
     });
@@ -29,6 +28,18 @@ pub(super) fn export() -> impl IntoView {
             option().attr("value", OWN).prop("selected", move || job.target.get() == OWN).child(name)
         })
     };
+    label().class("field").child((
+        span().child(t!("page.cam.controller")),
+        select()
+            .on(ev::change, |event| send(TemplateEvent::Target { name: event_target_value(&event) }))
+            .child((names.collect::<Vec<_>>(), own)),
+    ))
+}
+
+/// The block.
+pub(super) fn export() -> impl IntoView {
+    let job = open_job();
+    send(ExportEvent::Shown);
     let why = move || {
         let refused = job.not_written.get().into_iter().map(|diagnostic| {
             let cure = diagnostic.clone();
@@ -41,12 +52,7 @@ pub(super) fn export() -> impl IntoView {
     };
     section().class("block").attr("aria-label", t!("page.cam.export")).child((
         header().child(h2().child(t!("page.cam.export"))),
-        label().class("field").child((
-            span().child(t!("page.cam.controller")),
-            select()
-                .on(ev::change, |event| send(TemplateEvent::Target { name: event_target_value(&event) }))
-                .child((names.collect::<Vec<_>>(), own)),
-        )),
+        controller(),
         label().class("tick").child((
             input()
                 .attr("type", "checkbox")

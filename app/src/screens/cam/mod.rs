@@ -18,6 +18,7 @@ mod problems;
 mod run_sheet;
 mod values;
 
+pub(crate) use export::controller;
 pub(crate) use job::name_of;
 
 use crate::i18n::language;

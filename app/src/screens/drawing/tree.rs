@@ -7,7 +7,7 @@ use crate::drawing::tree::TreeRow;
 use crate::i18n::{self, number, say, t};
 use crate::model::DrawEvent;
 use crate::page::{frame, open_drawing, send};
-use crate::widgets::{ROW_PX, push, virtual_list};
+use crate::widgets::{push, row_top, virtual_list};
 use annulus_core::board::drawing::{Catch, Id, Thing};
 use annulus_core::geometry::Point;
 use leptos::ev::{self, DragEvent, KeyboardEvent, MouseEvent};
@@ -166,7 +166,7 @@ fn line(row: &TreeRow, index: usize) -> AnyView {
         .attr("role", "option")
         .attr("id", format!("thing-{}", id.0))
         .attr("aria-selected", move || if is_chosen(catch) { "true" } else { "false" })
-        .style(("top", format!("{}px", index as f64 * ROW_PX)))
+        .style(("top", row_top(index)))
         .style(("padding-inline-start", format!("{}px", 12 + 14 * depth.min(12))))
         .attr("draggable", "true")
         .class(("aimed", move || aimed.get()))

@@ -120,6 +120,11 @@ fn sentence(warning: &Warning) -> String {
         Fault::Outside => say!("page.simulate.wrong_outside", at = at),
         Fault::TooDeep => say!("page.simulate.wrong_deep", at = at, depth = depth),
         Fault::RapidInMaterial => say!("page.simulate.wrong_rapid", at = at, depth = depth),
+        Fault::Low => say!("page.simulate.wrong_low", at = at, height = format!("{:.2}", -warning.depth_mm)),
+        Fault::Clamp if warning.depth_mm < 0.0 => {
+            say!("page.simulate.wrong_over", at = at, height = format!("{:.2}", -warning.depth_mm))
+        }
+        Fault::Clamp => say!("page.simulate.wrong_clamp", at = at, depth = depth),
         Fault::WrongTool => say!("page.simulate.wrong_tool", at = at),
     }
 }

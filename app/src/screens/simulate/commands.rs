@@ -1,19 +1,43 @@
-//! The legs of the program as a list: the one in work is marked, and a press goes there.
+//! The legs of the job as a list, or the lines of the program that is written of them: the one in work is marked, and a press goes
+//! there.
 //!
 //! Comes in: the playback and the program. Goes out: the second on show, the hole chosen.
 
+use super::lines::lines;
 use crate::i18n::{language, say, t};
-use crate::model::{FrameEvent, PlayEvent};
+use crate::model::{FrameEvent, ListingEvent, PlayEvent};
 use crate::page::{Play, frame, open_board, play, send};
-use crate::widgets::{ROW_PX, virtual_list};
+use crate::widgets::{choice, row_top, virtual_list};
 use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::sim::LegStart;
 use leptos::ev;
 use leptos::html::{div, h2, header, section, span};
 use leptos::prelude::*;
 
-/// The list.
+/// Steps of the job, or lines of the program.
 pub(super) fn commands() -> impl IntoView {
+    let shown = play().lines_shown;
+    let choices =
+        div().class("segmented").attr("role", "group").attr("aria-label", t!("page.simulate.listed")).child(
+            (
+                choice(
+                    move || !shown.get(),
+                    t!("page.simulate.steps"),
+                    |_| send(ListingEvent::Show { on: false }),
+                ),
+                choice(
+                    move || shown.get(),
+                    t!("page.simulate.program"),
+                    |_| send(ListingEvent::Show { on: true }),
+                ),
+            ),
+        );
+    let list = move || if shown.get() { lines().into_any() } else { legs().into_any() };
+    (section().class("block").child(choices), list)
+}
+
+/// The legs.
+fn legs() -> impl IntoView {
     let play = play();
     let count = Signal::derive(move || {
         play.playback.with(|playback| playback.as_ref().map_or(0, |p| p.legs().len()))
@@ -102,7 +126,7 @@ fn line(play: Play, index: usize, now: Memo<Option<usize>>) -> Option<impl IntoV
             .class("line command-line")
             .attr("role", "option")
             .attr("aria-selected", move || if chosen() { "true" } else { "false" })
-            .style(("top", format!("{}px", index as f64 * ROW_PX)))
+            .style(("top", row_top(index)))
             .on(ev::click, move |_| go(play, index))
             .child((
                 span().class("quiet tabular").child(crate::format::clock(leg.start_s)),

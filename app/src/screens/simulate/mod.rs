@@ -8,6 +8,7 @@
 
 mod bands;
 mod commands;
+mod lines;
 mod player;
 mod scrub;
 mod space;

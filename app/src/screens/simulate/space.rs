@@ -1,12 +1,13 @@
 //! The board in space: what is carved goes to the picture, tile by tile, with the tool at its place.
 //!
 //! ```text
-//! carved ─ the same blank? ─┬─ no ──▶ relief, all tiles that are cut
+//! carved ─ the same blank? ─┬─ no ──▶ relief, all tiles that are cut, above and below
 //!                           └─ yes ─▶ tiles that are others than before
 //! ```
 //!
 //! Comes in: the stock on show, the playback. Goes out: tiles and a tool for the view. Knows no GPU.
 
+use crate::engine::messages::UnderTile;
 use crate::keys::Tab;
 use crate::page::{frame, open_board, play};
 use crate::screens::canvas::{Picture, with_view};
@@ -27,23 +28,27 @@ pub(crate) fn in_space(picture: Picture, ready: RwSignal<bool>, shown: Memo<Opti
         let low_mm = play.carved.with(|stock| stock.as_ref().map(|stock| stock.low_mm()))?;
         shown.with(|shown| Some(shown.as_ref()?.picture_of_work(low_mm)))
     });
-    Effect::new(move |before: Option<Option<([f32; 2], Arc<Stock>)>>| {
-        let (ready, stock, low) = (ready.get(), play.carved.get(), low.get());
+    Effect::new(move |before: Option<Option<Seen>>| {
+        let (ready, stock, low, under) = (ready.get(), play.carved.get(), low.get(), play.under.get());
         let (Some(stock), Some(low), true) = (stock, low, ready) else {
             with_view(picture, |view| view.set_relief(None));
             return None;
         };
-        let kept = before.flatten().filter(|(at, old)| *at == low && is_same_blank(old, &stock));
-        with_view(picture, |view| match &kept {
-            Some((_, old)) => view.patch(&stock.changed(old).map(patch).collect::<Vec<_>>()),
-            None => {
-                view.set_relief(Some(relief(&stock, low)));
-                view.patch(
-                    &stock.tiles().filter(|tile| tile.depths_um.is_some()).map(patch).collect::<Vec<_>>(),
-                );
+        let kept = before.flatten().filter(|old| old.low_mm == low && is_same_blank(&old.stock, &stock));
+        with_view(picture, |view| {
+            match &kept {
+                Some(old) => view.patch(&stock.changed(&old.stock).map(patch).collect::<Vec<_>>()),
+                None => {
+                    view.set_relief(Some(relief(&stock, low)));
+                    let cut = stock.tiles().filter(|tile| tile.depths_um.is_some());
+                    view.patch(&cut.map(patch).collect::<Vec<_>>());
+                }
+            }
+            if kept.as_ref().map_or(!under.is_empty(), |old| !Arc::ptr_eq(&old.under, &under)) {
+                view.set_under(under.iter().map(below).collect());
             }
         });
-        Some((low, stock))
+        Some(Seen { low_mm: low, stock, under })
     });
     Effect::new(move |_| {
         let on = ready.get() && play.in_space.get() && frame().tab.get() == Tab::Simulate;
@@ -55,6 +60,18 @@ pub(crate) fn in_space(picture: Picture, ready: RwSignal<bool>, shown: Memo<Opti
             with_view(picture, |view| view.set_cutting(tool));
         }
     });
+}
+
+/// What the picture shows.
+#[derive(Clone)]
+struct Seen {
+    low_mm: [f32; 2],
+    stock: Arc<Stock>,
+    under: Arc<Vec<UnderTile>>,
+}
+
+fn below(tile: &UnderTile) -> Patch {
+    Patch { first: tile.first.map(|cell| cell as usize), depths_um: Some(tile.depths_um.as_slice().into()) }
 }
 
 fn is_same_blank(old: &Stock, new: &Stock) -> bool {

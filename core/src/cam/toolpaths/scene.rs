@@ -7,7 +7,7 @@ use super::super::work::{Flip, Work, Zero};
 use super::cut::{self, Area};
 use crate::board::{Board, Copper, Face};
 use crate::diagnostic::Diagnostic;
-use crate::geometry::{Bounds, Path, Point, grow, path_bounds, rectangle, union};
+use crate::geometry::{Bounds, Path, Placement, Point, grow, path_bounds, rectangle, union};
 use crate::machine::Machine;
 use crate::units::Length;
 use std::ops::Range;
@@ -20,6 +20,8 @@ pub struct PlacedBoard {
     pub pins: Range<u32>,
     /// The place that becomes the work zero.
     pub origin: Point,
+    /// What turning the board over does to a place.
+    turning: Option<Placement>,
     /// Where no bit may go.
     zones: Vec<Bounds>,
     /// Where toolpaths of the copper side may go; none for everywhere.
@@ -38,7 +40,8 @@ impl PlacedBoard {
         let pinned = panel.pinned(pins.pairs, pins.diameter, pins.margin, mirror_x);
         let pins = panel.holes.len() as u32..pinned.holes.len() as u32;
         let bottom = setup.face == Face::Bottom;
-        let turning = pinned.turning(mirror_x).filter(|_| bottom);
+        let over = pinned.turning(mirror_x);
+        let turning = over.filter(|_| bottom);
         let zone = |zone: &Bounds| match &turning {
             Some(turning) => Bounds::of(turning.point(zone.min)).with(turning.point(zone.max)),
             None => *zone,
@@ -54,13 +57,23 @@ impl PlacedBoard {
             Zero::Blank => blank(&laid).map_or(file, |blank| blank.min),
             Zero::File => file,
         };
-        Self { origin, board: laid, pins, zones, field, body }
+        Self { origin, board: laid, pins, turning: over, zones, field, body }
     }
 
     /// That the work zero is not the corner of the board, which has no outline.
     pub(super) fn zero_without_outline(&self, work: &Work) -> Option<Diagnostic> {
         let untold = work.setup.zero == Zero::Board && Corner::of(&self.board, work) == Corner::Copper;
         untold.then(|| Diagnostic::warning("cam.zero_without_outline"))
+    }
+
+    /// What turning the board over does to a place; none for an empty board.
+    pub fn turning(&self) -> Option<Placement> {
+        self.turning
+    }
+
+    /// Where no bit may go, as the board lies.
+    pub fn zones(&self) -> &[Bounds] {
+        &self.zones
     }
 
     /// The copper of `face`, if it has any.

@@ -136,6 +136,26 @@ impl PlannedPath {
         self.pieces.get(piece).map_or(self.duration_s(), |planned| self.time_in(planned, 0.0))
     }
 
+    /// Which piece of the chain is driven at second `t`, counted from the first one of this path.
+    pub fn wanted_at(&self, t: f64) -> u32 {
+        let t = t.min(self.duration_s()).max(0.0);
+        let begun = self.runs.partition_point(|run| run.start_s <= t).saturating_sub(1);
+        let Some(run) = self.runs.get(begun) else { return 0 };
+        let since = t - run.start_s;
+        let done_mm = run.span(since).map_or(0.0, |span| span.position_mm(since));
+        let pieces = self.pieces_of(run);
+        let begun = pieces.partition_point(|piece| piece.start_mm <= done_mm).saturating_sub(1);
+        let first = self.pieces.first().map_or(0, |first| first.source);
+        pieces.get(begun).map_or(0, |piece| piece.source.saturating_sub(first))
+    }
+
+    /// The second at which piece `wanted` of the chain begins, counted from the first one of this path; the duration where all of
+    /// them are before it.
+    pub fn start_of_wanted_s(&self, wanted: u32) -> f64 {
+        let source = self.pieces.first().map_or(0, |first| first.source).saturating_add(wanted);
+        self.start_of_piece_s(self.pieces.partition_point(|piece| piece.source < source))
+    }
+
     /// The second at which the length `s_mm` of a piece is done.
     fn time_in(&self, planned: &PlannedPiece, s_mm: f64) -> f64 {
         let run = self.runs.get(planned.run as usize);

@@ -1,0 +1,75 @@
+//! The program as it is written for a controller, line by line: the one in work is marked, and a press goes to its second.
+//!
+//! Comes in: the written program, the row in work. Goes out: the row pressed, what is written for.
+
+use crate::i18n::{advice, message, say, t};
+use crate::model::ListingEvent;
+use crate::page::{Play, play, send};
+use crate::screens::cam::controller;
+use crate::widgets::{row_top, virtual_list};
+use annulus_core::diagnostic::Diagnostic;
+use leptos::ev;
+use leptos::html::{code, div, header, p, section, span};
+use leptos::prelude::*;
+
+/// The controller, and the lines.
+pub(super) fn lines() -> impl IntoView {
+    let play = play();
+    let count = Signal::derive(move || {
+        play.written.with(|written| written.as_ref().map_or(0, |written| written.len()))
+    });
+    let now = Memo::new(move |_| play.row_now.get());
+    let row = move |index: usize| {
+        play.written.track();
+        line(play, index, now).into_any()
+    };
+    let told = move || {
+        if play.writing.get() {
+            return say!("page.simulate.writing");
+        }
+        say!("page.simulate.lines_count", count = count.get())
+    };
+    let why = move || play.not_written.get().into_iter().map(refusal).collect::<Vec<_>>();
+    (
+        section().class("block").attr("aria-label", t!("page.simulate.program")).child((
+            controller(),
+            header().child(span().class("quiet tabular").attr("role", "status").child(told)),
+            why,
+        )),
+        virtual_list(t!("page.simulate.program"), count, now.into(), row, |by| {
+            send(ListingEvent::Walk { by })
+        }),
+    )
+}
+
+fn refusal(diagnostic: Diagnostic) -> AnyView {
+    let cure = diagnostic.clone();
+    let text = (move || message(&diagnostic), " ", move || advice(&cure));
+    p().class("refusal").attr("role", "alert").child(text).into_any()
+}
+
+fn line(play: Play, row: usize, now: Memo<Option<usize>>) -> Option<impl IntoView> {
+    let (number, text) = play.written.with_untracked(|written| {
+        written.as_ref()?.row(row).map(|(number, text)| (number, text.to_owned()))
+    })?;
+    // All lines of one command are done together.
+    let chosen = move || {
+        let written = play.written.get_untracked();
+        now.get()
+            .is_some_and(|now| now == row || written.is_some_and(|written| written.are_together(now, row)))
+    };
+    let class = if number.is_some() { "line program-line" } else { "line program-line head" };
+    Some(
+        div()
+            .class(class)
+            .attr("role", "option")
+            .attr("aria-selected", move || if chosen() { "true" } else { "false" })
+            .style(("top", row_top(row)))
+            .attr("title", text.clone())
+            .on(ev::click, move |_| send(ListingEvent::Press { row }))
+            .child((
+                span().class("quiet tabular").child(number.map(|number| number.to_string())),
+                code().child(text),
+            )),
+    )
+}

@@ -1,0 +1,189 @@
+// The simulation as a person uses it: lines of the written program beside it, the side that was done before, and the carved board
+// in both graphics interfaces, pixel for pixel what it was (ANNULUS_BLESS=1 accepts a change).
+
+import assert from "node:assert/strict";
+import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
+import { dirname, join } from "node:path";
+import { test } from "node:test";
+import { atRest, data, findings, openBrowser, openLinked, picture, root, show, stand, startBridge, until } from "./harness.mjs";
+
+const held = stand();
+
+const list = (page) => page.getByRole("listbox", { name: "Program" });
+const marked = (page) => list(page).getByRole("option", { selected: true });
+const clock = async (page) => (await page.locator(".timeline .clock").innerText()).split("/")[0].trim();
+
+async function lines(page) {
+  await show(page, "Simulate");
+  await page.getByRole("button", { name: "Program", exact: true }).click();
+  await until(async () => (await list(page).getByRole("option").count()) > 10, "lines of the program");
+}
+
+test("a line leads to its second, a second to its line, and so does a press in the picture", async () => {
+  const { page, context, problems } = await held.opened();
+  try {
+    await lines(page);
+    const rows = list(page).getByRole("option");
+    assert.match(await rows.first().innerText(), /\.nc/, "a file begins with its name");
+    const began = await clock(page);
+    await page.keyboard.press("End");
+    await until(async () => (await clock(page)) !== began, "the end");
+    await until(async () => /M2|M30|G0/.test((await marked(page).allInnerTexts()).join(" ")), "the last lines are marked");
+    await page.screenshot({ path: picture("simulate-lines-1440") });
+    const last = (await marked(page).allInnerTexts()).join("\n");
+    // A press on a line somewhere in the middle.
+    await list(page).evaluate((element) => (element.scrollTop = element.scrollHeight / 2));
+    const middle = await until(async () => {
+      const found = rows.filter({ hasText: /G1 X/ });
+      return (await found.count()) > 2 && found.nth(1);
+    }, "a line that cuts");
+    const text = (await middle.innerText()).trim();
+    await middle.click();
+    await until(async () => (await marked(page).allInnerTexts()).some((one) => one.trim() === text), "the line pressed is marked");
+    const then = await clock(page);
+    assert.notEqual((await marked(page).allInnerTexts()).join("\n"), last);
+    // The playback follows: the marked line moves on and stays in sight.
+    await page.getByRole("button", { name: "Play", exact: true }).click();
+    await until(async () => (await clock(page)) !== then, "time goes on");
+    await until(async () => !(await marked(page).allInnerTexts()).some((one) => one.trim() === text), "another line");
+    await page.getByRole("button", { name: "Hold", exact: true }).click();
+    assert.ok((await marked(page).count()) > 0, "the line in work is in sight");
+    // Another controller writes other lines.
+    await page.getByRole("combobox", { name: "Controller" }).selectOption("heidenhain");
+    await until(async () => /BEGIN PGM/.test((await rows.allInnerTexts()).join(" ")) || /\.h/.test((await rows.allInnerTexts()).join(" ")), "lines of another controller");
+    assert.deepEqual(await findings(page), []);
+    assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+  }
+});
+
+/** Copper on both sides and two holes. */
+function twoSided() {
+  const copper = (side) => ({
+    name: `b-${side}.gbr`,
+    mimeType: "text/plain",
+    buffer: Buffer.from(
+      `%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,${side}*%%ADD10C,2*%D10*X1000Y1000D03*X9000Y1000D03*X9000Y5000D03*M02*`,
+    ),
+  });
+  const drill = { name: "b.drl", mimeType: "text/plain", buffer: Buffer.from("M48\nMETRIC\nT1C0.800\n%\nG90\nT1\nX1.0Y1.0\nX9.0Y1.0\nM30\n") };
+  return [copper("L1,Top"), copper("L2,Bot"), drill];
+}
+
+test("the side that was done before lies carved under the one that is up", async () => {
+  const { page, context } = await held.fresh();
+  try {
+    const chooser = page.waitForEvent("filechooser");
+    await page.getByRole("button", { name: "Open files…" }).click();
+    await (await chooser).setFiles(twoSided());
+    const use = page.getByRole("button", { name: /Use this board/ });
+    await until(async () => (await use.isVisible()) || Number(await data(page, "holes")) > 0, "the board");
+    if (await use.isVisible()) await use.click();
+    await page.getByText(/^Planned .* m,/).waitFor();
+    const shades = {};
+    for (const side of ["Bottom", "Top"]) {
+      await show(page, "CAM");
+      await page.getByRole("group", { name: "Side" }).getByRole("button", { name: side }).click();
+      await page.getByText(/^Planned .* m,/).waitFor();
+      await show(page, "Simulate");
+      await until(async () => (await data(page, "solid")) !== "", "the board in space");
+      await page.getByRole("button", { name: "Flip (F)" }).click();
+      await atRest(page);
+      await page.waitForTimeout(2000);
+      await page.screenshot({ path: picture(`simulate-under-${side.toLowerCase()}`) });
+      shades[side] = await grid(page);
+    }
+    const sides = Object.values(shades);
+    const off = distance(sides[0], sides[1]);
+    assert.ok(off.most > 12, `one side is uncut from below, the other is not: ${JSON.stringify(off)}`);
+  } finally {
+    await context.close();
+  }
+});
+
+/** The picture of the canvas in so many columns and rows: the mean colour of each. */
+async function grid(page, columns = 48, rows = 30) {
+  const shot = (await page.locator("canvas").first().screenshot()).toString("base64");
+  const blank = await page.context().newPage();
+  try {
+    return await blank.evaluate(
+      async ([shot, columns, rows]) => {
+        const image = new Image();
+        image.src = `data:image/png;base64,${shot}`;
+        await image.decode();
+        const whole = new OffscreenCanvas(image.width, image.height).getContext("2d");
+        whole.drawImage(image, 0, 0);
+        const pixels = whole.getImageData(0, 0, image.width, image.height).data;
+        const found = [];
+        for (let row = 0; row < rows; row += 1) {
+          let text = "";
+          for (let column = 0; column < columns; column += 1) {
+            const sum = [0, 0, 0];
+            let count = 0;
+            for (let y = Math.floor((row * image.height) / rows); y < Math.floor(((row + 1) * image.height) / rows); y += 1)
+              for (let x = Math.floor((column * image.width) / columns); x < Math.floor(((column + 1) * image.width) / columns); x += 1) {
+                for (let part = 0; part < 3; part += 1) sum[part] += pixels[4 * (y * image.width + x) + part];
+                count += 1;
+              }
+            text += sum.map((one) => Math.round(one / count).toString(16).padStart(2, "0")).join("");
+          }
+          found.push(text);
+        }
+        return found;
+      },
+      [shot, columns, rows],
+    );
+  } finally {
+    await blank.close();
+  }
+}
+
+/** How far two grids are apart: the mean and the greatest difference of a colour, 0 to 255. */
+function distance(one, other) {
+  const colours = (rows) => rows.join("").match(/../g).map((two) => parseInt(two, 16));
+  const [a, b] = [colours(one), colours(other)];
+  assert.equal(a.length, b.length);
+  const off = a.map((value, at) => Math.abs(value - b[at]));
+  return { mean: off.reduce((sum, value) => sum + value, 0) / off.length, most: Math.max(...off) };
+}
+
+for (const gpu of ["webgl2", "webgpu"]) {
+  test(`the carved sample looks as it did, drawn by ${gpu}`, async () => {
+    const [browser, bridge] = [await openBrowser(gpu), await startBridge()];
+    const { page } = await openLinked(browser, bridge);
+    try {
+      await page.getByRole("button", { name: /Sample board/ }).click();
+      await page.getByText(/^Planned .* m,/).waitFor();
+      await show(page, "Simulate");
+      assert.match((await data(page, "backend")).toLowerCase(), new RegExp(gpu));
+      await page.keyboard.press("End");
+      await page.getByRole("button", { name: "From above (T)" }).waitFor();
+      for (const [view, key] of [["home", "h"], ["above", "t"], ["below", "f"]]) {
+        await page.keyboard.press(key);
+        await atRest(page);
+        let last;
+        // Carved frame by frame: it is there once two looks are the same.
+        await until(async () => {
+          const now = await grid(page);
+          const still = last !== undefined && distance(now, last).most === 0;
+          last = now;
+          return still;
+        }, "a board that is carved");
+        const golden = join(root, `tests/browser/golden/carved-${view}.json`);
+        if (process.env.ANNULUS_BLESS && gpu === "webgl2") {
+          mkdirSync(dirname(golden), { recursive: true });
+          writeFileSync(golden, `${JSON.stringify(last, null, 1)}\n`);
+        }
+        assert.ok(existsSync(golden), golden);
+        const off = distance(last, JSON.parse(readFileSync(golden, "utf8")));
+        // Two interfaces round edges otherwise: a little here and there, nothing anywhere.
+        assert.ok(off.mean < 1.5 && off.most < 40, `${view} by ${gpu}: ${JSON.stringify(off)}`);
+        await page.screenshot({ path: picture(`carved-${view}-${gpu}`) });
+      }
+    } finally {
+      await browser.close();
+      await bridge.stop();
+    }
+  });
+}

@@ -1,0 +1,135 @@
+//! The simulation of a million segments: a mill that goes over a board in short straight pieces.
+//!
+//! Comes in: how many segments. Goes out: counts of what was done. Knows no clock.
+
+use crate::machine;
+use annulus_core::chance::Chance;
+use annulus_core::geometry::{Bounds, Point};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
+use annulus_core::motion;
+use annulus_core::post::{self, Manner};
+use annulus_core::sim::{Carving, Playback, ProgramLines, Stock, nearest};
+use annulus_core::units::Length;
+use std::sync::Arc;
+
+/// Size of the board, mm.
+const BOARD_MM: [f64; 2] = [100.0, 80.0];
+/// Segments of one toolpath.
+const OF_A_WAY: usize = 10_000;
+/// So many cells are carved in a frame of the page.
+const FRAME_CELLS: u64 = 1_200_000;
+
+/// A job that is simulated.
+pub struct Simulation {
+    program: Program,
+    playback: Arc<Playback>,
+    carving: Carving,
+}
+
+/// A way of `segments` straight pieces, in rows over the board.
+pub fn program(segments: usize) -> Program {
+    let rows = (segments as f64 / 2_000.0).ceil().max(1.0);
+    let per_row = (segments as f64 / rows).ceil();
+    let height = Length::from_um(-60);
+    let place = |segment: usize| {
+        let (row, along) = ((segment as f64 / per_row).floor(), segment as f64 % per_row);
+        let share = if row % 2.0 == 0.0 { along / per_row } else { 1.0 - along / per_row };
+        let wave = 0.04 * libm::sin(along * 0.7);
+        Point::from_mm(share * BOARD_MM[0], (row + 0.5) / rows * (BOARD_MM[1] - 1.0) + wave)
+    };
+    let legs = (0..segments).step_by(OF_A_WAY).zip(0..).map(|(first, number)| {
+        let down = Command::Plunge { to: height, feed_um_per_s: 5_000, gate: None };
+        let last = (first + OF_A_WAY).min(segments);
+        let mill = |segment| Command::Mill { to: place(segment + 1), height, feed_um_per_s: 20_000 };
+        let mut commands = vec![Command::Rapid { to: place(first) }, down];
+        commands.extend((first..last).map(mill));
+        commands.push(Command::Retract { to: Length::from_um(2_000) });
+        Leg { mark: Mark::Toolpath(number), commands }
+    });
+    let change = Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] };
+    let bit = Bit { diameter: Length::from_um(100), name: String::new(), cutter: Cutter::Mill };
+    Program {
+        name: "segments".to_owned(),
+        machine: String::new(),
+        origin: Point::default(),
+        bits: vec![bit],
+        spindles: 1,
+        safe_height: Length::from_um(2_000),
+        legs: std::iter::once(change).chain(legs).collect(),
+        accepted: Vec::new(),
+    }
+}
+
+impl Simulation {
+    /// Of so many segments, played once.
+    pub fn new(segments: usize) -> Self {
+        let program = program(segments);
+        let timeline = motion::timeline(&program, &machine()).expect("the machine is sound");
+        let playback = Arc::new(Playback::new(timeline));
+        let bounds = Bounds::of(Point::default()).with(Point::from_mm(BOARD_MM[0], BOARD_MM[1]));
+        let stock = Stock::new(bounds, Length::from_um(1_600)).expect("a board");
+        let mut carving = Carving::new(playback.clone(), program.bits.clone(), stock);
+        carving.seek(playback.total_s(), u64::MAX);
+        Self { program, playback, carving }
+    }
+
+    /// The board carved from its beginning to its end: the cells that are cut.
+    pub fn carved(&self) -> u64 {
+        let mut carving = self.carving.clone();
+        carving.seek(0.0, u64::MAX);
+        let uncut = carving.stock().clone();
+        let mut carving = Carving::new(self.playback.clone(), self.program.bits.clone(), uncut);
+        carving.seek(self.playback.total_s(), u64::MAX);
+        let tiles = carving.stock().tiles().filter_map(|tile| tile.depths_um);
+        tiles.map(|depths| depths.iter().filter(|depth| **depth > 0).count() as u64).sum()
+    }
+
+    /// A hundred jumps to any second: the frames that they take together.
+    pub fn jumps(&self) -> u64 {
+        let (mut chance, mut carving, mut frames) = (Chance::new(3), self.carving.clone(), 0);
+        for _ in 0..100 {
+            let t_s = chance.between(0.0, self.playback.total_s());
+            frames += 1;
+            while !carving.seek(t_s, FRAME_CELLS) {
+                frames += 1;
+            }
+        }
+        frames
+    }
+
+    /// A hundred frames of a playback, ten seconds of the job each: the cells that changed tiles have.
+    pub fn frames(&self) -> u64 {
+        let mut carving = self.carving.clone();
+        let mut looked = 0;
+        for frame in 0..100 {
+            let before = carving.stock().clone();
+            carving.seek(f64::from(frame) * 10.0, FRAME_CELLS);
+            looked += carving.stock().changed(&before).count() as u64;
+        }
+        looked
+    }
+
+    /// What a frame asks of a playback, ten thousand times.
+    pub fn moments(&self) -> u64 {
+        let mut chance = Chance::new(5);
+        let seconds = (0..10_000).map(|_| chance.between(0.0, self.playback.total_s()));
+        let asked = seconds.filter_map(|t_s| Some((self.playback.at(t_s)?, self.playback.command_at(t_s)?)));
+        asked.map(|(now, place)| u64::from(now.leg) + u64::from(place.command)).sum()
+    }
+
+    /// A press in the picture: the millisecond that it leads to.
+    pub fn pressed(&self) -> u64 {
+        let timeline = self.playback.timeline();
+        let found = nearest(&timeline.moves, &timeline.mm_per_step, [40.0, 40.0]);
+        found.map_or(0, |(at_s, _)| (at_s * 1e3) as u64)
+    }
+
+    /// The lines of the program, each with its second: how many.
+    pub fn lines(&self) -> u64 {
+        let files =
+            post::write("grbl", &self.program, &Manner::default()).and_then(Result::ok).unwrap_or_default();
+        let lines = ProgramLines::new(files.into_iter().flat_map(|file| file.commands).collect());
+        let every = (0..lines.len()).step_by(100);
+        every.map(|line| u64::from(lines.start_s(line, &self.playback) >= 0.0)).sum::<u64>() * 100
+    }
+}
