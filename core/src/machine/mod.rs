@@ -6,6 +6,7 @@
 //! Machine coordinates: X to the right, Y away, Z up. Z = 0 is the top sensor, so working heights are negative.
 
 mod adapter;
+mod boards;
 mod card;
 mod drive;
 pub mod dynamics;
@@ -13,6 +14,7 @@ mod parallel;
 pub mod phases;
 mod presets;
 mod settings;
+mod step_dir;
 mod table;
 mod table_speeds;
 mod validate;
@@ -24,6 +26,7 @@ pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, Phase
 pub use parallel::Parallel;
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
 pub use settings::{Setting, Value, ValueKind, apply, is_in_file_only, read, setting, settings};
+pub use step_dir::{StepDir, WIRED_AXES};
 pub use table::{MOST_RPM, SECTIONS};
 pub use table_speeds::warnings;
 pub use validate::validate;

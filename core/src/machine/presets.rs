@@ -1,8 +1,9 @@
 //! Machines that ship: the virtual drill (default), the laboratory drill of Arendt's paper, a small router of the 3018
-//! class, and a drill with six spindles.
+//! class, a drill with six spindles, and mills behind the common boards of STEP/DIR drivers (`boards`).
 //!
 //! Goes out: complete, valid [`Machine`]s. Knows no files.
 
+use super::boards;
 use super::{
     AdapterWiring, Axis, Card, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output,
     Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
@@ -272,8 +273,16 @@ fn laws() -> MotionLaws {
 }
 
 /// All presets with the names they are called by on the command line.
-pub fn presets() -> [(&'static str, Machine); 4] {
-    [("virtual", virtual_drill()), ("lab", lab()), ("3018", hobby_3018()), ("six", six_spindles())]
+pub fn presets() -> [(&'static str, Machine); 7] {
+    [
+        ("virtual", virtual_drill()),
+        ("lab", lab()),
+        ("3018", hobby_3018()),
+        ("six", six_spindles()),
+        ("breakout", boards::breakout()),
+        ("tb6560", boards::tb6560()),
+        ("g540", boards::g540()),
+    ]
 }
 
 /// What people call a preset, and its name: a hobby mill is one of the 3018 class.

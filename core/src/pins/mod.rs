@@ -12,6 +12,8 @@
 //!    `attend` at a tick that was due, nothing is due at that tick or before it.
 //! 7. `bit` says that from now on a new, sharp bit of this kind is in every spindle. Nothing turns then. What only drives
 //!    wires does nothing.
+//! 8. `ahead` says which axes step next and which way, as soon as that is known: after every step, and before the first. What has
+//!    to set a direction up, or to be switched on first, does it then. A step may come that was not announced.
 //!
 //! Laws of [`Clock`]
 //! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
@@ -62,6 +64,9 @@ pub trait Pins {
 
     /// A new bit of this kind is in every spindle.
     fn bit(&mut self, _at_tick: u64, _bit: &Bit) {}
+
+    /// The next step of every axis in `axes`: of those also in `forward` up, of the others down. Nothing moves yet.
+    fn ahead(&mut self, _at_tick: u64, _axes: AxisSet, _forward: AxisSet) {}
 
     /// It is `at_tick`: what is due may be switched.
     fn attend(&mut self, _at_tick: u64) {}

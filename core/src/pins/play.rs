@@ -253,13 +253,17 @@ impl Play<'_> {
         }
         self.look();
         let mut pulses = replay(self.segment);
+        self.announce(&pulses);
         while let Some(pulse) = pulses.next() {
             self.idle_until(pulse.tick).await;
             if let (Some(end), false) = (self.end, self.moving) {
                 return end;
             }
             match self.released(pulse, &pulses) {
-                Release::Step(pulse) => self.step(pulse),
+                Release::Step(pulse) => {
+                    self.step(pulse);
+                    self.announce(&pulses);
+                }
                 Release::Skip => continue,
                 Release::End(outcome) => return outcome,
             }
@@ -288,6 +292,11 @@ impl Play<'_> {
         self.judge_lateness(pulse.axes);
         self.moving = true;
         self.look();
+    }
+
+    /// Tells the pins which steps come next.
+    fn announce(&mut self, later: &Replay<'_>) {
+        self.pins.ahead(self.line.tick, later.pending(), later.forward());
     }
 
     /// A motor that turns faster than it could start must not wait for a step twice as long as planned.

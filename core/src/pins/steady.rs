@@ -74,6 +74,10 @@ impl<P: Pins> Pins for Steady<P> {
         self.pins.bit(at_tick, bit);
     }
 
+    fn ahead(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.pins.ahead(at_tick, axes, forward);
+    }
+
     fn attend(&mut self, at_tick: u64) {
         self.pins.attend(at_tick);
     }
