@@ -12,7 +12,7 @@
 use crate::own;
 use annulus_core::job::Bit;
 use annulus_core::machine::{AXES, Steps};
-use annulus_core::pins::{AxisSet, Pins};
+use annulus_core::pins::{AxisSet, Pins, SpindleState};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
@@ -89,6 +89,10 @@ impl<P: Pins> Pins for Recorded<P> {
 
     fn output(&mut self, at_tick: u64, place: u8, on: bool) {
         self.pins.output(at_tick, place, on);
+    }
+
+    fn spindle_state(&mut self) -> SpindleState {
+        self.pins.spindle_state()
     }
 
     fn inputs(&mut self, at_tick: u64) -> u32 {

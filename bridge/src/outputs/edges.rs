@@ -67,7 +67,7 @@ impl Clock for Bench {
         let mut computer = self.0.lock().unwrap();
         computer.now_ns = computer.now_ns.max(tick * TICK_NS);
         computer.hold_up();
-        computer.now_ns.div_ceil(TICK_NS)
+        (computer.now_ns / TICK_NS).max(tick)
     }
 }
 
@@ -181,7 +181,7 @@ fn every_edge_is_where_the_stream_has_its_step() {
             let seen = seen(&written, drivers, axis);
             let found: Vec<_> = seen.pulses.iter().map(|(on, _, up)| (on / TICK_NS, *up)).collect();
             assert_eq!(found, wanted, "{name}, axis {axis}: {} steps", wanted.len());
-            assert!(wanted.len() > 500 && seen.turns.len() > 2, "{name}, axis {axis}");
+            assert!(wanted.len() > 500 && seen.turns.len() >= 2, "{name}, axis {axis}");
             let length = u64::from(drivers.length_ns[axis]);
             let longest = seen.pulses.iter().map(|(on, off, _)| off - on).max().unwrap();
             assert!((length..length + TICK_NS).contains(&longest), "{name}: {longest} ns");

@@ -202,10 +202,14 @@ impl Wires {
 
     fn wait_until(&self, moment: Duration) {
         loop {
-            match moment.saturating_sub((self.now)()) {
-                Duration::ZERO => return,
-                left if left > WATCHED => thread::sleep(left - WATCHED),
-                _ => std::hint::spin_loop(),
+            let left = moment.saturating_sub((self.now)());
+            if left.is_zero() {
+                return;
+            }
+            if left > WATCHED {
+                thread::sleep(left - WATCHED);
+            } else {
+                std::hint::spin_loop();
             }
         }
     }
@@ -405,7 +409,7 @@ mod tests {
     use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Playhead, play};
     use annulus_core::steps::{Run, Segment, Steps};
     use std::collections::VecDeque;
-    use std::sync::Mutex;
+    use std::sync::{Arc, Mutex};
 
     /// A port that writes down what is written, and reads what it was told.
     #[derive(Clone, Default)]

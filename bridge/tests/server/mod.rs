@@ -9,4 +9,5 @@ mod lab;
 mod limits;
 mod pages;
 mod uploads;
+mod spindle;
 pub(crate) mod work;

@@ -8,6 +8,7 @@
 mod adapter;
 mod boards;
 mod card;
+mod converter;
 mod drive;
 pub mod dynamics;
 mod parallel;
@@ -22,6 +23,7 @@ mod wiring;
 
 pub use adapter::AdapterWiring;
 pub use card::Card;
+pub use converter::Converter;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use parallel::Parallel;
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
@@ -59,6 +61,8 @@ pub struct Machine {
     pub parallel: Parallel,
     /// How a USB step adapter is wired.
     pub adapter: AdapterWiring,
+    /// The frequency converter of the spindle.
+    pub converter: Converter,
     /// Left and right.
     pub x: Axis,
     /// Away and back.

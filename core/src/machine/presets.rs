@@ -5,7 +5,7 @@
 
 use super::boards;
 use super::{
-    AdapterWiring, Axis, Card, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output,
+    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output,
     Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
@@ -54,6 +54,7 @@ pub fn virtual_drill() -> Machine {
         card: Card::default(),
         parallel: Parallel::default(),
         adapter: AdapterWiring::default(),
+        converter: Converter::default(),
         x: axis(300.0),
         y: axis(200.0),
         z: Axis {
@@ -133,6 +134,7 @@ pub fn lab() -> Machine {
         card: Card::default(),
         parallel: Parallel::default(),
         adapter: AdapterWiring::default(),
+        converter: Converter::default(),
         x: axis(-10.0, 2588.0),
         y: axis(-1.0, 2588.0),
         z: Axis {

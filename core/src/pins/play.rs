@@ -17,7 +17,7 @@
 //! Does not know who computed the segment, nor what it is for.
 
 use super::feed_override::{FeedOverride, rates};
-use super::{AxisSet, Clock, Pins};
+use super::{AxisSet, Clock, Pins, SpindleState, SpindleTrouble};
 use crate::job::{Gate, Input, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
 use crate::steps::{AXES, Pulse, Replay, Segment, Steps, Switching, TICK_HZ, replay};
@@ -124,6 +124,11 @@ pub enum Outcome {
     Late {
         /// How late.
         ticks: u64,
+    },
+    /// The spindle was to turn, and does not any more, or nobody knows.
+    Spindle {
+        /// Why.
+        trouble: SpindleTrouble,
     },
     /// As ordered.
     Stopped,
@@ -377,6 +382,13 @@ impl Play<'_> {
         let inputs = self.pins.inputs(self.line.tick);
         self.operator.passed(self.line.tick, &self.line.position, inputs);
         if self.end.is_some() {
+            return;
+        }
+        if self.segment.stage != Stage::Retract
+            && let SpindleState::Lost { trouble } = self.pins.spindle_state()
+        {
+            // What lifts the bit goes on: there it is safe.
+            self.end = Some(Outcome::Spindle { trouble });
             return;
         }
         let contact = if self.plane == Plane::Moving { Input::Contact.bit() } else { 0 };

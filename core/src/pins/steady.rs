@@ -9,7 +9,7 @@
 //!
 //! Comes in: any [`Pins`]. Goes out: the same with steadier inputs. Does not know what the inputs mean.
 
-use super::{AxisSet, Pins};
+use super::{AxisSet, Pins, SpindleState};
 use crate::job::Bit;
 
 /// So many readings in a row must agree before a change is believed. With 1 % of the readings flipped, one in 10¹⁰ is
@@ -42,6 +42,10 @@ impl<P: Pins> Pins for Steady<P> {
 
     fn spindle(&mut self, at_tick: u64, rpm: u32) {
         self.pins.spindle(at_tick, rpm);
+    }
+
+    fn spindle_state(&mut self) -> SpindleState {
+        self.pins.spindle_state()
     }
 
     fn inputs(&mut self, at_tick: u64) -> u32 {

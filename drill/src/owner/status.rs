@@ -132,6 +132,7 @@ impl Owner {
             bit,
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
             spindle_rpm: glimpse.rpm,
+            spindle: glimpse.spindle,
             feed_override_percent: self.feed_override_percent(),
             inputs: glimpse.inputs,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
