@@ -65,7 +65,12 @@ pub(crate) fn open(name: &str, baud: u32) -> serialport::Result<Port> {
 }
 
 /// Opens it for words of another form: of 8 bits with this parity, and so many stop bits.
-pub(crate) fn open_as(name: &str, baud: u32, parity: Parity, stop_bits: StopBits) -> serialport::Result<Port> {
+pub(crate) fn open_as(
+    name: &str,
+    baud: u32,
+    parity: Parity,
+    stop_bits: StopBits,
+) -> serialport::Result<Port> {
     let builder = serialport::new(name, baud).timeout(PATIENCE).flow_control(FlowControl::None);
     let builder = builder.parity(parity).stop_bits(stop_bits);
     Ok(Port { name: name.to_owned(), serial: builder.open()?, waiting: VecDeque::new() })

@@ -2,8 +2,8 @@
 //!
 //! Comes in: the surroundings. Goes out: one row a check, `good`, `note` or `bad`. Changes nothing.
 
-use super::{browser, judged};
 use super::{Answer, Exit, Refusal, serve};
+use super::{browser, judged};
 use crate::executor::clock;
 use crate::own;
 use crate::server::runtime;

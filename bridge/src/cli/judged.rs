@@ -29,7 +29,8 @@ pub(super) fn run(name: &str, how_long: Duration) -> Result<Answer, Refusal> {
     let title = &machine.name;
     if machine.output == Output::Adapter {
         let finding = Diagnostic::note("doctor.own_clock").with("machine", title);
-        let object = json!({ "machine": title, "late_us": null, "needs_hz": needed_rate(&machine), "good": true });
+        let object =
+            json!({ "machine": title, "late_us": null, "needs_hz": needed_rate(&machine), "good": true });
         return Ok(Answer { object, text: finding.message("en") + "\n", exit: Exit::Done });
     }
     super::say(Diagnostic::note("doctor.measures").with("seconds", how_long.as_secs()).message("en"));
@@ -50,7 +51,8 @@ fn verdict(machine: &Machine, late: &Lateness, no_realtime: Option<&str>, how_lo
         .with("safe", safe_hz.floor())
         .with("max", late.worst_us.round())
         .with("beats", late.beats);
-    let late_us = json!({ "p50": late.p50_us, "p99": late.p99_us, "p9999": late.p9999_us, "max": late.worst_us });
+    let late_us =
+        json!({ "p50": late.p50_us, "p99": late.p99_us, "p9999": late.p9999_us, "max": late.worst_us });
     let object = json!({
         "machine": machine.name, "seconds": how_long.as_secs(), "late_us": late_us, "needs_hz": needs_hz,
         "safe_hz": safe_hz, "good": good, "beats": late.beats, "edges_us": EDGES_US, "bars": late.bars,
@@ -136,9 +138,17 @@ mod tests {
         for (name, us, good) in rows {
             let machine = preset(name).unwrap();
             let answer = verdict(&machine, &late(us), None, Duration::from_secs(1));
-            assert_eq!((&answer.object["good"], answer.exit == Exit::Done), (&json!(good), good), "{name} {us}");
+            assert_eq!(
+                (&answer.object["good"], answer.exit == Exit::Done),
+                (&json!(good), good),
+                "{name} {us}"
+            );
             let needs = format!("{}", needed_rate(&machine));
-            assert!(answer.text.contains(&needs) && answer.text.contains("not good") != good, "{}", answer.text);
+            assert!(
+                answer.text.contains(&needs) && answer.text.contains("not good") != good,
+                "{}",
+                answer.text
+            );
         }
     }
 }

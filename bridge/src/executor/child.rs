@@ -223,8 +223,7 @@ fn begin(
     let clock = Box::new(StepClock::new());
     let told = Arc::clone(&shared);
     let pins = spindle::with(machine, Box::new(Steady::new(pins)), move |state| told.set_spindle(state))?;
-    let thread =
-        thread::start(machine, pins, clock, Arc::clone(&shared), first, report).map_err(cannot)?;
+    let thread = thread::start(machine, pins, clock, Arc::clone(&shared), first, report).map_err(cannot)?;
     Ok((Hands { thread: Arc::new(Mutex::new(Some(thread))), shared, why }, trouble, offsets))
 }
 

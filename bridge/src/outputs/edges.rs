@@ -7,7 +7,7 @@ use super::Port;
 use super::wires::Wires;
 use annulus_core::chance::Chance;
 use annulus_core::geometry::Point;
-use annulus_core::machine::{Machine, Steps, StepDir, Value, apply, preset};
+use annulus_core::machine::{Machine, StepDir, Steps, Value, apply, preset};
 use annulus_core::motion::bench::holes_at;
 use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Pins, Playhead, play};
 use annulus_core::steps::{StepStream, replay_stream, stream_of};
@@ -82,7 +82,8 @@ impl Operator for Idle {
 
 /// The board `name`, without what has to be waited for by life.
 fn board(name: &str) -> Machine {
-    let changes = [("parallel.enable_delay", 0.0), ("parallel.charge_pump", -1.0), ("spindle.spin_up", 100.0)];
+    let changes =
+        [("parallel.enable_delay", 0.0), ("parallel.charge_pump", -1.0), ("spindle.spin_up", 100.0)];
     let changes = changes.map(|(key, number)| (key.to_owned(), Value::Number(number)));
     apply(&preset(name).unwrap(), &changes).unwrap()
 }
@@ -148,9 +149,10 @@ fn seen(written: &[(u64, usize, u8)], drivers: &StepDir, axis: usize) -> Seen {
 fn least(seen: &Seen) -> [u64; 4] {
     let shortest = |times: &mut dyn Iterator<Item = u64>| times.min().unwrap_or(u64::MAX);
     let pulses = &seen.pulses;
-    let setups = seen.turns.iter().filter_map(|turn| {
-        pulses.iter().find(|(on, ..)| on >= turn).map(|(on, ..)| on - turn)
-    });
+    let setups = seen
+        .turns
+        .iter()
+        .filter_map(|turn| pulses.iter().find(|(on, ..)| on >= turn).map(|(on, ..)| on - turn));
     let holds = seen.turns.iter().filter_map(|turn| {
         pulses.iter().rev().find(|(on, ..)| on <= turn).map(|(_, off, _)| turn.saturating_sub(*off))
     });
@@ -163,7 +165,8 @@ fn least(seen: &Seen) -> [u64; 4] {
 }
 
 fn asked(drivers: &StepDir, axis: usize) -> [u64; 4] {
-    [&drivers.length_ns, &drivers.space_ns, &drivers.setup_ns, &drivers.hold_ns].map(|list| u64::from(list[axis]))
+    [&drivers.length_ns, &drivers.space_ns, &drivers.setup_ns, &drivers.hold_ns]
+        .map(|list| u64::from(list[axis]))
 }
 
 #[test]

@@ -216,7 +216,8 @@ impl Wires {
 
     /// Turns the drivers on before the first step of any of them, and waits until they hold.
     fn enable(&mut self, axes: AxisSet) {
-        let counts = |(axis, motor): (usize, &Motor)| axes >> axis & 1 == 1 && matches!(motor, Motor::Counts(_));
+        let counts =
+            |(axis, motor): (usize, &Motor)| axes >> axis & 1 == 1 && matches!(motor, Motor::Counts(_));
         if !self.is_enabled && self.motors.iter().enumerate().any(counts) {
             self.is_enabled = true;
             self.put();

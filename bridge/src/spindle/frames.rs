@@ -176,7 +176,8 @@ impl Frame {
     /// The number that was read; none of a register that was written.
     fn rtu_number(&self, request: &ModbusRequest, heard: &[u8]) -> Result<Option<u16>, SpindleTrouble> {
         let wrong = |why: ErrorKind| {
-            let refused = why.is_modbus_error() && heard.get(1).is_some_and(|function| function & REFUSED != 0);
+            let refused =
+                why.is_modbus_error() && heard.get(1).is_some_and(|function| function & REFUSED != 0);
             let code = heard.get(2).copied().unwrap_or_default();
             if refused { SpindleTrouble::Refused { code } } else { SpindleTrouble::Garbled }
         };
@@ -216,7 +217,8 @@ mod tests {
     use std::path::Path;
 
     fn of(name: &str, ask: Ask) -> (Profile, Converter, Frame) {
-        let (profile, converter) = (profile::named(name, Path::new("/nonexistent")).unwrap(), Converter::default());
+        let (profile, converter) =
+            (profile::named(name, Path::new("/nonexistent")).unwrap(), Converter::default());
         let frame = frame(ask, &profile, &converter).unwrap();
         (profile, converter, frame)
     }

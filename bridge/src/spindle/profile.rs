@@ -220,7 +220,8 @@ pub(super) fn named(name: &str, folder: &Path) -> Result<Profile, Diagnostic> {
 
 /// The profile in `text`, or what is wrong with it.
 fn parse(text: &str) -> Result<Profile, String> {
-    let profile: Profile = toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
+    let profile: Profile =
+        toml::from_str(text).map_err(|error| error.to_string().trim().replace('\n', " "))?;
     let lists = [profile.run.len(), profile.stop.len()];
     if lists.iter().any(|length| !(1..=MOST_WRITES).contains(length)) {
         return Err(format!("run and stop have 1 to {MOST_WRITES} entries"));

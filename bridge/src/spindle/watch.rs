@@ -110,7 +110,8 @@ impl Watch {
         self.state = SpindleState::Reaching { rpm: self.rpm };
         let unfinished = self.todo.iter().any(|ask| matches!(ask, Ask::Run { .. }));
         let runs = if stood || unfinished { self.limits.run_writes } else { 0 };
-        self.todo = [Ask::Speed { rpm }].into_iter().chain((0..runs).map(|place| Ask::Run { place })).collect();
+        self.todo =
+            [Ask::Speed { rpm }].into_iter().chain((0..runs).map(|place| Ask::Run { place })).collect();
     }
 
     /// What is to be asked now, if anything.
@@ -358,7 +359,9 @@ mod tests {
                 turning(20_000)(ask)
             });
             let mut odd = true;
-            scene.run(400, |ask| turning(if ask == Ask::Actual && std::mem::take(&mut odd) { 90 } else { 20_000 })(ask));
+            scene.run(400, |ask| {
+                turning(if ask == Ask::Actual && std::mem::take(&mut odd) { 90 } else { 20_000 })(ask)
+            });
         }
         assert_eq!(scene.watch.state(), SpindleState::AtSpeed { rpm: 20_000 });
     }

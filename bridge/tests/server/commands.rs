@@ -191,8 +191,15 @@ fn the_doctor_judges_a_computer_for_one_machine() {
         assert!(late("p50") <= late("p99") && late("p99") <= late("max"), "{object}");
         let number = |name: &str| object[name].as_f64().unwrap();
         let good = number("safe_hz") >= number("needs_hz");
-        assert_eq!((exit, &object["good"], &object["ok"]), (i32::from(!good), &good.into(), &good.into()), "{text}");
-        assert_eq!(object["bars"].as_array().unwrap().iter().filter_map(|bar| bar.as_u64()).sum::<u64>(), object["beats"]);
+        assert_eq!(
+            (exit, &object["good"], &object["ok"]),
+            (i32::from(!good), &good.into(), &good.into()),
+            "{text}"
+        );
+        assert_eq!(
+            object["bars"].as_array().unwrap().iter().filter_map(|bar| bar.as_u64()).sum::<u64>(),
+            object["beats"]
+        );
     }
     let (exit, object, _) = measured("no-such-machine");
     assert_eq!((exit, &object["error"]["code"]), (3, &"machine.no_such".into()));
@@ -206,7 +213,10 @@ fn the_doctor_looks_at_everything() {
     assert_eq!((exit, object["ok"].as_bool()), (0, Some(true)), "{object}");
     let names: Vec<_> =
         object["checks"].as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["data_folder", "runtime_folder", "port", "journal", "timing", "adapter", "converter", "browser"]);
+    assert_eq!(
+        names,
+        ["data_folder", "runtime_folder", "port", "journal", "timing", "adapter", "converter", "browser"]
+    );
     let timing = &object["checks"][4]["numbers"];
     let number = |name: &str| timing[name].as_f64().unwrap();
     assert!(number("p50_us") <= number("p99_us") && number("p99_us") <= number("max_us"), "{timing}");

@@ -135,13 +135,7 @@ impl Converter {
         let (mut own, theirs) = TTYPort::pair().unwrap();
         own.set_timeout(Duration::from_millis(5)).unwrap();
         let port = theirs.name().unwrap();
-        let motor = Motor {
-            is_huanyang,
-            fault: Fault::None,
-            centi_hz: 0,
-            runs_since: None,
-            stops: 0,
-        };
+        let motor = Motor { is_huanyang, fault: Fault::None, centi_hz: 0, runs_since: None, stops: 0 };
         let (motor, ends) = (Arc::new(Mutex::new(motor)), Arc::new(AtomicBool::new(false)));
         let (shared, over) = (Arc::clone(&motor), Arc::clone(&ends));
         let thread = thread::spawn(move || {
@@ -202,10 +196,11 @@ fn machine(profile: &str, port: &str) -> Machine {
         ("spindle.spin_up", number(50.0)),
         ("stroke.longest_drilling", number(20.0)),
     ];
-    drill::machine(changes, [("x", 0.0, 60.0), ("y", 0.0, 60.0), ("z", -12.0, 0.0)], &[(
-        "home_search",
-        number(70.0),
-    )])
+    drill::machine(
+        changes,
+        [("x", 0.0, 60.0), ("y", 0.0, 60.0), ("z", -12.0, 0.0)],
+        &[("home_search", number(70.0))],
+    )
 }
 
 /// A bridge with that drill, homed, its zero set.
@@ -234,7 +229,8 @@ fn eventually(what: &str, so: impl Fn() -> bool) {
 /// Starts one slow hole.
 fn start(bridge: &Running, page: &mut Page, machine: &Machine) {
     let at = [Point::from_mm(2.0, 2.0)].into_iter();
-    let bytes = program::encode(&drill::holes(machine, vec![drill::spin_up(50_000)], (at, 500), drill::back()));
+    let bytes =
+        program::encode(&drill::holes(machine, vec![drill::spin_up(50_000)], (at, 500), drill::back()));
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
     page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
@@ -249,7 +245,11 @@ fn until_in_the_board(page: &mut Page) {
     let reached = Cell::new(false);
     until_status(page, |status| {
         reached.set(reached.get() || matches!(status.spindle, SpindleState::AtSpeed { .. }));
-        assert!(reached.get() || status.work_mm[2] > -0.05, "in the board before its speed: {:?}", status.spindle);
+        assert!(
+            reached.get() || status.work_mm[2] > -0.05,
+            "in the board before its speed: {:?}",
+            status.spindle
+        );
         status.work_mm[2] < -0.4
     });
 }
@@ -279,13 +279,19 @@ fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
             rises
         });
         println!("{fault:?}: rises after {:?}", begun.elapsed());
-        assert!(rising.work_mm[2] > -2.1 && deepest.get() > -2.0, "not at the end of its stroke: {}", deepest.get());
+        assert!(
+            rising.work_mm[2] > -2.1 && deepest.get() > -2.0,
+            "not at the end of its stroke: {}",
+            deepest.get()
+        );
         let alarmed = until_status(&mut page, |status| status.state == State::Alarm);
         assert_eq!(alarmed.alarm.as_ref().map(|why| why.code.as_str()), Some(code));
         assert_eq!(alarmed.trust, Trust::Trusted, "every step is counted");
         until_status(&mut page, |status| status.work_mm[2] > 5.0);
         converter.motor().fault = Fault::None;
-        eventually("it is told to stand", || converter.motor().stops > stops && converter.motor().runs_since.is_none());
+        eventually("it is told to stand", || {
+            converter.motor().stops > stops && converter.motor().runs_since.is_none()
+        });
         page.ask(&Ask::Acknowledge);
         until_status(&mut page, |status| status.state == State::Ready);
     }

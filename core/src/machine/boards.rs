@@ -11,7 +11,10 @@
 //!
 //! Boards of one name differ: the pins are those that most are sold with. Goes out: complete [`Machine`]s. Knows no files.
 
-use super::{Axis, DownLimits, Machine, Output, Overlap, Parallel, Process, Scale, StepDir, UNWIRED, Wiring, hobby_3018};
+use super::{
+    Axis, DownLimits, Machine, Output, Overlap, Parallel, Process, Scale, StepDir, UNWIRED, Wiring,
+    hobby_3018,
+};
 use crate::units::Length;
 
 /// What differs from board to board.
@@ -65,7 +68,12 @@ fn mill_3040(board: Board) -> Machine {
             max_jerk_mm_per_s3: 4_000.0,
         },
         overlap: Overlap { on: false, ..base.overlap },
-        process: Process { spindle_rpm: 12_000, max_rpm: 24_000, spin_up_ms: 4_000.0, ..base.process.clone() },
+        process: Process {
+            spindle_rpm: 12_000,
+            max_rpm: 24_000,
+            spin_up_ms: 4_000.0,
+            ..base.process.clone()
+        },
         ..base
     }
 }

@@ -12,8 +12,8 @@
 //! registers: what a byte is at is the business of whoever drives the card.
 
 use super::settings::{Setting, Value, ValueKind};
-use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
 use super::step_dir::{read_times, times};
+use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;

@@ -82,9 +82,15 @@ macro_rules! text {
 }
 macro_rules! count {
     ($key:literal, $unit:literal, $low:literal, $high:literal, $field:ident, $kind:ty) => {
-        row!($key, $unit, ValueKind::Whole($low, $high), |m| Value::Number(f64::from(m.converter.$field)), |m, v| {
-            m.converter.$field = whole(v) as $kind;
-        })
+        row!(
+            $key,
+            $unit,
+            ValueKind::Whole($low, $high),
+            |m| Value::Number(f64::from(m.converter.$field)),
+            |m, v| {
+                m.converter.$field = whole(v) as $kind;
+            }
+        )
     };
 }
 
@@ -134,7 +140,8 @@ mod tests {
 
     #[test]
     fn speeds_become_frequencies_and_come_back() {
-        for (pole_pairs, rpm, centi_hz) in [(1, 24_000, 40_000), (2, 24_000, 80_000), (1, 12_345, 20_575), (1, 0, 0)]
+        for (pole_pairs, rpm, centi_hz) in
+            [(1, 24_000, 40_000), (2, 24_000, 80_000), (1, 12_345, 20_575), (1, 0, 0)]
         {
             let converter = Converter { pole_pairs, ..Converter::default() };
             assert_eq!((converter.centi_hz(rpm), converter.rpm(centi_hz)), (centi_hz, rpm));
@@ -145,7 +152,11 @@ mod tests {
     #[test]
     fn a_converter_that_cannot_be_names_its_field() {
         let text = |text: &str| Value::Text(text.to_owned());
-        let there = [("converter.profile", text("huanyang")), ("converter.port", text("/dev/ttyUSB0")), ("spindle.speed", Value::Number(24_000.0))];
+        let there = [
+            ("converter.profile", text("huanyang")),
+            ("converter.port", text("/dev/ttyUSB0")),
+            ("spindle.speed", Value::Number(24_000.0)),
+        ];
         let codes = |more: &[(&str, Value)]| {
             let changes = there.iter().chain(more).map(|(key, value)| ((*key).to_owned(), value.clone()));
             let refusals = apply(&virtual_drill(), &changes.collect::<Vec<_>>()).err().unwrap_or_default();
@@ -155,6 +166,9 @@ mod tests {
         assert_eq!(codes(&[("converter.port", text(""))]), ["machine.converter_no_port"]);
         assert_eq!(codes(&[("converter.pole_pairs", Value::Number(2.0))]), ["machine.converter_too_slow"]);
         assert_eq!(codes(&[("machine.output", text("adapter"))]), ["machine.converter_beside_adapter"]);
-        assert_eq!(codes(&[("converter.port", text("")), ("converter.profile", text(""))]), Vec::<String>::new());
+        assert_eq!(
+            codes(&[("converter.port", text("")), ("converter.profile", text(""))]),
+            Vec::<String>::new()
+        );
     }
 }

@@ -8,8 +8,8 @@
 //! and registers: which bit is which pin is the business of whoever drives the port.
 
 use super::settings::{Setting, Value, ValueKind};
-use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
 use super::step_dir::{read_times, times};
+use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;

@@ -5,8 +5,8 @@
 
 use super::boards;
 use super::{
-    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output,
-    Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
+    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws,
+    Output, Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
 

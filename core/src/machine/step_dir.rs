@@ -75,14 +75,13 @@ impl StepDir {
 
     /// Every bit that it uses, with the name of its row.
     pub(super) fn bits(&self) -> impl Iterator<Item = (&'static str, i8)> {
-        let named = |name: &'static str, bits: &[i8]| {
-            bits.iter().map(|bit| (name, *bit)).collect::<Vec<_>>()
-        };
+        let named = |name: &'static str, bits: &[i8]| bits.iter().map(|bit| (name, *bit)).collect::<Vec<_>>();
         // A bit that several axes are enabled with is one signal.
         let mut enables = self.enables.clone();
         enables.sort_unstable();
         enables.dedup();
-        let rows = [named("step", &self.steps), named("direction", &self.directions), named("enable", &enables)];
+        let rows =
+            [named("step", &self.steps), named("direction", &self.directions), named("enable", &enables)];
         rows.into_iter().flatten().chain([("charge_pump", self.charge_pump)])
     }
 
@@ -103,16 +102,16 @@ impl StepDir {
     /// Every reason why `machine` cannot step through it: no direction, or less room than the planner leaves. `section` is its
     /// section of the table.
     pub(super) fn validate(&self, section: &str, machine: &Machine) -> Vec<Diagnostic> {
-        let refuse = |code: &str, name: &str| {
-            Diagnostic::error(code).with("key", format!("{section}.{name}"))
-        };
+        let refuse =
+            |code: &str, name: &str| Diagnostic::error(code).with("key", format!("{section}.{name}"));
         let of = |list: &[u32], axis: usize| list.get(axis).copied().map_or(0, u64::from);
         let period_ns = 1_000_000_000 / u64::from(machine.max_step_hz.max(1));
         let turn_ns = 1_000 * u64::from(machine.direction_setup_us);
         let mut diagnostics = Vec::new();
         for (axis, name) in super::wiring::MOTORS.iter().enumerate().filter(|(axis, _)| self.counts(*axis)) {
             if self.directions.get(axis).is_none_or(|bit| *bit == UNWIRED) {
-                diagnostics.push(refuse("machine.direction_unwired", "direction").with("axis", name.to_uppercase()));
+                diagnostics
+                    .push(refuse("machine.direction_unwired", "direction").with("axis", name.to_uppercase()));
             }
             let pulse_ns = of(&self.length_ns, axis) + of(&self.space_ns, axis);
             if pulse_ns > period_ns {
@@ -121,7 +120,8 @@ impl StepDir {
             }
             let needed_ns = of(&self.length_ns, axis) + of(&self.hold_ns, axis) + of(&self.setup_ns, axis);
             if needed_ns > turn_ns {
-                let why = refuse("machine.turns_too_soon", "direction_setup").with("axis", name.to_uppercase());
+                let why =
+                    refuse("machine.turns_too_soon", "direction_setup").with("axis", name.to_uppercase());
                 diagnostics.push(why.with("needed", needed_ns).with("there", turn_ns));
             }
         }

@@ -5,7 +5,8 @@
 //! `phases`.
 
 use super::{
-    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, parallel, phases, table_speeds,
+    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, parallel, phases,
+    table_speeds,
 };
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;

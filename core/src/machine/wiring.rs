@@ -54,7 +54,8 @@ impl Wiring {
     /// Every output that is in force: the name of its row, and its bit, wired or not.
     pub fn signals(&self) -> impl Iterator<Item = (&'static str, i8)> {
         let motors = MOTORS.iter().enumerate();
-        let phases = motors.flat_map(|(axis, name)| self.phase_bits(axis).iter().map(move |bit| (*name, *bit)));
+        let phases =
+            motors.flat_map(|(axis, name)| self.phase_bits(axis).iter().map(move |bit| (*name, *bit)));
         let named = self.outputs.iter().map(|bit| ("outputs", *bit));
         phases.chain(self.drivers.bits()).chain([("spindle", self.spindle)]).chain(named)
     }

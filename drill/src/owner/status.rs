@@ -6,6 +6,7 @@ use super::Owner;
 use super::moves::Doing;
 use annulus_core::job::{Command, Mark};
 use annulus_core::machine::{self, Steps, phases};
+use annulus_core::pins::SpindleState;
 use annulus_core::steps::{Stage, TICK_HZ};
 use annulus_core::wire::{SlipReport, Status, Tell};
 use std::time::Duration;
@@ -72,6 +73,17 @@ impl Owner {
         tells.extend(self.queue_greeting());
         tells.push(self.outputs_tell());
         tells
+    }
+
+    /// Whether the spindle answers, where it is one that tells of itself.
+    pub(crate) fn spindle_answers(&self) -> Option<bool> {
+        match self.executor.shared.glimpse().spindle {
+            SpindleState::Untold => None,
+            SpindleState::Unreachable | SpindleState::Lost { .. } => Some(false),
+            SpindleState::Off { .. } | SpindleState::Reaching { .. } | SpindleState::AtSpeed { .. } => {
+                Some(true)
+            }
+        }
     }
 
     fn mm(&self, steps: &Steps) -> [f64; 3] {

@@ -85,7 +85,8 @@ pub(crate) fn readouts() -> impl IntoView {
         )),
         move || {
             let spindle = spindle.get();
-            spindle.map(|(tone, said)| div().class(format!("spindle {tone}")).attr("role", "status").child(said))
+            spindle
+                .map(|(tone, said)| div().class(format!("spindle {tone}")).attr("role", "status").child(said))
         },
     ))
 }
