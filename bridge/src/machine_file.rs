@@ -42,6 +42,11 @@ pub(crate) fn path_of(name: &str) -> PathBuf {
     config_folder().join("machines").join(format!("{name}.toml"))
 }
 
+/// Where this user's own profiles of frequency converters are.
+pub(crate) fn converters() -> PathBuf {
+    config_folder().join("converters")
+}
+
 fn folder(variable: &str, beneath_home: &str) -> PathBuf {
     let set = |name| env::var_os(name).filter(|value| !value.is_empty()).map(PathBuf::from);
     if let Some(home) = set("ANNULUS_HOME") {

@@ -18,6 +18,7 @@ mod refusal;
 mod serial;
 mod server;
 mod signals;
+mod spindle;
 
 use std::process::ExitCode;
 

@@ -3,6 +3,7 @@
 //! Comes in: the name of a port. Goes out: names, and bytes. A port that fails is gone for good. Does not know what is said.
 
 use serialport::{FlowControl, SerialPort, SerialPortType};
+pub(crate) use serialport::{Parity, StopBits};
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
 use std::time::Duration;
@@ -60,7 +61,18 @@ pub(crate) struct Port {
 
 /// Opens the port called `name`. Most boards begin anew with that.
 pub(crate) fn open(name: &str, baud: u32) -> serialport::Result<Port> {
+    open_as(name, baud, Parity::None, StopBits::One)
+}
+
+/// Opens it for words of another form: of 8 bits with this parity, and so many stop bits.
+pub(crate) fn open_as(
+    name: &str,
+    baud: u32,
+    parity: Parity,
+    stop_bits: StopBits,
+) -> serialport::Result<Port> {
     let builder = serialport::new(name, baud).timeout(PATIENCE).flow_control(FlowControl::None);
+    let builder = builder.parity(parity).stop_bits(stop_bits);
     Ok(Port { name: name.to_owned(), serial: builder.open()?, waiting: VecDeque::new() })
 }
 

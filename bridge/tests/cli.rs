@@ -115,6 +115,13 @@ fn answers_have_the_keys_of_the_contract_in_its_order() {
     assert!(simulated["time_per_hole_s"]["median"].as_f64() <= simulated["time_per_hole_s"]["max"].as_f64());
     assert!(["x", "y", "z"].iter().all(|axis| simulated["steps"][axis].as_u64() > Some(0)), "{simulated}");
     assert!(!simulated["digest_trace"].as_array().unwrap().is_empty());
+    for (machine, spindles) in [("virtual", 1), ("six", 6)] {
+        let simulated = answer(folder.path(), &format!("simulate board.drl --machine {machine}"));
+        let rate = |name: &str| simulated[name].as_f64().unwrap();
+        assert_eq!(simulated["spindles"], spindles, "{machine}");
+        let all = rate("holes_per_min") * f64::from(spindles);
+        assert!((rate("holes_per_min_all_spindles") - all).abs() < 1e-4, "{simulated}");
+    }
 }
 
 #[test]

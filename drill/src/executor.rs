@@ -13,7 +13,7 @@ use crate::grant::Grant;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::Steps;
-use annulus_core::pins::{self, AxisSet};
+use annulus_core::pins::{self, AxisSet, SpindleState, SpindleTrouble};
 use annulus_core::steps::{Segment, Stage};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering};
@@ -76,6 +76,11 @@ pub enum Ended {
         /// How late.
         ticks: u64,
     },
+    /// The spindle was to turn, and does not any more, or never reached its speed.
+    Spindle {
+        /// Why.
+        trouble: SpindleTrouble,
+    },
     /// Not begun: the tip was down in the board, this task did not come in time, and the tip was lifted.
     Starved,
     /// The path did not come in time, or the way to the pins was cut: it came to rest on the path, every step counted.
@@ -91,8 +96,11 @@ pub struct Glimpse {
     pub position: Steps,
     /// Inputs, one bit each.
     pub inputs: u32,
-    /// Spindle speed.
+    /// Spindle speed that is wanted.
     pub rpm: u32,
+    /// What the spindle tells of itself.
+    #[serde(default)]
+    pub spindle: SpindleState,
     /// What is being done; none at rest.
     pub stage: Option<Stage>,
     /// Where it goes, in the segment's own coordinates.
@@ -256,6 +264,13 @@ impl Shared {
     pub fn set_glimpse(&self, latest: Glimpse) {
         if let Ok(mut glimpse) = self.glimpse.lock() {
             *glimpse = latest;
+        }
+    }
+
+    /// Leaves what the spindle tells of itself.
+    pub fn set_spindle(&self, spindle: SpindleState) {
+        if let Ok(mut glimpse) = self.glimpse.lock() {
+            glimpse.spindle = spindle;
         }
     }
 

@@ -8,7 +8,9 @@ use crate::executor::{Ended, Glimpse, Instruction, Report, Shared, Task};
 use annulus_core::job::Mark;
 use annulus_core::machine::{Machine, Output, Steps};
 use annulus_core::motion::cycles;
-use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Pins, Playhead, give_way, play_by_turns};
+use annulus_core::pins::{
+    Clock, Motors, Operator, Order, Outcome, Pins, Playhead, SpindleState, give_way, play_by_turns,
+};
 use annulus_core::steps::{Pulse, Segment, Stage, Switching, TICK_HZ, replay, segment};
 use std::sync::Arc;
 use std::time::Duration;
@@ -130,10 +132,9 @@ impl Place {
                 self.rpm = rpm;
             }
             self.leave(Some(segment));
-            ended = if self.may_begin(task, segment, orders).await {
-                self.play(task, segment).await
-            } else {
-                Ended::Stopped
+            ended = match self.may_begin(task, segment, orders).await {
+                Ok(()) => self.play(task, segment).await,
+                Err(ended) => ended,
             };
             self.pins.rest(self.line.tick);
             if ended != Ended::Completed {
@@ -168,17 +169,33 @@ impl Place {
         }
     }
 
-    /// Waits until every earlier leg is durable where the tip is about to go down. A move from hole to hole lifts the tip first: it waits, if
+    /// Waits until every earlier leg is durable where the tip is about to go down, and until the spindle turns as it is to: a bit
+    /// that stands, or turns too slowly, does not go into the board. A move from hole to hole lifts the tip first: it waits, if
     /// it has to, when it is about to leave for the next hole.
-    async fn may_begin(&self, task: &Task, segment: &Segment, orders: &mut impl Orders) -> bool {
+    async fn may_begin(
+        &mut self,
+        task: &Task,
+        segment: &Segment,
+        orders: &mut impl Orders,
+    ) -> Result<(), Ended> {
         let goes_down = matches!(segment.stage, Stage::Approach | Stage::Drill);
         let stroke = goes_down && matches!(segment.mark, Mark::Hole(_));
+        let switches = matches!(segment.effect, Switching::Spindle { .. });
+        let cuts = goes_down || matches!(segment.stage, Stage::NextHole | Stage::Mill);
         loop {
             if self.shared.stopped() >= task.id {
-                return false;
+                return Err(Ended::Stopped);
             }
-            if !stroke || self.shared.durable() >= task.needs_durable {
-                return true;
+            let turns = match self.pins.spindle_state() {
+                // What lifts the bit, and what switches the spindle, may always begin.
+                SpindleState::Lost { trouble } if segment.stage != Stage::Retract && !switches => {
+                    return Err(Ended::Spindle { trouble });
+                }
+                SpindleState::Reaching { .. } => !cuts,
+                _ => true,
+            };
+            if turns && (!stroke || self.shared.durable() >= task.needs_durable) {
+                return Ok(());
             }
             orders.pause();
             give_way().await;
@@ -204,6 +221,7 @@ impl Place {
             Outcome::Unmet(gate) => Ended::Unmet(gate),
             Outcome::Guarded(input) => Ended::Guarded(input),
             Outcome::Late { ticks } => Ended::Late { ticks },
+            Outcome::Spindle { trouble } => Ended::Spindle { trouble },
             Outcome::Stopped => Ended::Stopped,
         }
     }
@@ -216,6 +234,7 @@ impl Place {
                 position: self.line.position,
                 inputs,
                 rpm: self.rpm,
+                spindle: glimpse.spindle,
                 stage: segment.map(|segment| segment.stage),
                 end: segment.map_or(glimpse.end, |segment| segment.end),
             };

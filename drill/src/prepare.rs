@@ -5,7 +5,7 @@
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
 use annulus_core::motion;
@@ -26,6 +26,8 @@ pub struct Context {
     pub trust: Trust,
     /// The highest safe step rate, where time is real.
     pub safe_hz: Option<f64>,
+    /// Whether the spindle answers, where it is one that tells of itself.
+    pub spindle_answers: Option<bool>,
     /// An interrupted job: key, leg, and the work zero it was begun with, where its steps still mean what they meant.
     pub offer: Option<(String, u32, Option<[i64; 2]>)>,
 }
@@ -200,8 +202,13 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
         None => {}
     }
     checks.extend(context.safe_hz.map(|safe_hz| in_time(stream, safe_hz)));
+    checks.extend(context.spindle_answers.map(|answers| {
+        let silent = || row(RowVerdict::Fail, Diagnostic::error("preflight.spindle_silent"));
+        if answers { row(RowVerdict::Pass, note("preflight.spindle_answers")) } else { silent() }
+    }));
     checks.extend(machine::warnings(machine).into_iter().map(|warning| row(RowVerdict::Warn, warning)));
     checks.extend(unknown_bit(program).map(|why| row(RowVerdict::Fail, why)));
+    checks.extend(bite::breaking(program).into_iter().map(|why| row(RowVerdict::Warn, why)));
     let missing = missing_drills(program, machine);
     if !missing.is_empty() {
         let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));

@@ -206,6 +206,7 @@ impl Adapter {
             position: self.position,
             inputs: self.inputs(),
             rpm: self.rpm,
+            spindle: before.spindle,
             stage: segment.map(|segment| segment.stage),
             end: segment.map_or(before.end, |segment| segment.end),
         });

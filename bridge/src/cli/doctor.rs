@@ -2,12 +2,12 @@
 //!
 //! Comes in: the surroundings. Goes out: one row a check, `good`, `note` or `bad`. Changes nothing.
 
-use super::browser;
 use super::{Answer, Exit, Refusal, serve};
-use crate::executor::{clock, realtime};
+use super::{browser, judged};
+use crate::executor::clock;
 use crate::own;
 use crate::server::runtime;
-use crate::{adapter, drill, journal, machine_file, serial};
+use crate::{adapter, drill, journal, machine_file, serial, spindle};
 use annulus_core::control::Lateness;
 use annulus_core::control::lateness::{EDGES_US, safe_rate};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -15,17 +15,21 @@ use serde_json::{Value, json};
 use std::fs::{self, OpenOptions};
 use std::io::Write;
 use std::path::Path;
-use std::thread;
-
-/// Longest bar of the histogram, in characters.
-const WIDEST: u32 = 40;
+use std::time::Duration;
 
 /// Arguments of `annulus doctor`.
-#[derive(Debug, Default, clap::Args)]
+#[derive(Debug, clap::Args)]
 pub(crate) struct DoctorArgs {
     /// Show how late this computer is with pulses, bar by bar.
     #[arg(long)]
     timing: bool,
+    /// Judge whether this computer, under load, is in time for this machine: a name or a file.
+    #[arg(long, value_name = "NAME")]
+    machine: Option<String>,
+    /// For how long that is measured.
+    #[arg(long, value_name = "SECONDS", default_value_t = 60, value_parser = clap::value_parser!(u32).range(1..=3_600),
+        requires = "machine")]
+    seconds: u32,
 }
 
 /// What one check found.
@@ -37,9 +41,12 @@ struct Check {
 
 /// Runs the command.
 pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
+    if let Some(machine) = &args.machine {
+        return judged::run(machine, Duration::from_secs(u64::from(args.seconds)));
+    }
     let note = runtime::running(&runtime::folder());
     let running = note.as_ref().map(|note| note.port);
-    let (lateness, no_realtime) = measured();
+    let (lateness, no_realtime) = judged::measured(clock::MEASURED);
     let mut checks = vec![
         folder("data_folder", &machine_file::data_folder()),
         folder("runtime_folder", &runtime::folder()),
@@ -47,6 +54,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
         check_journal(running.is_some()),
         timing(&lateness, no_realtime),
         usb_adapter(),
+        converter(),
     ];
     checks.push(match browser::opener() {
         Some(path) => good("browser", "doctor.browser").with("path", path.display()),
@@ -55,7 +63,7 @@ pub(crate) fn run(args: &DoctorArgs) -> Result<Answer, Refusal> {
     let bad = checks.iter().find(|check| check.finding.severity == Severity::Error);
     let mut text: String = checks.iter().map(Check::line).collect();
     if args.timing {
-        text += &histogram(&lateness);
+        text += &judged::histogram(&lateness);
     }
     let rows: Vec<Value> = checks.iter().map(Check::object).collect();
     let object = json!({ "checks": rows });
@@ -150,14 +158,30 @@ fn usb_adapter() -> Check {
     good("adapter", "doctor.adapter").with("port", there.join(", "))
 }
 
-/// How late this computer is with a pulse, measured as the executor does it, and why it is not in the real-time class.
-fn measured() -> (Lateness, Option<String>) {
-    let measure = || {
-        let refused = realtime::ask_for_class();
-        (clock::measure(&mut clock::StepClock::new(), clock::MEASURED), refused)
-    };
-    // In a thread of its own: the class is the thread's.
-    thread::spawn(measure).join().unwrap_or_default()
+/// Whether the frequency converters of this user's machines can be spoken to: a profile, and a port that is there. Nobody is.
+fn converter() -> Check {
+    let machines = machine_file::names().into_iter().filter_map(|name| machine_file::named(&name).ok());
+    let mut said = Vec::new();
+    for machine in machines.map(|known| known.machine).filter(|machine| machine.converter.is_there()) {
+        let port = &machine.converter.port;
+        match spindle::check(&machine) {
+            Err(finding) => {
+                let finding = Diagnostic { severity: Severity::Warning, ..finding };
+                return Check { name: "converter", finding, numbers: Value::Null };
+            }
+            Ok(_) if !Path::new(port).exists() => {
+                return Check::new("converter", Severity::Warning, "doctor.converter_no_port")
+                    .with("machine", &machine.name)
+                    .with("port", port);
+            }
+            Ok(title) => said.push(format!("{}: {title}, {port}", machine.name)),
+        }
+    }
+    if said.is_empty() {
+        return Check::new("converter", Severity::Note, "doctor.no_converter")
+            .with("names", spindle::names().collect::<Vec<_>>().join(", "));
+    }
+    good("converter", "doctor.converter").with("converters", said.join("; "))
 }
 
 fn timing(late: &Lateness, no_realtime: Option<String>) -> Check {
@@ -176,17 +200,4 @@ fn timing(late: &Lateness, no_realtime: Option<String>) -> Check {
         "p9999_us": late.p9999_us, "safe_hz": safe_hz, "no_realtime": no_realtime,
         "edges_us": EDGES_US, "bars": late.bars });
     check
-}
-
-/// The histogram, a line a bar.
-fn histogram(late: &Lateness) -> String {
-    let tallest = late.bars.iter().max().copied().unwrap_or(0).max(1);
-    let last = late.bars.iter().rposition(|count| *count > 0).unwrap_or(0);
-    let line = |(index, count): (usize, &u32)| {
-        let edge = EDGES_US.get(index).map_or_else(|| "later".to_owned(), |edge| format!("{edge} µs"));
-        // Even one beat has a mark: it is the rare ones that count.
-        let width = (u64::from(*count) * u64::from(WIDEST)).div_ceil(u64::from(tallest)) as usize;
-        format!("{edge:>10} {count:>6} {}", "#".repeat(width)).trim_end().to_owned() + "\n"
-    };
-    late.bars.iter().take(last + 1).enumerate().map(line).collect()
 }

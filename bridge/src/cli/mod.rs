@@ -16,6 +16,7 @@ mod findings;
 mod grbl;
 mod inspect;
 pub(crate) mod job;
+mod judged;
 mod lab;
 mod link;
 mod log;

@@ -37,10 +37,14 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
     let numbers = summary(&timeline, &stream, &job.machine);
     let milled_mm: f64 = milled_mm(&job.program).iter().sum();
     let digest = steps::digest(&stream);
+    let there = u8::MAX >> (u8::BITS - job.machine.spindles.clamp(1, u8::BITS));
+    let spindles = (job.program.spindles & there).count_ones();
     let mut object = json!({
         "tick_hz": steps::TICK_HZ,
         "total_time_s": rounded(numbers.total_s),
         "holes_per_min": rounded(numbers.holes_per_min),
+        "spindles": spindles,
+        "holes_per_min_all_spindles": rounded(numbers.holes_per_min * f64::from(spindles)),
         "holes_per_min_sequential": rounded(numbers.holes_per_min_sequential),
         "time_per_hole_s": { "median": rounded(numbers.median_hole_s), "max": rounded(numbers.longest_hole_s) },
         "steps": { "x": numbers.steps[0], "y": numbers.steps[1], "z": numbers.steps[2] },
@@ -58,8 +62,8 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         },
         "diagnostics": diagnostic_objects(&job.diagnostics),
     });
-    let mut text =
-        sentences(&numbers, &digest) + &milled(&numbers, milled_mm) + &diagnostic_lines(&job.diagnostics);
+    let mut text = sentences(&numbers, &digest)
+        + &together(&numbers, spindles) + &milled(&numbers, milled_mm) + &diagnostic_lines(&job.diagnostics);
     if args.digest_trace {
         let trace = steps::trace(&stream, TRACED_RUNS);
         object["digest_trace"] = trace.lines().collect();
@@ -74,6 +78,18 @@ fn lawful<T>(verdict: Result<T, Vec<Diagnostic>>) -> Result<(), Refusal> {
     let Some(first) = refusals.next() else { return Ok(()) };
     refusals.for_each(super::say);
     Err(first)
+}
+
+/// How many holes all spindles drill together, where there are several.
+fn together(numbers: &Summary, spindles: u32) -> String {
+    if spindles < 2 {
+        return String::new();
+    }
+    let rows = [
+        ("spindles", spindles.to_string()),
+        ("per_min", format!("{:.1}", numbers.holes_per_min * f64::from(spindles))),
+    ];
+    locale::text("en", "simulate.together", &rows.map(|(name, value)| (name.to_owned(), value))) + "\n"
 }
 
 /// What is milled, where anything is.

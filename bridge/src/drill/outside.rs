@@ -88,7 +88,6 @@ impl Outside for Here {
         shared: &Arc<Shared>,
     ) -> Result<Box<dyn Seat>, Diagnostic> {
         executor::start(machine, pins, (self.speed, late), shared, self.hear())
-            .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))
     }
 
     fn real_seat(

@@ -15,6 +15,7 @@ use super::frames::{self, Down, Up};
 use super::record::{Offsets, Recorded, Why};
 use super::{clock, realtime, thread};
 use crate::outputs::{self, Trouble};
+use crate::spindle;
 use annulus_core::control::{Lateness, Timing, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
@@ -220,9 +221,9 @@ fn begin(
     let reports = up.clone();
     let report = move |report| drop(reports.send(Up::Report(report)));
     let clock = Box::new(StepClock::new());
-    let thread =
-        thread::start(machine, Box::new(Steady::new(pins)), clock, Arc::clone(&shared), first, report)
-            .map_err(cannot)?;
+    let told = Arc::clone(&shared);
+    let pins = spindle::with(machine, Box::new(Steady::new(pins)), move |state| told.set_spindle(state))?;
+    let thread = thread::start(machine, pins, clock, Arc::clone(&shared), first, report).map_err(cannot)?;
     Ok((Hands { thread: Arc::new(Mutex::new(Some(thread))), shared, why }, trouble, offsets))
 }
 

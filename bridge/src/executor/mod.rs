@@ -22,11 +22,11 @@ pub(crate) mod realtime;
 mod record;
 mod thread;
 
+use crate::spindle;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::{Clock, Pins};
 use annulus_drill::executor::{Instruction, Seat, Shared};
-use std::io;
 use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 use std::thread::JoinHandle;
@@ -44,7 +44,12 @@ pub(crate) fn start(
     (speed, late): (f64, Option<u64>),
     shared: &Arc<Shared>,
     hear: impl Fn(Heard) + Send + 'static,
-) -> io::Result<Box<dyn Seat>> {
+) -> Result<Box<dyn Seat>, Diagnostic> {
+    if machine.converter.is_there() && speed != 1.0 {
+        return Err(Diagnostic::error("spindle.in_life").with("speed", speed));
+    }
+    let told = Arc::clone(shared);
+    let pins = spindle::with(machine, pins, move |state| told.set_spindle(state))?;
     let clock = clock::LumpClock::new(speed);
     let report = move |report| hear(Heard::Report(report));
     let (clock, output): (Box<dyn Clock + Send>, _) = match late {
@@ -53,7 +58,8 @@ pub(crate) fn start(
         None => (Box::new(clock), machine.output),
     };
     let judged = Machine { output, ..machine.clone() };
-    let (ring, thread) = thread::start(&judged, pins, clock, Arc::clone(shared), || {}, report)?;
+    let (ring, thread) = thread::start(&judged, pins, clock, Arc::clone(shared), || {}, report)
+        .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
     Ok(Box::new(Thread(ring, Some(thread))))
 }
 

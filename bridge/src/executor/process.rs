@@ -12,6 +12,7 @@
 use super::Heard;
 use super::frames::{self, BEAT, Down, Up};
 use crate::outputs;
+use crate::spindle;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine};
@@ -218,7 +219,10 @@ impl Link {
         if !self.begun.load(Ordering::SeqCst) {
             return Ok(());
         }
-        outputs::make_safe(&self.machine).map_err(|why| {
+        // Both, whatever became of the other.
+        let pins = outputs::make_safe(&self.machine);
+        let converter = spindle::make_safe(&self.machine);
+        pins.and(converter).map_err(|why| {
             tracing::error!("{}", why.message("en"));
             Diagnostic::error("output.not_safe").with("reason", why.message("en"))
         })

@@ -12,7 +12,7 @@
 use crate::own;
 use annulus_core::job::Bit;
 use annulus_core::machine::{AXES, Steps};
-use annulus_core::pins::{AxisSet, Pins};
+use annulus_core::pins::{AxisSet, Pins, SpindleState};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
@@ -91,6 +91,10 @@ impl<P: Pins> Pins for Recorded<P> {
         self.pins.output(at_tick, place, on);
     }
 
+    fn spindle_state(&mut self) -> SpindleState {
+        self.pins.spindle_state()
+    }
+
     fn inputs(&mut self, at_tick: u64) -> u32 {
         self.pins.inputs(at_tick)
     }
@@ -105,6 +109,10 @@ impl<P: Pins> Pins for Recorded<P> {
 
     fn bit(&mut self, at_tick: u64, bit: &Bit) {
         self.pins.bit(at_tick, bit);
+    }
+
+    fn ahead(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.pins.ahead(at_tick, axes, forward);
     }
 
     fn attend(&mut self, at_tick: u64) {

@@ -1,20 +1,25 @@
 //! The ways out of this computer: a digital I/O card or a parallel port behind the `Pins` of core (A13).
 //!
 //! ```text
-//! Pins ──▶ wires: which bit is what ──▶ Port: byte n ──┬─ registers: /dev/port, or an ordinary file
-//!          phases, shadow, sensors                     └─ parallel: data, status, control ─┬─ registers
+//! Pins ──▶ wires: which bit is what ──▶ bytes ──▶ Port: byte n ──┬─ registers: /dev/port, or an ordinary file
+//!          phases, STEP and DIR, sensors                         └─ parallel: data, status, control ─┬─ registers
 //!                                                                                          └─ ppdev: /dev/parport0
 //! ```
 //!
 //! Comes in: a machine. Goes out: pins, made safe before anything else. Only one process drives a device at a time. Does
 //! not know tasks. A rehearsal file moves nothing: the same code then writes the same bytes into it.
 
+mod bytes;
+#[cfg(test)]
+mod edges;
 mod parallel;
 mod registers;
 pub(crate) mod rehearsal;
+mod step_dir;
 mod wires;
 
-pub(crate) use wires::{Trouble, Wires};
+pub(crate) use bytes::Trouble;
+pub(crate) use wires::Wires;
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
@@ -54,7 +59,7 @@ pub(crate) fn open(machine: &Machine) -> Result<Wires, Diagnostic> {
 /// Everything off, and nothing else: for when whoever drove the device is no more. Does not wait for anybody who holds it.
 pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     let mut port = port(machine, device(machine)?)?;
-    wires::all_off(machine, &mut *port).map_err(|error| trouble(machine, error))
+    bytes::all_off(machine.wiring(), &mut *port).map_err(|error| trouble(machine, error))
 }
 
 fn device(machine: &Machine) -> Result<File, Diagnostic> {

@@ -1,36 +1,48 @@
-//! `Pins` on wires: steps become phase bytes, phase bytes become bits, and only bytes that changed are written.
+//! `Pins` on wires: steps become phase bytes, or STEP and DIR; those become bits, and only bytes that changed are written.
 //!
 //! ```text
 //! step X +   column 3 → 4   byte 0x49 ──▶ bits of `card.x` in the image ──▶ byte 0 differs from its shadow: written
 //! no step for one interrupt byte 0x09     forcing off, windings hold; the same at rest
 //! safe                      0x09, spindle bit off
+//! step Y +   STEP on ──▶ its length later STEP off ──▶ DIR, where the next step goes back (`step_dir`)
 //! ```
 //!
-//! Comes in: steps, spindle, rest. Goes out: bytes at a [`Port`], inputs from it. An input that changed is looked at twice,
-//! so that one glitch is no sensor. Does not know registers. After the port refused once, nothing more is written.
+//! Comes in: steps, spindle, rest. Goes out: levels of bits, inputs. An input that changed is looked at twice, so that one glitch
+//! is no sensor. Does not know registers.
 
 use super::Port;
+use super::bytes::{BYTES, Bit, Bytes, Image, Pump, SharedBytes, Trouble, turn_on};
+use super::step_dir::{Driver, Edge};
 use annulus_core::job::Input;
-use annulus_core::machine::Machine;
 use annulus_core::machine::phases::{Commutator, FORCING};
+use annulus_core::machine::{Machine, WIRED_AXES};
 use annulus_core::pins::{AxisSet, Pins};
 use annulus_core::steps::TICK_HZ;
 use std::io;
-use std::sync::{Arc, OnceLock};
+use std::thread;
+use std::time::{Duration, Instant};
 
-/// Output bytes there can be.
-const BYTES: usize = 4;
+/// While something moves, who steps is heard of at least so often, in ticks: 25 ms.
+const BEAT: u64 = TICK_HZ / 40;
 
-/// Why the port refused, once it did.
-pub(crate) type Trouble = Arc<OnceLock<String>>;
+/// A wait longer than this is slept, but for the last of it.
+const WATCHED: Duration = Duration::from_micros(200);
 
 /// One motor.
-struct Motor {
+enum Motor {
+    /// By its phases.
+    Phases(Phases),
+    /// By a driver that counts steps.
+    Counts(Driver),
+}
+
+/// A motor whose phases are driven.
+struct Phases {
     commutator: Commutator,
     /// Before the first step nothing is on.
     is_on: bool,
     /// Output bit of each bit of the phase byte.
-    bits: Vec<Option<u32>>,
+    bits: Vec<Option<Bit>>,
     /// When its forcing was set.
     forced_at: u64,
 }
@@ -38,144 +50,242 @@ struct Motor {
 /// A sensor's place.
 struct Sensor {
     input: Input,
-    byte: usize,
-    mask: u8,
+    at: Bit,
     low: bool,
 }
 
+/// Time that only goes forward.
+pub(super) type Now = Box<dyn Fn() -> Duration + Send>;
+
 /// Pins behind wires.
 pub(crate) struct Wires {
-    port: Box<dyn Port>,
-    motors: [Motor; 3],
+    /// Ends before the bytes do.
+    pump: Pump,
+    bytes: SharedBytes,
+    now: Now,
+    motors: [Motor; WIRED_AXES],
     /// One interrupt, in ticks: forcing stays no longer without a new commutation.
     interrupt: u64,
-    spindle: Option<u32>,
+    spindle: Option<Bit>,
     spins: bool,
     /// Switched outputs: bit, and whether it is on.
-    switched: Vec<(u32, bool)>,
-    /// What is on each output byte; none for a byte without a signal.
-    shadow: [Option<u8>; BYTES],
+    switched: Vec<(Bit, bool)>,
+    enables: Vec<Bit>,
+    is_enabled: bool,
+    enable_delay: Duration,
+    /// Since when it moves without a sign of life, in ticks; only where there is a charge pump.
+    moves_since: Option<u64>,
+    has_pump: bool,
     sensors: Vec<Sensor>,
     /// Input bytes as believed.
     believed: [Option<u8>; BYTES],
     trouble: Trouble,
 }
 
-fn place(bit: i8) -> Option<u32> {
-    u32::try_from(bit).ok().filter(|bit| *bit < 8 * BYTES as u32)
-}
-
-/// The output bytes that have a wire.
-fn wired_bytes(machine: &Machine) -> [bool; BYTES] {
-    let wiring = machine.wiring();
-    let mut wired = [false; BYTES];
-    let bits = wiring.phases.iter().flatten().chain(&wiring.outputs).chain(std::iter::once(&wiring.spindle));
-    bits.filter_map(|bit| place(*bit)).for_each(|bit| wired[bit as usize / 8] = true);
-    wired
-}
-
-/// Turns every output that has a wire off: all of them, even where one is refused.
-pub(super) fn all_off(machine: &Machine, port: &mut dyn Port) -> io::Result<()> {
-    let wired = wired_bytes(machine);
-    let mut all = Ok(());
-    for byte in (0..BYTES).filter(|byte| wired[*byte]) {
-        let one = port.write(byte, 0);
-        all = all.and(one);
-    }
-    all
-}
-
 impl Wires {
     /// The wires of `machine` at `port`. Every output that has a wire is turned off.
-    pub(super) fn new(machine: &Machine, mut port: Box<dyn Port>) -> io::Result<Self> {
+    pub(super) fn new(machine: &Machine, port: Box<dyn Port>) -> io::Result<Self> {
+        let began = Instant::now();
+        Self::timed(machine, port, Box::new(move || began.elapsed()))
+    }
+
+    /// The same by the clock `now`.
+    pub(super) fn timed(machine: &Machine, port: Box<dyn Port>, now: Now) -> io::Result<Self> {
         let wiring = machine.wiring();
-        let motors = std::array::from_fn(|axis| Motor {
-            commutator: Commutator::new(machine.axis(axis).phases.clone(), 0),
-            is_on: false,
-            bits: wiring.phases[axis].iter().map(|bit| place(*bit)).collect(),
-            forced_at: 0,
-        });
-        let interrupt = TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1)));
-        let spindle = place(wiring.spindle);
+        let motor = |axis: usize| match Driver::of(&wiring.drivers, axis) {
+            Some(driver) => Motor::Counts(driver),
+            None => Motor::Phases(Phases {
+                commutator: Commutator::new(machine.axis(axis).phases.clone(), 0),
+                is_on: false,
+                bits: wiring.phase_bits(axis).iter().map(|bit| Bit::of(*bit)).collect(),
+                forced_at: 0,
+            }),
+        };
         let wired = |input: &Input| {
-            let bit = place(wiring.sensor(*input))?;
             let low = wiring.sensors_low.get(*input as usize) == Some(&1);
-            Some(Sensor { input: *input, byte: bit as usize / 8, mask: 1 << (bit % 8), low })
+            Some(Sensor { input: *input, at: Bit::of(wiring.sensor(*input))?, low })
         };
         let sensors: Vec<_> = Input::ALL.iter().filter_map(wired).collect();
-        let switched: Vec<_> = wiring.outputs.iter().filter_map(|bit| Some((place(*bit)?, false))).collect();
-        all_off(machine, &mut *port)?;
-        let shadow = wired_bytes(machine).map(|wired| wired.then_some(0));
+        let mut bytes = Bytes::new(wiring, port)?;
         let mut believed = [None; BYTES];
         for sensor in &sensors {
-            believed[sensor.byte] = Some(port.read(sensor.byte)?);
+            believed[sensor.at.byte] = Some(bytes.read(sensor.at.byte)?);
         }
-        let trouble = Trouble::default();
-        let spins = false;
-        Ok(Self { port, motors, interrupt, spindle, spins, switched, shadow, sensors, believed, trouble })
+        let trouble = bytes.trouble().clone();
+        let bytes = SharedBytes::new(bytes);
+        Ok(Self {
+            pump: Pump::start(wiring, &bytes)?,
+            bytes,
+            now,
+            motors: std::array::from_fn(motor),
+            interrupt: TICK_HZ.div_ceil(u64::from(machine.interrupt_hz.max(1))),
+            spindle: Bit::of(wiring.spindle),
+            spins: false,
+            switched: wiring.outputs.iter().filter_map(|bit| Some((Bit::of(*bit)?, false))).collect(),
+            enables: wiring.drivers.enables.iter().filter_map(|bit| Bit::of(*bit)).collect(),
+            is_enabled: false,
+            enable_delay: Duration::from_millis(u64::from(wiring.drivers.enable_delay_ms)),
+            moves_since: None,
+            has_pump: Bit::of(wiring.drivers.charge_pump).is_some(),
+            sensors,
+            believed,
+            trouble,
+        })
     }
 
     /// Where it is written down that the port refused.
     pub(crate) fn trouble(&self) -> Trouble {
-        Arc::clone(&self.trouble)
+        self.trouble.clone()
     }
 
     /// What should be on the outputs.
-    fn image(&self) -> [u8; BYTES] {
-        let mut image = [0_u8; BYTES];
-        let mut turn_on = |bit: u32| image[bit as usize / 8] |= 1 << (bit % 8);
+    fn image(&self) -> Image {
+        let mut image = Image::default();
         for motor in &self.motors {
-            let byte = motor.byte();
-            for (index, bit) in motor.bits.iter().enumerate() {
-                if let Some(bit) = bit.filter(|_| byte >> index & 1 == 1) {
-                    turn_on(bit);
-                }
+            match motor {
+                Motor::Phases(motor) => motor.levels().for_each(|bit| turn_on(&mut image, bit)),
+                Motor::Counts(driver) => driver.levels().for_each(|bit| turn_on(&mut image, bit)),
             }
         }
         let switched = self.switched.iter().filter(|(_, on)| *on).map(|(bit, _)| *bit);
-        self.spindle.filter(|_| self.spins).into_iter().chain(switched).for_each(turn_on);
+        let enables = self.enables.iter().copied().filter(|_| self.is_enabled);
+        let others = self.spindle.filter(|_| self.spins).into_iter().chain(switched).chain(enables);
+        others.for_each(|bit| turn_on(&mut image, bit));
         image
     }
 
     /// Writes what changed.
     fn put(&mut self) {
-        for (byte, value) in self.image().into_iter().enumerate() {
-            if self.shadow[byte].is_none_or(|shadow| shadow == value) || self.trouble.get().is_some() {
-                continue;
-            }
-            match self.port.write(byte, value) {
-                Ok(()) => self.shadow[byte] = Some(value),
-                Err(error) => drop(self.trouble.set(error.to_string())),
-            }
-        }
+        let image = self.image();
+        self.bytes.lock().put(image);
     }
 
     /// Takes forcing away from motors that had it for one interrupt.
     fn relax(&mut self, at_tick: u64) {
         for motor in &mut self.motors {
-            if motor.forced_until(self.interrupt).is_some_and(|until| until <= at_tick) {
+            if let Motor::Phases(motor) = motor
+                && motor.forced_until(self.interrupt).is_some_and(|until| until <= at_tick)
+            {
                 motor.commutator.hold();
+            }
+        }
+    }
+
+    /// The edges of drivers that are due at `at_tick`.
+    fn edges(&mut self, at_tick: u64) {
+        for axis in 0..WIRED_AXES {
+            while let Some((edge, after)) = self.driver(axis).and_then(|driver| driver.edge(at_tick)) {
+                self.edge(axis, (edge, after), at_tick);
+            }
+        }
+    }
+
+    fn driver(&mut self, axis: usize) -> Option<&mut Driver> {
+        match self.motors.get_mut(axis) {
+            Some(Motor::Counts(driver)) => Some(driver),
+            _ => None,
+        }
+    }
+
+    /// Puts out one edge of the driver of `axis`, once it is late enough for it.
+    fn edge(&mut self, axis: usize, (edge, after): (Edge, Duration), at_tick: u64) {
+        self.wait_until(after);
+        if let Some(driver) = self.driver(axis) {
+            driver.make(edge, at_tick);
+        }
+        self.put();
+        let now = (self.now)();
+        if let Some(driver) = self.driver(axis) {
+            driver.is_out(edge, now);
+        }
+    }
+
+    fn wait_until(&self, moment: Duration) {
+        loop {
+            let left = moment.saturating_sub((self.now)());
+            if left.is_zero() {
+                return;
+            }
+            if left > WATCHED {
+                thread::sleep(left - WATCHED);
+            } else {
+                std::hint::spin_loop();
+            }
+        }
+    }
+
+    /// Turns the drivers on before the first step of any of them, and waits until they hold.
+    fn enable(&mut self, axes: AxisSet) {
+        let counts =
+            |(axis, motor): (usize, &Motor)| axes >> axis & 1 == 1 && matches!(motor, Motor::Counts(_));
+        if !self.is_enabled && self.motors.iter().enumerate().any(counts) {
+            self.is_enabled = true;
+            self.put();
+            self.wait_until((self.now)() + self.enable_delay);
+        }
+    }
+
+    /// Gets the drivers of `axes` ready for a step: no pulse is on, DIR is right, and both long enough.
+    fn prepare(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.enable(axes);
+        let mut ready = Duration::ZERO;
+        for axis in (0..WIRED_AXES).filter(|axis| axes >> axis & 1 == 1) {
+            let up = forward >> axis & 1 == 1;
+            while let Some((edge, after)) = self.driver(axis).map(|driver| driver.before_step(up)) {
+                if edge == Edge::On {
+                    ready = ready.max(after);
+                    break;
+                }
+                self.edge(axis, (edge, after), at_tick);
+            }
+        }
+        if ready > Duration::ZERO {
+            self.wait_until(ready);
+        }
+    }
+
+    /// Ends every pulse that is on.
+    fn end_pulses(&mut self, at_tick: u64) {
+        for axis in 0..WIRED_AXES {
+            if let Some(end) = self.driver(axis).and_then(|driver| driver.ends()) {
+                self.edge(axis, end, at_tick);
             }
         }
     }
 
     /// Byte `byte` of the inputs: a bit that differs from what is believed must differ twice.
     fn read(&mut self, byte: usize) -> io::Result<u8> {
-        let first = self.port.read(byte)?;
+        let mut bytes = self.bytes.lock();
+        let first = bytes.read(byte)?;
         let known = self.believed[byte].unwrap_or(first);
         if first == known {
             return Ok(known);
         }
-        let second = self.port.read(byte)?;
+        let second = bytes.read(byte)?;
         let changed = (first ^ known) & (second ^ known);
         Ok(known ^ changed)
     }
+
+    /// Who steps lives.
+    fn beat(&mut self, at_tick: u64) {
+        if self.has_pump {
+            self.pump.hear(self.moves_since.is_some());
+            self.moves_since = self.moves_since.map(|_| at_tick);
+        }
+    }
 }
 
-impl Motor {
+impl Phases {
     /// The phase byte in force.
     fn byte(&self) -> u8 {
         if self.is_on { self.commutator.byte() } else { 0 }
+    }
+
+    /// The bits that are on.
+    fn levels(&self) -> impl Iterator<Item = Bit> {
+        let byte = self.byte();
+        let on = move |(index, bit): (usize, &Option<Bit>)| bit.filter(|_| byte >> index & 1 == 1);
+        self.bits.iter().enumerate().filter_map(on)
     }
 
     fn step(&mut self, at_tick: u64, forward: bool) {
@@ -191,13 +301,25 @@ impl Motor {
 
 impl Pins for Wires {
     fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.edges(at_tick);
+        self.prepare(at_tick, axes, forward);
         for (axis, motor) in self.motors.iter_mut().enumerate() {
-            if axes >> axis & 1 == 1 {
-                motor.step(at_tick, forward >> axis & 1 == 1);
+            match motor {
+                _ if axes >> axis & 1 == 0 => {}
+                Motor::Phases(motor) => motor.step(at_tick, forward >> axis & 1 == 1),
+                Motor::Counts(driver) => driver.make(Edge::On, at_tick),
             }
         }
         self.relax(at_tick);
         self.put();
+        for axis in (0..WIRED_AXES).filter(|axis| axes >> axis & 1 == 1) {
+            let now = (self.now)();
+            if let Some(driver) = self.driver(axis) {
+                driver.is_out(Edge::On, now);
+            }
+        }
+        self.moves_since = Some(at_tick);
+        self.beat(at_tick);
     }
 
     fn spindle(&mut self, _at_tick: u64, rpm: u32) {
@@ -209,6 +331,7 @@ impl Pins for Wires {
         if self.due().is_some_and(|due| due <= at_tick) {
             self.attend(at_tick);
         }
+        self.beat(at_tick);
         for byte in 0..BYTES {
             if self.believed[byte].is_none() || self.trouble.get().is_some() {
                 continue;
@@ -219,7 +342,7 @@ impl Pins for Wires {
             }
         }
         let on = |sensor: &&Sensor| {
-            let level = self.believed[sensor.byte].unwrap_or(0) & sensor.mask != 0;
+            let level = self.believed[sensor.at.byte].unwrap_or(0) & sensor.at.mask != 0;
             level != sensor.low
         };
         self.sensors.iter().filter(on).fold(0, |inputs, sensor| inputs | sensor.input.bit())
@@ -232,20 +355,44 @@ impl Pins for Wires {
         self.put();
     }
 
-    fn rest(&mut self, _at_tick: u64) {
+    fn rest(&mut self, at_tick: u64) {
+        self.end_pulses(at_tick);
         for motor in &mut self.motors {
-            motor.commutator.hold();
+            if let Motor::Phases(motor) = motor {
+                motor.commutator.hold();
+            }
         }
         self.put();
+        self.beat(at_tick);
+        if self.moves_since.take().is_some() {
+            self.pump.hear(false);
+        }
     }
 
     fn due(&self) -> Option<u64> {
-        self.motors.iter().filter_map(|motor| motor.forced_until(self.interrupt)).min()
+        let motors = self.motors.iter().filter_map(|motor| match motor {
+            Motor::Phases(motor) => motor.forced_until(self.interrupt),
+            Motor::Counts(driver) => driver.due(),
+        });
+        let beat = self.moves_since.filter(|_| self.has_pump).map(|since| since.saturating_add(BEAT));
+        motors.chain(beat).min()
+    }
+
+    fn ahead(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.enable(axes);
+        for axis in (0..WIRED_AXES).filter(|axis| axes >> axis & 1 == 1) {
+            if let Some(driver) = self.driver(axis) {
+                driver.announce(forward >> axis & 1 == 1);
+            }
+        }
+        self.edges(at_tick);
     }
 
     fn attend(&mut self, at_tick: u64) {
         self.relax(at_tick);
         self.put();
+        self.edges(at_tick);
+        self.beat(at_tick);
     }
 
     fn safe(&mut self) {
@@ -263,7 +410,7 @@ mod tests {
     use annulus_core::pins::{Clock, Motors, Operator, Order, Outcome, Playhead, play};
     use annulus_core::steps::{Run, Segment, Steps};
     use std::collections::VecDeque;
-    use std::sync::Mutex;
+    use std::sync::{Arc, Mutex};
 
     /// A port that writes down what is written, and reads what it was told.
     #[derive(Clone, Default)]

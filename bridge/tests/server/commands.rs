@@ -182,17 +182,53 @@ fn machines_are_listed() {
 }
 
 #[test]
+fn the_doctor_judges_a_computer_for_one_machine() {
+    let home = TempDir::new().unwrap();
+    let measured = |name: &str| output(&home, &["doctor", "--machine", name, "--seconds", "1", "--json"]);
+    for name in ["lab", "g540"] {
+        let (exit, object, text) = measured(name);
+        let late = |name: &str| object["late_us"][name].as_f64().unwrap();
+        assert!(late("p50") <= late("p99") && late("p99") <= late("max"), "{object}");
+        let number = |name: &str| object[name].as_f64().unwrap();
+        let good = number("safe_hz") >= number("needs_hz");
+        assert_eq!(
+            (exit, &object["good"], &object["ok"]),
+            (i32::from(!good), &good.into(), &good.into()),
+            "{text}"
+        );
+        assert_eq!(
+            object["bars"].as_array().unwrap().iter().filter_map(|bar| bar.as_u64()).sum::<u64>(),
+            object["beats"]
+        );
+    }
+    let (exit, object, _) = measured("no-such-machine");
+    assert_eq!((exit, &object["error"]["code"]), (3, &"machine.no_such".into()));
+    assert_eq!(output(&home, &["doctor", "--seconds", "5", "--json"]).0, 2, "seconds of what?");
+}
+
+#[test]
 fn the_doctor_looks_at_everything() {
     let home = TempDir::new().unwrap();
     let (exit, object, text) = output(&home, &["doctor", "--json"]);
     assert_eq!((exit, object["ok"].as_bool()), (0, Some(true)), "{object}");
     let names: Vec<_> =
         object["checks"].as_array().unwrap().iter().map(|row| row["name"].as_str().unwrap()).collect();
-    assert_eq!(names, ["data_folder", "runtime_folder", "port", "journal", "timing", "adapter", "browser"]);
+    assert_eq!(
+        names,
+        ["data_folder", "runtime_folder", "port", "journal", "timing", "adapter", "converter", "browser"]
+    );
     let timing = &object["checks"][4]["numbers"];
     let number = |name: &str| timing[name].as_f64().unwrap();
     assert!(number("p50_us") <= number("p99_us") && number("p99_us") <= number("max_us"), "{timing}");
     assert_eq!(text.lines().count(), names.len());
+    let machines = home.path().join("machines");
+    std::fs::create_dir_all(&machines).unwrap();
+    for (port, code) in [("/nowhere", "doctor.converter_no_port"), ("/dev/null", "doctor.converter")] {
+        let text = format!("schema = 1\n[converter]\nprofile = \"huanyang\"\nport = \"{port}\"\n");
+        std::fs::write(machines.join("mill.toml"), text).unwrap();
+        let (exit, object, _) = output(&home, &["doctor", "--json"]);
+        assert_eq!((exit, &object["checks"][6]["code"]), (0, &code.into()), "{object}");
+    }
     std::fs::write(home.path().join("journal.redb"), b"not a journal").unwrap();
     let (exit, object, _) = output(&home, &["doctor", "--json"]);
     assert_eq!((exit, &object["checks"][3]["verdict"]), (1, &"bad".into()), "{object}");

@@ -8,5 +8,6 @@ pub(crate) mod drill;
 mod lab;
 mod limits;
 mod pages;
+mod spindle;
 mod uploads;
 pub(crate) mod work;

@@ -12,7 +12,7 @@
 //! know any clock.
 
 use crate::diagnostic::Diagnostic;
-use crate::machine::{AXES, axis_name};
+use crate::machine::{AXES, DriveKind, Machine, axis_name};
 use crate::steps::{PARTS, Segment, TICK_HZ};
 use serde::{Deserialize, Serialize};
 use std::borrow::Borrow;
@@ -107,6 +107,17 @@ pub fn safe_rate(lateness: &Lateness, start_stop_hz: f64) -> f64 {
     fastest.max(start_stop_hz).min(TICK_HZ as f64)
 }
 
+/// How often `machine` must be served in time, a second: its interrupts where its axes go by a table, else its fastest steps.
+pub fn needed_rate(machine: &Machine) -> f64 {
+    if machine.drive == DriveKind::Table {
+        return f64::from(machine.interrupt_hz);
+    }
+    let axes = [&machine.x, &machine.y, &machine.z];
+    let own = axes.map(|axis| axis.max_speed_mm_per_s * axis.scale.steps_per_mm());
+    let down = machine.down.max_speed_mm_per_s * machine.z.scale.steps_per_mm();
+    own.into_iter().fold(down, f64::max).min(f64::from(machine.max_step_hz))
+}
+
 /// The shortest interval between two steps of one axis in `segments`, less than a tick too short where it is no whole one: its
 /// rate in steps per second, and the axis. None where no axis makes two steps.
 pub fn fastest_rate(segments: impl IntoIterator<Item: Borrow<Segment>>) -> Option<(f64, usize)> {
@@ -151,7 +162,7 @@ mod tests {
     use super::*;
     use crate::chance::Chance;
     use crate::job::{Mark, Stage, Switching};
-    use crate::machine::Steps;
+    use crate::machine::{Steps, preset};
     use crate::steps::{Run, replay};
 
     #[test]
@@ -194,6 +205,16 @@ mod tests {
         assert_eq!(safe_rate(&Lateness::of(&mut beats.clone()), 0.0), 10_000.0);
         beats[8] = 9_000.0;
         assert!(safe_rate(&Lateness::of(&mut beats), 0.0) < 28.0);
+    }
+
+    #[test]
+    fn a_machine_needs_its_interrupts_or_its_fastest_steps() {
+        let needs = |name: &str| needed_rate(&preset(name).unwrap());
+        // 500 interrupts; 20 mm/s at 160, 80 and 400 steps/mm.
+        let found = [needs("lab"), needs("breakout"), needs("tb6560"), needs("g540")];
+        assert_eq!(found, [500.0, 3_200.0, 1_600.0, 8_000.0]);
+        let capped = Machine { max_step_hz: 700, ..preset("g540").unwrap() };
+        assert_eq!(needed_rate(&capped), 700.0);
     }
 
     fn segment(runs: Vec<Run>) -> Segment {

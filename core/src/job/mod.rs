@@ -13,6 +13,7 @@
 
 mod again;
 mod asked;
+pub mod bite;
 mod briefing;
 mod cleared;
 mod milled;

@@ -12,8 +12,9 @@
 //! registers: what a byte is at is the business of whoever drives the card.
 
 use super::settings::{Setting, Value, ValueKind};
+use super::step_dir::{read_times, times};
 use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
-use super::{Machine, Output, UNWIRED, Wiring};
+use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
@@ -41,6 +42,7 @@ impl Default for Card {
             sensors: vec![0, 1, 2, 3, 4, 5, UNWIRED],
             sensors_low: vec![0; Input::ALL.len()],
             start_stop_hz: 70,
+            drivers: StepDir::default(),
         };
         Self { outputs_at: 0, inputs_at: 0, wiring }
     }

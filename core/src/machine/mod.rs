@@ -6,13 +6,16 @@
 //! Machine coordinates: X to the right, Y away, Z up. Z = 0 is the top sensor, so working heights are negative.
 
 mod adapter;
+mod boards;
 mod card;
+mod converter;
 mod drive;
 pub mod dynamics;
 mod parallel;
 pub mod phases;
 mod presets;
 mod settings;
+mod step_dir;
 mod table;
 mod table_speeds;
 mod validate;
@@ -20,12 +23,14 @@ mod wiring;
 
 pub use adapter::AdapterWiring;
 pub use card::Card;
+pub use converter::Converter;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use parallel::Parallel;
 pub use presets::{
     VIRTUAL_NAME, hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill,
 };
 pub use settings::{Setting, Value, ValueKind, apply, is_in_file_only, read, setting, settings};
+pub use step_dir::{StepDir, WIRED_AXES};
 pub use table::{MOST_RPM, SECTIONS};
 pub use table_speeds::warnings;
 pub use validate::validate;
@@ -58,6 +63,8 @@ pub struct Machine {
     pub parallel: Parallel,
     /// How a USB step adapter is wired.
     pub adapter: AdapterWiring,
+    /// The frequency converter of the spindle.
+    pub converter: Converter,
     /// Left and right.
     pub x: Axis,
     /// Away and back.

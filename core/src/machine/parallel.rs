@@ -8,8 +8,9 @@
 //! and registers: which bit is which pin is the business of whoever drives the port.
 
 use super::settings::{Setting, Value, ValueKind};
+use super::step_dir::{read_times, times};
 use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
-use super::{Machine, Output, UNWIRED, Wiring};
+use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
@@ -35,6 +36,7 @@ impl Default for Parallel {
             sensors: vec![0, UNWIRED, 1, UNWIRED, 2, 3, 4],
             sensors_low: vec![0; Input::ALL.len()],
             start_stop_hz: 70,
+            drivers: StepDir::default(),
         };
         Self { address: 0x378, wiring }
     }

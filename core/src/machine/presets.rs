@@ -1,11 +1,12 @@
 //! Machines that ship: the virtual drill (default), the laboratory drill of Arendt's paper, a small router of the 3018
-//! class, and a drill with six spindles.
+//! class, a drill with six spindles, and mills behind the common boards of STEP/DIR drivers (`boards`).
 //!
 //! Goes out: complete, valid [`Machine`]s. Knows no files.
 
+use super::boards;
 use super::{
-    AdapterWiring, Axis, Card, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws, Output,
-    Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
+    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws,
+    Output, Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
 
@@ -56,6 +57,7 @@ pub fn virtual_drill() -> Machine {
         card: Card::default(),
         parallel: Parallel::default(),
         adapter: AdapterWiring::default(),
+        converter: Converter::default(),
         x: axis(300.0),
         y: axis(200.0),
         z: Axis {
@@ -135,6 +137,7 @@ pub fn lab() -> Machine {
         card: Card::default(),
         parallel: Parallel::default(),
         adapter: AdapterWiring::default(),
+        converter: Converter::default(),
         x: axis(-10.0, 2588.0),
         y: axis(-1.0, 2588.0),
         z: Axis {
@@ -275,8 +278,16 @@ fn laws() -> MotionLaws {
 }
 
 /// All presets with the names they are called by on the command line.
-pub fn presets() -> [(&'static str, Machine); 4] {
-    [("virtual", virtual_drill()), ("lab", lab()), ("3018", hobby_3018()), ("six", six_spindles())]
+pub fn presets() -> [(&'static str, Machine); 7] {
+    [
+        ("virtual", virtual_drill()),
+        ("lab", lab()),
+        ("3018", hobby_3018()),
+        ("six", six_spindles()),
+        ("breakout", boards::breakout()),
+        ("tb6560", boards::tb6560()),
+        ("g540", boards::g540()),
+    ]
 }
 
 /// What people call a preset, and its name: a hobby mill is one of the 3018 class.

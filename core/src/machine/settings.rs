@@ -54,7 +54,7 @@ pub enum ValueKind {
 }
 
 /// Sections of the table that say how hardware is wired.
-const WIRED: [&str; 3] = ["card.", "parallel.", "adapter."];
+const WIRED: [&str; 4] = ["card.", "parallel.", "adapter.", "converter."];
 
 /// Whether the setting `key` decides which hardware is touched: only the machine's file changes it, never a page.
 pub fn is_in_file_only(key: &str) -> bool {
@@ -211,10 +211,9 @@ mod tests {
             unreachable!()
         };
         let wired: Vec<_> = WIRED.iter().map(|section| section.trim_end_matches('.')).collect();
-        assert_eq!(
-            outputs.iter().filter(|output| **output != "virtual").collect::<Vec<_>>(),
-            wired.iter().collect::<Vec<_>>()
-        );
+        let outputs: Vec<_> = outputs.iter().filter(|output| **output != "virtual").copied().collect();
+        // And of the port that the spindle's converter is at.
+        assert_eq!([&outputs[..], &["converter"]].concat(), wired);
         for section in WIRED {
             assert!(settings().filter(|row| row.key.starts_with(section)).count() > 3, "{section}");
         }

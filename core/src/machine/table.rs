@@ -119,6 +119,7 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     ("card", super::card::ROWS),
     ("parallel", super::parallel::ROWS),
     ("adapter", super::adapter::ROWS),
+    ("converter", super::converter::ROWS),
     ("x", axis!(x)),
     ("y", axis!(y)),
     ("z", axis!(z)),

@@ -5,7 +5,8 @@
 //! `phases`.
 
 use super::{
-    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, dynamics, parallel, phases, table_speeds,
+    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, parallel, phases,
+    table_speeds,
 };
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
@@ -57,6 +58,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(card::validate(machine));
     diagnostics.extend(parallel::validate(machine));
     diagnostics.extend(adapter::validate(machine));
+    diagnostics.extend(converter::validate(machine));
     diagnostics
 }
 

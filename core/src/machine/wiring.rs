@@ -8,8 +8,8 @@
 //! Comes in: numbers of bits. Goes out: the wiring as data, its rows of the settings table under the section of whatever is wired,
 //! and every reason why it cannot be. Does not know registers, nor which hardware has the bytes.
 
-use super::Machine;
 use super::settings::Value;
+use super::{Machine, StepDir};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 
@@ -41,9 +41,31 @@ pub struct Wiring {
     pub sensors_low: Vec<i8>,
     /// Rate that all motors start and stop at without a ramp, steps per second: up to it uneven pulses do no harm.
     pub start_stop_hz: u32,
+    /// Drivers that count steps by themselves.
+    pub drivers: StepDir,
 }
 
 impl Wiring {
+    /// The output bit of each bit of the phase byte of `axis`; none where its driver counts steps by itself.
+    pub fn phase_bits(&self, axis: usize) -> &[i8] {
+        if self.drivers.counts(axis) { &[] } else { self.phases.get(axis).map_or(&[], Vec::as_slice) }
+    }
+
+    /// Every output that is in force: the name of its row, and its bit, wired or not.
+    pub fn signals(&self) -> impl Iterator<Item = (&'static str, i8)> {
+        let motors = MOTORS.iter().enumerate();
+        let phases =
+            motors.flat_map(|(axis, name)| self.phase_bits(axis).iter().map(move |bit| (*name, *bit)));
+        let named = self.outputs.iter().map(|bit| ("outputs", *bit));
+        phases.chain(self.drivers.bits()).chain([("spindle", self.spindle)]).chain(named)
+    }
+
+    /// The bits of output byte `byte` that are on when they are 0.
+    pub fn low_bits(&self, byte: usize) -> u8 {
+        let here = self.drivers.outputs_low.iter().filter_map(|bit| usize::try_from(*bit).ok());
+        here.filter(|bit| bit / 8 == byte).fold(0, |low, bit| low | 1 << (bit % 8))
+    }
+
     /// The input bit of `input`.
     pub fn sensor(&self, input: Input) -> i8 {
         self.sensors.get(input as usize).copied().unwrap_or(UNWIRED)
@@ -82,6 +104,16 @@ macro_rules! wiring_rows {
         wiring_rows!(@row concat!(stringify!($section), $name), "", ValueKind::Wholes($low, $high),
             |m| numbers(&m.$section.wiring.$($field)+), |m, v| m.$section.wiring.$($field)+ = bits(v))
     };
+    (@whole $section:ident, $name:literal, $unit:literal, $low:literal, $high:literal, $($field:tt)+) => {
+        wiring_rows!(@row concat!(stringify!($section), $name), $unit, ValueKind::Whole($low, $high),
+            |m| Value::Number(f64::from(m.$section.wiring.$($field)+)),
+            |m, v| m.$section.wiring.$($field)+ = whole(v) as u32)
+    };
+    (@times $section:ident, $name:literal, $field:ident) => {
+        wiring_rows!(@row concat!(stringify!($section), $name), "ns", ValueKind::Wholes(0.0, 1_000_000.0),
+            |m| times(&m.$section.wiring.drivers.$field),
+            |m, v| m.$section.wiring.drivers.$field = read_times(v))
+    };
     ($section:ident, $($own:expr),+) => {
         &[
             wiring_rows!(@text $section, ".device", device),
@@ -96,16 +128,27 @@ macro_rules! wiring_rows {
             wiring_rows!(@text $section, ".output_names", output_names),
             wiring_rows!(@list $section, ".sensors", -1.0, 31.0, sensors),
             wiring_rows!(@list $section, ".sensors_low", 0.0, 1.0, sensors_low),
-            wiring_rows!(@row concat!(stringify!($section), ".start_stop_rate"), "Hz", ValueKind::Whole(0.0, 20_000.0),
-                |m| Value::Number(f64::from(m.$section.wiring.start_stop_hz)),
-                |m, v| m.$section.wiring.start_stop_hz = whole(v) as u32),
+            wiring_rows!(@whole $section, ".start_stop_rate", "Hz", 0.0, 20_000.0, start_stop_hz),
+            wiring_rows!(@list $section, ".step", -1.0, 31.0, drivers.steps),
+            wiring_rows!(@list $section, ".direction", -1.0, 31.0, drivers.directions),
+            wiring_rows!(@list $section, ".enable", -1.0, 31.0, drivers.enables),
+            wiring_rows!(@whole $section, ".enable_delay", "ms", 0.0, 2_000.0, drivers.enable_delay_ms),
+            wiring_rows!(@list $section, ".outputs_low", 0.0, 31.0, drivers.outputs_low),
+            wiring_rows!(@times $section, ".step_length", length_ns),
+            wiring_rows!(@times $section, ".step_space", space_ns),
+            wiring_rows!(@times $section, ".direction_setup", setup_ns),
+            wiring_rows!(@times $section, ".direction_hold", hold_ns),
+            wiring_rows!(@row concat!(stringify!($section), ".charge_pump"), "", ValueKind::Whole(-1.0, 31.0),
+                |m| Value::Number(f64::from(m.$section.wiring.drivers.charge_pump)),
+                |m, v| m.$section.wiring.drivers.charge_pump = whole(v) as i8),
+            wiring_rows!(@whole $section, ".charge_pump_rate", "Hz", 100.0, 20_000.0, drivers.charge_pump_hz),
         ]
     };
 }
 pub(super) use wiring_rows;
 
 /// The names of a motor's phase bits in their section.
-const MOTORS: [&str; 3] = ["x", "y", "z"];
+pub(super) const MOTORS: [&str; 3] = ["x", "y", "z"];
 
 /// What a kind of hardware has, and the section of the table that its wiring stands in.
 pub(super) struct Pinout {
@@ -125,6 +168,7 @@ impl Pinout {
         if in_use {
             diagnostics.extend(self.clashes(wiring));
             diagnostics.extend(self.missing(wiring, machine));
+            diagnostics.extend(wiring.drivers.validate(self.section, machine));
         }
         diagnostics
     }
@@ -139,7 +183,8 @@ impl Pinout {
             ("sensors_low", wiring.sensors_low.len(), Input::ALL.len()),
             ("outputs", wiring.outputs.len(), wiring.names().len()),
         ];
-        let wrong = lengths.into_iter().filter(|(_, found, wanted)| found != wanted);
+        let lengths = lengths.into_iter().chain(wiring.drivers.lengths());
+        let wrong = lengths.filter(|(_, found, wanted)| found != wanted);
         wrong
             .map(|(name, found, wanted)| {
                 self.refuse("machine.card_length", name).with("found", found).with("wanted", wanted)
@@ -150,12 +195,10 @@ impl Pinout {
     /// Bits that are not there, two signals on one bit, and motors that lie over two bytes: a byte is what is written at once.
     fn clashes(&self, wiring: &Wiring) -> Vec<Diagnostic> {
         let mut diagnostics = Vec::new();
-        let motors = MOTORS.iter().zip(&wiring.phases);
-        let outputs = motors.flat_map(|(name, bits)| bits.iter().map(move |bit| (*name, *bit)));
-        let named = wiring.outputs.iter().map(|bit| ("outputs", *bit));
-        let outputs: Vec<_> = outputs.chain([("spindle", wiring.spindle)]).chain(named).collect();
+        let outputs: Vec<_> = wiring.signals().collect();
         let inputs: Vec<_> = wiring.sensors.iter().map(|bit| ("sensors", *bit)).collect();
-        for (signals, count) in [(outputs, self.outputs), (inputs, self.inputs)] {
+        let low: Vec<_> = wiring.drivers.outputs_low.iter().map(|bit| ("outputs_low", *bit)).collect();
+        for (signals, count) in [(outputs, self.outputs), (inputs, self.inputs), (low, self.outputs)] {
             let mut owners: Vec<Option<&str>> = vec![None; usize::from(count.unsigned_abs())];
             for (name, bit) in signals.into_iter().filter(|(_, bit)| *bit != UNWIRED) {
                 match usize::try_from(bit).ok().and_then(|bit| owners.get_mut(bit)) {
@@ -171,8 +214,8 @@ impl Pinout {
                 }
             }
         }
-        for (name, bits) in MOTORS.iter().zip(&wiring.phases) {
-            let mut bytes = bits.iter().filter(|bit| **bit >= 0).map(|bit| bit / 8);
+        for (axis, name) in MOTORS.iter().enumerate() {
+            let mut bytes = wiring.phase_bits(axis).iter().filter(|bit| **bit >= 0).map(|bit| bit / 8);
             let first = bytes.next();
             if bytes.any(|byte| Some(byte) != first) {
                 diagnostics.push(self.refuse("machine.card_two_bytes", name));
@@ -190,7 +233,7 @@ impl Pinout {
         if machine.spindles > 1 {
             diagnostics.push(self.refuse("machine.card_one_spindle", "z").with("spindles", machine.spindles));
         }
-        for (index, name) in MOTORS.iter().enumerate() {
+        for (index, name) in MOTORS.iter().enumerate().filter(|(axis, _)| !wiring.drivers.counts(*axis)) {
             let columns = &machine.axis(index).phases.columns;
             let used = columns.iter().fold(0, |used, column| used | column) & WINDINGS;
             for bit in (0..PHASE_BITS).filter(|bit| used >> bit & 1 == 1) {

@@ -12,6 +12,10 @@
 //!    `attend` at a tick that was due, nothing is due at that tick or before it.
 //! 7. `bit` says that from now on a new, sharp bit of this kind is in every spindle. Nothing turns then. What only drives
 //!    wires does nothing.
+//! 8. `ahead` says which axes step next and which way, as soon as that is known: after every step, and before the first. What has
+//!    to set a direction up, or to be switched on first, does it then. A step may come that was not announced.
+//! 9. `spindle_state` reports `Lost` only of a spindle that is to turn, and goes on to report it until it is switched off. It
+//!    never waits for an answer.
 //!
 //! Laws of [`Clock`]
 //! 1. `wait_until` returns no earlier than the given tick, and returns the tick it really was.
@@ -24,10 +28,12 @@
 mod feed_override;
 mod play;
 mod recorder;
+mod spindle;
 mod steady;
 
 pub use play::{Motors, Operator, Order, Outcome, Playhead, give_way, play, play_by_turns, through};
 pub use recorder::{Recorder, Written};
+pub use spindle::{SpindleState, SpindleTrouble};
 pub use steady::Steady;
 
 use crate::job::Bit;
@@ -46,6 +52,11 @@ pub trait Pins {
     /// Set the spindle's speed in rpm; 0 is off.
     fn spindle(&mut self, at_tick: u64, rpm: u32);
 
+    /// How the spindle stands. What cannot ask it does not know.
+    fn spindle_state(&mut self) -> SpindleState {
+        SpindleState::Untold
+    }
+
     /// The inputs, one bit each.
     fn inputs(&mut self, at_tick: u64) -> u32;
 
@@ -62,6 +73,9 @@ pub trait Pins {
 
     /// A new bit of this kind is in every spindle.
     fn bit(&mut self, _at_tick: u64, _bit: &Bit) {}
+
+    /// The next step of every axis in `axes`: of those also in `forward` up, of the others down. Nothing moves yet.
+    fn ahead(&mut self, _at_tick: u64, _axes: AxisSet, _forward: AxisSet) {}
 
     /// It is `at_tick`: what is due may be switched.
     fn attend(&mut self, _at_tick: u64) {}

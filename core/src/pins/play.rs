@@ -17,7 +17,7 @@
 //! Does not know who computed the segment, nor what it is for.
 
 use super::feed_override::{FeedOverride, rates};
-use super::{AxisSet, Clock, Pins};
+use super::{AxisSet, Clock, Pins, SpindleState, SpindleTrouble};
 use crate::job::{Gate, Input, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
 use crate::steps::{AXES, Pulse, Replay, Segment, Steps, Switching, TICK_HZ, replay};
@@ -124,6 +124,11 @@ pub enum Outcome {
     Late {
         /// How late.
         ticks: u64,
+    },
+    /// The spindle was to turn, and does not any more, or nobody knows.
+    Spindle {
+        /// Why.
+        trouble: SpindleTrouble,
     },
     /// As ordered.
     Stopped,
@@ -253,13 +258,17 @@ impl Play<'_> {
         }
         self.look();
         let mut pulses = replay(self.segment);
+        self.announce(&pulses);
         while let Some(pulse) = pulses.next() {
             self.idle_until(pulse.tick).await;
             if let (Some(end), false) = (self.end, self.moving) {
                 return end;
             }
             match self.released(pulse, &pulses) {
-                Release::Step(pulse) => self.step(pulse),
+                Release::Step(pulse) => {
+                    self.step(pulse);
+                    self.announce(&pulses);
+                }
                 Release::Skip => continue,
                 Release::End(outcome) => return outcome,
             }
@@ -288,6 +297,11 @@ impl Play<'_> {
         self.judge_lateness(pulse.axes);
         self.moving = true;
         self.look();
+    }
+
+    /// Tells the pins which steps come next.
+    fn announce(&mut self, later: &Replay<'_>) {
+        self.pins.ahead(self.line.tick, later.pending(), later.forward());
     }
 
     /// A motor that turns faster than it could start must not wait for a step twice as long as planned.
@@ -368,6 +382,13 @@ impl Play<'_> {
         let inputs = self.pins.inputs(self.line.tick);
         self.operator.passed(self.line.tick, &self.line.position, inputs);
         if self.end.is_some() {
+            return;
+        }
+        if self.segment.stage != Stage::Retract
+            && let SpindleState::Lost { trouble } = self.pins.spindle_state()
+        {
+            // What lifts the bit goes on: there it is safe.
+            self.end = Some(Outcome::Spindle { trouble });
             return;
         }
         let contact = if self.plane == Plane::Moving { Input::Contact.bit() } else { 0 };

@@ -9,7 +9,7 @@
 //!
 //! Comes in: any [`Pins`]. Goes out: the same with steadier inputs. Does not know what the inputs mean.
 
-use super::{AxisSet, Pins};
+use super::{AxisSet, Pins, SpindleState};
 use crate::job::Bit;
 
 /// So many readings in a row must agree before a change is believed. With 1 % of the readings flipped, one in 10¹⁰ is
@@ -44,6 +44,10 @@ impl<P: Pins> Pins for Steady<P> {
         self.pins.spindle(at_tick, rpm);
     }
 
+    fn spindle_state(&mut self) -> SpindleState {
+        self.pins.spindle_state()
+    }
+
     fn inputs(&mut self, at_tick: u64) -> u32 {
         let pins = &mut self.pins;
         let mut read = || pins.inputs(at_tick);
@@ -72,6 +76,10 @@ impl<P: Pins> Pins for Steady<P> {
 
     fn bit(&mut self, at_tick: u64, bit: &Bit) {
         self.pins.bit(at_tick, bit);
+    }
+
+    fn ahead(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.pins.ahead(at_tick, axes, forward);
     }
 
     fn attend(&mut self, at_tick: u64) {

@@ -97,6 +97,7 @@ impl Homing {
                 return Err((why, Harm::Lost));
             }
             (_, Outcome::Late { ticks }) => return Err((late(ticks), Harm::Lost)),
+            (_, Outcome::Spindle { trouble }) => return Err((trouble.diagnostic(), Harm::Lost)),
             (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
             (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
                 return Err(lost("control.sensor_stuck"));

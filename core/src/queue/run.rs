@@ -463,6 +463,7 @@ fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
             Some((why, Harm::Suspect))
         }
         Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
+        Outcome::Spindle { trouble } => Some((trouble.diagnostic(), Harm::None)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {
             let why = refuse("control.drilling_too_long").with("sensor", format!("{:?}", gate.input));
             Some((why.with("seconds", f64::from(gate.deadline_us) / 1e6), Harm::None))

@@ -55,6 +55,12 @@ impl Replay<'_> {
         self.cursors[..self.active].iter().fold(0, |axes, cursor| axes | cursor.axes)
     }
 
+    /// Those of them whose next step counts up.
+    pub fn forward(&self) -> u8 {
+        let up = self.cursors[..self.active].iter().filter(|cursor| cursor.forward);
+        up.fold(0, |axes, cursor| axes | cursor.axes)
+    }
+
     /// For every set of axes with steps left: the axes, whether they count up, and the tick of their last step.
     pub fn sets(&self) -> impl Iterator<Item = (u8, bool, u64)> {
         self.cursors[..self.active]

@@ -15,6 +15,7 @@
 //! Comes in: heights of the tip in Z steps and its place in mm, the spindle's speed, the kind of bit where it is known. Goes
 //! out: whether the bit holds the motor back, when a hole came through, and why it broke. Does not know motors.
 
+use crate::job::bite::MOST_BITE_SHARE;
 use crate::job::{self, Cutter};
 use crate::steps::TICK_HZ;
 use crate::units::Length;
@@ -24,9 +25,6 @@ const SHARP_FACTOR: f64 = 1.5;
 
 /// How soon a bit gets slower once its life is over: at a quarter more holes it cuts half as fast.
 const WEAR_FACTOR: f64 = 4.0;
-
-/// Most of the width of its cut that a bit may go on by in one turn.
-const BITE_SHARE: f64 = 0.25;
 
 /// No cut is taken to be narrower than this, mm.
 const LEAST_WIDTH_MM: f64 = 0.05;
@@ -231,7 +229,7 @@ impl MountedBit {
         let turns = seconds * f64::from(self.rpm) / 60.0;
         let width_mm = kind.width_at(Length::from_mm(self.depth_mm(tip.z))).mm().max(LEAST_WIDTH_MM);
         self.measured = Some(tip);
-        if way_mm > BITE_SHARE * width_mm * turns {
+        if way_mm > MOST_BITE_SHARE * width_mm * turns {
             self.breaks(Breakage::TooFast);
         }
     }

@@ -3,6 +3,7 @@
 //! Goes out: messages. Does not know who makes them.
 
 use crate::control::{Alarm, State, Trust};
+use crate::pins::SpindleState;
 use crate::steps::{Stage, Steps};
 use serde::{Deserialize, Serialize};
 
@@ -93,6 +94,9 @@ pub struct Status {
     pub bit_mm: Option<f64>,
     /// Spindle speed commanded, rpm.
     pub spindle_rpm: u32,
+    /// What the spindle tells of itself.
+    #[serde(default)]
+    pub spindle: SpindleState,
     /// Percent of the planned feed.
     #[serde(default = "full_override")]
     pub feed_override_percent: u8,

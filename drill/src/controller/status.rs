@@ -8,6 +8,7 @@ use annulus_core::control::{State, Trust};
 use annulus_core::controller::{EnginePhase, Info, settings};
 use annulus_core::job::{Input, Mark};
 use annulus_core::machine::{self, AXES, Machine, Value};
+use annulus_core::pins::SpindleState;
 use annulus_core::steps::Stage;
 use annulus_core::wire::{Status, Tell};
 use std::time::Duration;
@@ -206,6 +207,7 @@ impl<F: Files> Station<F> {
             bit,
             bit_mm: bit.and_then(|bit| Some(program?.bits.get(bit as usize)?.diameter.mm())),
             spindle_rpm: self.rpm(),
+            spindle: SpindleState::Untold,
             feed_override_percent: feed as u8,
             inputs: report.map_or(0, |report| inputs(&report.pins)),
             phases: [0; 3],

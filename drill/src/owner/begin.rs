@@ -55,6 +55,7 @@ impl Owner {
             state: self.session.state,
             trust: self.session.trust,
             safe_hz: self.timing.as_ref().map(|timing| timing.safe_hz),
+            spindle_answers: self.spindle_answers(),
             offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, zero_of(job, &self.machine))),
         }
     }

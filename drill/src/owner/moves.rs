@@ -448,6 +448,8 @@ impl Owner {
                 self.fails(alarm("control.starved"), self.session.trust);
             }
             (Doing::Homing(homing), _) => self.homed(homing, report),
+            // Every step is counted: what is wrong is the spindle alone.
+            (_, Ended::Spindle { trouble }) => self.fails(trouble.diagnostic(), self.session.trust),
             (_, Ended::Late { ticks }) => self.fails(late(ticks), Trust::Suspect),
             (_, Ended::Guarded(input)) => {
                 let why = alarm("control.end_sensor").with("sensor", name(input));

@@ -143,6 +143,7 @@ impl Owner {
             Ended::Unmet(gate) => Outcome::Unmet(gate),
             Ended::Guarded(input) => Outcome::Guarded(input),
             Ended::Late { ticks } => Outcome::Late { ticks },
+            Ended::Spindle { trouble } => Outcome::Spindle { trouble },
             Ended::Stopped | Ended::Starved | Ended::RanDry => Outcome::Stopped,
         };
         let Report { position, inputs, ticks, .. } = *report;

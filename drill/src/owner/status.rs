@@ -6,6 +6,7 @@ use super::Owner;
 use super::moves::Doing;
 use annulus_core::job::{Command, Mark};
 use annulus_core::machine::{self, Steps, phases};
+use annulus_core::pins::SpindleState;
 use annulus_core::steps::{Stage, TICK_HZ};
 use annulus_core::wire::{SlipReport, Status, Tell};
 use std::time::Duration;
@@ -74,6 +75,17 @@ impl Owner {
         tells
     }
 
+    /// Whether the spindle answers, where it is one that tells of itself.
+    pub(crate) fn spindle_answers(&self) -> Option<bool> {
+        match self.executor.shared.glimpse().spindle {
+            SpindleState::Untold => None,
+            SpindleState::Unreachable | SpindleState::Lost { .. } => Some(false),
+            SpindleState::Off { .. } | SpindleState::Reaching { .. } | SpindleState::AtSpeed { .. } => {
+                Some(true)
+            }
+        }
+    }
+
     fn mm(&self, steps: &Steps) -> [f64; 3] {
         [0, 1, 2].map(|axis| self.machine.axis(axis).scale.length(steps[axis]).mm())
     }
@@ -132,6 +144,7 @@ impl Owner {
             bit,
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),
             spindle_rpm: glimpse.rpm,
+            spindle: glimpse.spindle,
             feed_override_percent: self.feed_override_percent(),
             inputs: glimpse.inputs,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),

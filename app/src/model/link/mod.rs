@@ -14,6 +14,7 @@ pub mod hand;
 mod heard;
 mod jog;
 mod stop;
+pub mod way_back;
 
 use super::{Effect, Event, Model};
 use crate::health::{self, Claim, Freshness, Ousted, StopWay};

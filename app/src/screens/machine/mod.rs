@@ -19,6 +19,7 @@ mod readouts;
 mod sensors;
 mod set_up;
 mod tool_change;
+mod way_back;
 pub mod words;
 
 pub use banner::alarm;
@@ -65,8 +66,11 @@ pub fn machine() -> impl IntoView {
     let sides = move || {
         met.get().then(|| (operate(), div().class("panel right job").child((job::job(), sensors::sensors()))))
     };
-    let top = div().class("top machine-top").child((banner::banner(), banner::answers(), move || {
-        met.get().then(|| div().class("readouts-row").child((readouts::readouts(), large())))
-    }));
+    let top = div().class("top machine-top").child((
+        banner::banner(),
+        banner::answers(),
+        way_back::steps(),
+        move || met.get().then(|| div().class("readouts-row").child((readouts::readouts(), large()))),
+    ));
     (top, sides, move || (!met.get()).then(connect::connect), preflight::preflight())
 }

@@ -2,9 +2,10 @@
 //!
 //! Comes in: the latest status. Goes out: digits, painted at most ten times a second because the status is.
 
-use crate::i18n::{number, t};
+use crate::i18n::{number, say, t};
 use crate::page::frame;
 use crate::page::link::{self, Freshness, Link};
+use annulus_core::pins::SpindleState;
 use annulus_core::wire::Status;
 use leptos::html::{div, span};
 use leptos::prelude::*;
@@ -26,13 +27,35 @@ fn readout(axis: &'static str, index: usize) -> impl IntoView {
     ))
 }
 
+/// What the spindle tells of itself; nothing of one that tells nothing.
+fn spindle_words(state: SpindleState, wanted_rpm: u32) -> Option<String> {
+    Some(match state {
+        SpindleState::Untold => return None,
+        SpindleState::Unreachable => say!("page.spindle.unreachable"),
+        SpindleState::Off { rpm } => say!("page.spindle.off", rpm = rpm),
+        SpindleState::Reaching { rpm } => say!("page.spindle.reaching", rpm = rpm, wanted = wanted_rpm),
+        SpindleState::AtSpeed { rpm } => say!("page.spindle.at_speed", rpm = rpm),
+        SpindleState::Lost { .. } => say!("page.spindle.lost"),
+    })
+}
+
+/// The colour that goes with it, as that of a state of the machine.
+fn spindle_tone(state: SpindleState) -> &'static str {
+    match state {
+        SpindleState::AtSpeed { .. } => "tone-run",
+        SpindleState::Reaching { .. } => "tone-pause",
+        SpindleState::Lost { .. } => "tone-alarm",
+        SpindleState::Untold | SpindleState::Off { .. } | SpindleState::Unreachable => "tone-quiet",
+    }
+}
+
 /// The line of digits.
 pub(crate) fn readouts() -> impl IntoView {
     let line = link::link();
     let aged = move || if line.freshness.get() == Freshness::Fresh { "readouts" } else { "readouts stale" };
     let machine = move || {
         let [x, y, z] = [0, 1, 2].map(|axis| of(line, |status| status.machine_mm[axis]));
-        crate::i18n::say!("page.machine.position", x = x, y = y, z = z)
+        say!("page.machine.position", x = x, y = y, z = z)
     };
     let target = move || {
         let unit = frame().unit.get();
@@ -40,8 +63,12 @@ pub(crate) fn readouts() -> impl IntoView {
         // always there, so that the picture below keeps its place
         let [x, y] =
             target.map_or(["–".to_owned(), "–".to_owned()], |at| at.map(|mm| unit.coordinate(mm)));
-        crate::i18n::say!("page.machine.target", x = x, y = y)
+        say!("page.machine.target", x = x, y = y)
     };
+    let spindle = Memo::new(move |_| {
+        let told = line.status.with(|status| status.as_ref().map(|now| (now.spindle, now.spindle_rpm)));
+        told.and_then(|(state, wanted)| Some((spindle_tone(state), spindle_words(state, wanted)?)))
+    });
     let age = move || {
         (line.freshness.get() != Freshness::Fresh && line.ever.get()).then_some(t!("page.machine.stale"))
     };
@@ -56,5 +83,10 @@ pub(crate) fn readouts() -> impl IntoView {
             span().class("live").child(target),
             span().child(age),
         )),
+        move || {
+            let spindle = spindle.get();
+            spindle
+                .map(|(tone, said)| div().class(format!("spindle {tone}")).attr("role", "status").child(said))
+        },
     ))
 }

@@ -23,6 +23,7 @@ fn section_name(section: &str) -> &'static str {
         "card" => key!("page.settings.card"),
         "parallel" => key!("page.settings.parallel"),
         "adapter" => key!("page.settings.adapter"),
+        "converter" => key!("page.settings.converter"),
         "x" => key!("page.settings.x"),
         "y" => key!("page.settings.y"),
         "z" => key!("page.settings.z"),

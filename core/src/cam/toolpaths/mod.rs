@@ -40,7 +40,7 @@ use super::{PlanOptions, PlanningProgress, limits};
 use crate::board::Board;
 use crate::diagnostic::{Diagnostic, Severity};
 use crate::geometry::{Path, Point};
-use crate::job::{Bit, Cutter, Leg, Mark, Program};
+use crate::job::{Bit, Cutter, Leg, Mark, Program, bite};
 use crate::machine::Machine;
 use crate::units::Length;
 use checks::{duplicates, holding};
@@ -238,6 +238,9 @@ pub fn plan_operation(
     }?;
     holding::depths(&mut context, &part);
     limits::bounded(operation, machine).into_iter().for_each(|note| context.report(note));
+    let real = limits::within(operation, machine);
+    let breaks = |task: &BitTask| bite::breaks(&task.bit, real.plunge_mm_per_s, real.spindle_rpm);
+    part.tasks.iter().filter_map(breaks).for_each(|why| context.report(why));
     part.operation = index as u32;
     part.diagnostics = context.diagnostics;
     Ok(part)

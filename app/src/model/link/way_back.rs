@@ -1,0 +1,62 @@
+//! After an alarm: the way back to the job, step by step, instead of a person's guess (A12).
+//!
+//! ```text
+//! read the alarm ─▶ bit out of the board ─▶ homed again, where the position is not trusted ─▶ tool checked ─▶ resume
+//! ```
+//!
+//! Comes in: the status, and whether a job was broken off. Goes out: the steps, each done, to be done now, or later. Moves nothing.
+
+use annulus_core::control::Trust;
+use annulus_core::wire::Status;
+
+/// One step of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BackStep {
+    /// The alarm is read.
+    Read,
+    /// The bit is out of the board.
+    Lift,
+    /// The position is trusted again.
+    Home,
+    /// The tool is whole; nobody but a person can know.
+    Tool,
+    /// The job goes on.
+    Resume,
+}
+
+/// Where a step is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum BackMark {
+    /// It is done.
+    Done,
+    /// It is the one to be done.
+    Now,
+    /// Others come before it.
+    Later,
+}
+
+/// The way back from how things stand; a job `is_broken_off` where one can be taken up.
+pub fn way_back(status: &Status, is_broken_off: bool) -> Vec<(BackStep, BackMark)> {
+    // Where the position is lost, the height over the board is no height: homing takes the bit up first.
+    let is_up = status.work_mm[2] > 0.0 || status.trust == Trust::Lost;
+    let mut steps = vec![
+        (BackStep::Read, status.alarm.is_none()),
+        (BackStep::Lift, is_up),
+        (BackStep::Home, status.trust == Trust::Trusted),
+    ];
+    if is_broken_off {
+        steps.extend([(BackStep::Tool, false), (BackStep::Resume, false)]);
+    }
+    let mut open = true;
+    let mark = |(step, done): (BackStep, bool)| {
+        let mark = match (done, open) {
+            (true, _) => BackMark::Done,
+            (false, true) => BackMark::Now,
+            (false, false) => BackMark::Later,
+        };
+        // The tool is checked while Resume is offered: its pre-flight asks once more.
+        open &= done || step == BackStep::Tool;
+        (step, mark)
+    };
+    steps.into_iter().map(mark).collect()
+}

@@ -1,0 +1,75 @@
+//! The way back after an alarm, as a list of steps: which are done, which one is next, and the button for it (A12).
+//!
+//! Comes in: how things stand. Goes out: asks that acknowledge and home, the pre-flight of the rest. Nothing moves without a press.
+
+use super::offer;
+use crate::i18n::{key, t};
+use crate::model::link::way_back::{BackMark, BackStep, way_back};
+use crate::page::link::{self, Link};
+use crate::widgets::push_if;
+use annulus_core::control::{Ending, State};
+use annulus_core::wire::Ask;
+use leptos::html::{li, ol, section, span, strong};
+use leptos::prelude::*;
+
+fn word(step: BackStep) -> &'static str {
+    match step {
+        BackStep::Read => key!("page.back.read"),
+        BackStep::Lift => key!("page.back.lift"),
+        BackStep::Home => key!("page.back.home"),
+        BackStep::Tool => key!("page.back.tool"),
+        BackStep::Resume => key!("page.back.resume"),
+    }
+}
+
+/// The button of a step, where a press does it.
+fn button(step: BackStep, line: Link) -> AnyView {
+    match step {
+        BackStep::Read => {
+            let mine = move || line.control.get().yours;
+            push_if("button small", mine, t!("page.alarm.acknowledge"), |_| link::ask(Ask::AcknowledgeAlarm))
+                .into_any()
+        }
+        BackStep::Home => {
+            push_if("button small", move || line.may_act(), t!("page.machine.home"), |_| link::ask(Ask::Home))
+                .into_any()
+        }
+        BackStep::Resume => offer::buttons(line).into_any(),
+        BackStep::Lift | BackStep::Tool => ().into_any(),
+    }
+}
+
+/// The list; nothing where no alarm is on show, nor a job that ended with one.
+pub(super) fn steps() -> impl IntoView {
+    let line = link::link();
+    let steps = Memo::new(move |_| {
+        let status = line.status.get()?;
+        let moves = !matches!(status.state, State::Alarm | State::Ready | State::NotHomed);
+        let ended = line.ended.with(|ended| ended.as_ref().is_some_and(|end| end.ending == Ending::Alarm));
+        let is_broken_off = line.interrupted.with(Option::is_some);
+        let wanted = status.alarm.is_some() || ended && is_broken_off;
+        (wanted && !moves).then(|| way_back(&status, is_broken_off))
+    });
+    move || {
+        let rows = steps.get()?.into_iter().map(|(step, mark)| {
+            let class = match mark {
+                BackMark::Done => "done",
+                BackMark::Now => "now",
+                BackMark::Later => "later",
+            };
+            let current = (mark == BackMark::Now).then_some("step");
+            let button = (mark == BackMark::Now).then(|| button(step, line));
+            li().class(class)
+                .attr("aria-current", current)
+                .child((span().child(move || crate::i18n::text(word(step), &[])), button))
+        });
+        let rows: Vec<_> = rows.collect();
+        let title = strong().child(t!("page.back.title"));
+        Some(
+            section()
+                .class("way-back")
+                .attr("aria-label", t!("page.back.title"))
+                .child((title, ol().child(rows))),
+        )
+    }
+}

@@ -1,0 +1,283 @@
+//! The spindle behind a frequency converter at a serial port (C6).
+//!
+//! ```text
+//! executor ── spindle 20000 ──▶ watch ── asks ──▶ this thread ── bytes ──▶ converter
+//!    ▲                            │    ◀─ answers ──┘            ◀──────────┘
+//!    └── at speed? lost? ─────────┘                   the bit goes down only at speed, and comes up when it is lost
+//! ```
+//!
+//! The thread lives where the executor lives: when the bridge dies, the executor's process comes to rest, lifts the bit and then
+//! switches the spindle off through it. Comes in: a machine and its pins. Goes out: the same pins, with a spindle that tells of
+//! itself. Does not know tasks.
+
+mod frames;
+mod profile;
+mod watch;
+
+pub(crate) use profile::names;
+
+use crate::machine_file;
+use crate::serial::{self, Port};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::Bit;
+use annulus_core::machine::{Converter, Machine};
+use annulus_core::pins::{AxisSet, Pins, SpindleState, SpindleTrouble};
+use frames::{Answer, Ask};
+use profile::Profile;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use watch::{Limits, Watch};
+
+/// How long an answer may take.
+const ANSWER: Duration = Duration::from_millis(60);
+
+/// What is waited where there is nothing to ask, and where there is no port.
+const PAUSE: Duration = Duration::from_millis(2);
+
+/// A port that is not there is looked for so often.
+const REOPEN: Duration = Duration::from_millis(500);
+
+/// How long it may take beyond twice the time that the machine gives its spindle.
+const SPIN_UP_MORE: Duration = Duration::from_secs(3);
+
+/// How long whoever ends waits for the spindle to be told.
+const LAST: Duration = Duration::from_millis(800);
+
+/// The pins of `machine`: where it has a converter, its spindle is switched there and tells of itself. `tell` is called from
+/// another thread whenever that changes.
+pub(crate) fn with(
+    machine: &Machine,
+    pins: Box<dyn Pins + Send>,
+    tell: impl Fn(SpindleState) + Send + 'static,
+) -> Result<Box<dyn Pins + Send>, Diagnostic> {
+    if !machine.converter.is_there() {
+        return Ok(pins);
+    }
+    let profile = profile_of(machine)?;
+    let limits = Limits {
+        tolerance_share: machine.converter.tolerance_percent / 100.0,
+        spin_up: Duration::from_secs_f64(machine.process.spin_up_ms * 2e-3) + SPIN_UP_MORE,
+        run_writes: profile.run.len(),
+        stop_writes: profile.stop.len(),
+        tells_faults: profile.fault.is_some(),
+    };
+    let shared = Arc::new(Watched {
+        began: Instant::now(),
+        watch: Mutex::new(Watch::new(limits)),
+        ends: AtomicBool::new(false),
+    });
+    let (line, own) = (Line::new(profile, machine.converter.clone()), Arc::clone(&shared));
+    let thread = thread::Builder::new()
+        .name("spindle".to_owned())
+        .spawn(move || own.run(line, tell))
+        .map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
+    Ok(Box::new(Converted { pins, shared, thread: Some(thread) }))
+}
+
+/// The profile of the converter of `machine`, or why there is none.
+pub(crate) fn check(machine: &Machine) -> Result<String, Diagnostic> {
+    profile_of(machine).map(|profile| profile.title)
+}
+
+fn profile_of(machine: &Machine) -> Result<Profile, Diagnostic> {
+    profile::named(&machine.converter.profile, &machine_file::converters())
+}
+
+/// Stops the spindle of `machine`, and nothing else: for when whoever drove it is no more.
+pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
+    if !machine.converter.is_there() {
+        return Ok(());
+    }
+    let profile = profile_of(machine)?;
+    let writes = profile.stop.len();
+    let mut line = Line::new(profile, machine.converter.clone());
+    for place in 0..writes {
+        let mut tried = (0..3).map(|_| line.ask(Ask::Stop { place }));
+        if !tried.any(|answer| answer.is_ok()) {
+            return Err(SpindleTrouble::Silent.diagnostic());
+        }
+    }
+    Ok(())
+}
+
+/// What the thread and the pins share.
+struct Watched {
+    began: Instant,
+    watch: Mutex<Watch>,
+    ends: AtomicBool,
+}
+
+impl Watched {
+    fn watch(&self) -> MutexGuard<'_, Watch> {
+        self.watch.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Asks and listens until the end.
+    fn run(&self, mut line: Line, tell: impl Fn(SpindleState)) {
+        let mut told = SpindleState::Untold;
+        let mut ending: Option<Duration> = None;
+        loop {
+            let now = self.began.elapsed();
+            if self.ends.load(Ordering::Relaxed) {
+                let since = *ending.get_or_insert(now);
+                if self.watch().is_over() || now - since > LAST {
+                    return;
+                }
+            }
+            let next = self.watch().next(now);
+            match next {
+                None => thread::sleep(PAUSE),
+                Some(ask) => {
+                    let answer = line.ask(ask);
+                    self.watch().heard(ask, answer, self.began.elapsed());
+                }
+            }
+            let state = self.watch().state();
+            if state != told {
+                told = state;
+                tell(state);
+            }
+        }
+    }
+}
+
+/// The line to the converter.
+struct Line {
+    profile: Profile,
+    converter: Converter,
+    port: Option<Port>,
+    tried: Option<Instant>,
+}
+
+impl Line {
+    fn new(profile: Profile, converter: Converter) -> Self {
+        Self { profile, converter, port: None, tried: None }
+    }
+
+    /// Asks, and waits for the answer.
+    fn ask(&mut self, ask: Ask) -> Result<Answer, SpindleTrouble> {
+        let Some(frame) = frames::frame(ask, &self.profile, &self.converter) else { return Ok(Answer::Done) };
+        let heard = self.say(&frame);
+        match heard {
+            Ok(heard) if heard.is_empty() => Err(SpindleTrouble::Silent),
+            Ok(heard) => frame.answer(&heard, &self.profile, &self.converter),
+            Err(error) => {
+                tracing::debug!(%error, port = self.converter.port, "spindle");
+                self.port = None;
+                thread::sleep(PAUSE * 5);
+                Err(SpindleTrouble::Silent)
+            }
+        }
+    }
+
+    /// Sends `frame` and gives what comes back in time.
+    fn say(&mut self, frame: &frames::Frame) -> std::io::Result<Vec<u8>> {
+        let port = self.port()?;
+        // What comes too late belongs to nobody; and between two frames the line has to be still.
+        while !port.read()?.is_empty() {}
+        port.write(&frame.bytes)?;
+        let (asked, mut heard) = (Instant::now(), Vec::new());
+        loop {
+            heard.extend(port.read()?);
+            if let Some(length) = frame.answer_length(&heard).filter(|length| heard.len() >= *length) {
+                heard.truncate(length);
+                return Ok(heard);
+            }
+            if asked.elapsed() >= ANSWER {
+                return Ok(heard);
+            }
+        }
+    }
+
+    fn port(&mut self) -> std::io::Result<&mut Port> {
+        if self.port.is_none() {
+            if self.tried.is_some_and(|tried| tried.elapsed() < REOPEN) {
+                return Err(std::io::ErrorKind::NotConnected.into());
+            }
+            self.tried = Some(Instant::now());
+            let baud = if self.converter.baud > 0 { self.converter.baud } else { self.profile.baud };
+            let parity = match self.profile.parity {
+                profile::Parity::None => serial::Parity::None,
+                profile::Parity::Even => serial::Parity::Even,
+                profile::Parity::Odd => serial::Parity::Odd,
+            };
+            let stop_bits =
+                if self.profile.stop_bits == 2 { serial::StopBits::Two } else { serial::StopBits::One };
+            self.port = Some(serial::open_as(&self.converter.port, baud, parity, stop_bits)?);
+        }
+        self.port.as_mut().ok_or_else(|| std::io::ErrorKind::NotConnected.into())
+    }
+}
+
+/// Pins with such a spindle.
+struct Converted {
+    pins: Box<dyn Pins + Send>,
+    shared: Arc<Watched>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Converted {
+    fn want(&self, rpm: u32) {
+        self.shared.watch().want(rpm, self.shared.began.elapsed());
+    }
+}
+
+impl Pins for Converted {
+    fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.pins.step(at_tick, axes, forward);
+    }
+
+    fn spindle(&mut self, at_tick: u64, rpm: u32) {
+        self.want(rpm);
+        self.pins.spindle(at_tick, rpm);
+    }
+
+    fn spindle_state(&mut self) -> SpindleState {
+        self.shared.watch().state()
+    }
+
+    fn inputs(&mut self, at_tick: u64) -> u32 {
+        self.pins.inputs(at_tick)
+    }
+
+    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
+        self.pins.output(at_tick, place, on);
+    }
+
+    fn rest(&mut self, at_tick: u64) {
+        self.pins.rest(at_tick);
+    }
+
+    fn due(&self) -> Option<u64> {
+        self.pins.due()
+    }
+
+    fn bit(&mut self, at_tick: u64, bit: &Bit) {
+        self.pins.bit(at_tick, bit);
+    }
+
+    fn ahead(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        self.pins.ahead(at_tick, axes, forward);
+    }
+
+    fn attend(&mut self, at_tick: u64) {
+        self.pins.attend(at_tick);
+    }
+
+    fn safe(&mut self) {
+        self.want(0);
+        self.pins.safe();
+    }
+}
+
+impl Drop for Converted {
+    fn drop(&mut self) {
+        self.want(0);
+        self.shared.ends.store(true, Ordering::Relaxed);
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}

@@ -1,0 +1,327 @@
+//! A spindle behind a frequency converter (C6): a converter of our own at a pseudo-terminal, what goes wrong with it while the bit
+//! is in the board, and what the drill does then.
+//!
+//! ```text
+//! annulus serve ── bytes ──▶ pty ──▶ this converter: frames of Modbus or of Huanyang, a motor that takes its time, faults
+//! ```
+
+use super::client::{PATIENCE, Page, Running, annulus};
+use super::drill;
+use super::work::{home, until_status};
+use annulus_core::control::{Ending, State, Trust};
+use annulus_core::geometry::Point;
+use annulus_core::machine::{Machine, Value};
+use annulus_core::pins::SpindleState;
+use annulus_core::wire::{Ask, RowVerdict, Tell, program};
+use serialport::{SerialPort, TTYPort};
+use std::cell::Cell;
+use std::io::{Read, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// What goes wrong.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Fault {
+    None,
+    Silence,
+    WrongSum,
+    Exception,
+    /// The motor turns at half its speed.
+    Slow,
+    /// It switches itself off, for this reason.
+    Trip(u16),
+}
+
+/// How long the motor takes to its speed.
+const SPIN_UP: Duration = Duration::from_millis(900);
+
+/// A converter and its motor.
+struct Motor {
+    is_huanyang: bool,
+    fault: Fault,
+    centi_hz: u32,
+    runs_since: Option<Instant>,
+    stops: u32,
+}
+
+impl Motor {
+    /// What it turns at, hundredths of a Hz.
+    fn actual(&self) -> u16 {
+        let Some(since) = self.runs_since.filter(|_| !matches!(self.fault, Fault::Trip(_))) else { return 0 };
+        let share = (since.elapsed().as_secs_f64() / SPIN_UP.as_secs_f64()).min(1.0);
+        let slow = if self.fault == Fault::Slow { 0.5 } else { 1.0 };
+        (f64::from(self.centi_hz) * share * slow) as u16
+    }
+
+    fn run(&mut self, runs: bool) {
+        if runs {
+            self.runs_since.get_or_insert(Instant::now());
+        } else {
+            self.runs_since = None;
+            self.stops += 1;
+        }
+    }
+
+    /// Length of the request that begins so.
+    fn length(&self, request: &[u8]) -> usize {
+        match request.get(1) {
+            Some(3) if self.is_huanyang => 6,
+            Some(5) if self.is_huanyang => 7,
+            _ => 8,
+        }
+    }
+
+    /// What a request does, and its answer without the sum.
+    fn answer(&mut self, request: &[u8]) -> Vec<u8> {
+        let [high, low] = self.actual().to_be_bytes();
+        if self.is_huanyang {
+            return match request[1..] {
+                [3, 1, what, ..] => {
+                    self.run(what == 1);
+                    vec![request[0], 3, 1, 0x29]
+                }
+                [5, 2, high, low, ..] => {
+                    self.centi_hz = u32::from(u16::from_be_bytes([high, low]));
+                    request[..5].to_vec()
+                }
+                [4, 3, 1, ..] => vec![request[0], 4, 3, 1, high, low],
+                _ => panic!("no request of Huanyang: {request:x?}"),
+            };
+        }
+        let trip = if let Fault::Trip(code) = self.fault { code as u8 } else { 0 };
+        match request[1..6] {
+            [6, 0x20, 0x00, 0, what] => {
+                self.run(what == 0x12);
+                request[..6].to_vec()
+            }
+            [6, 0x20, 0x01, high, low] => {
+                self.centi_hz = u32::from(u16::from_be_bytes([high, low]));
+                request[..6].to_vec()
+            }
+            [3, 0x21, 0x03, 0, 1] => vec![request[0], 3, 2, high, low],
+            [3, 0x21, 0x00, 0, 1] => vec![request[0], 3, 2, 0x01, trip],
+            _ => panic!("no request of this family: {request:x?}"),
+        }
+    }
+}
+
+/// The sum of Modbus, bit by bit.
+fn sum(bytes: &[u8]) -> [u8; 2] {
+    let mut crc = 0xFFFF_u16;
+    for byte in bytes {
+        crc ^= u16::from(*byte);
+        for _ in 0..8 {
+            crc = if crc & 1 == 1 { crc >> 1 ^ 0xA001 } else { crc >> 1 };
+        }
+    }
+    crc.to_le_bytes()
+}
+
+/// A converter at a port.
+struct Converter {
+    port: String,
+    motor: Arc<Mutex<Motor>>,
+    ends: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    /// The port is there as long as its other end is open.
+    _theirs: TTYPort,
+}
+
+impl Converter {
+    fn start(is_huanyang: bool) -> Self {
+        let (mut own, theirs) = TTYPort::pair().unwrap();
+        own.set_timeout(Duration::from_millis(5)).unwrap();
+        let port = theirs.name().unwrap();
+        let motor = Motor { is_huanyang, fault: Fault::None, centi_hz: 0, runs_since: None, stops: 0 };
+        let (motor, ends) = (Arc::new(Mutex::new(motor)), Arc::new(AtomicBool::new(false)));
+        let (shared, over) = (Arc::clone(&motor), Arc::clone(&ends));
+        let thread = thread::spawn(move || {
+            let mut heard = Vec::new();
+            while !over.load(Ordering::SeqCst) {
+                let mut bytes = [0; 64];
+                let count = own.read(&mut bytes).unwrap_or(0);
+                heard.extend_from_slice(&bytes[..count]);
+                if let Some(answer) = turn(&mut heard, &mut shared.lock().unwrap()) {
+                    let _ = own.write_all(&answer);
+                }
+            }
+        });
+        Self { port, motor, ends, thread: Some(thread), _theirs: theirs }
+    }
+
+    fn motor(&self) -> MutexGuard<'_, Motor> {
+        self.motor.lock().unwrap()
+    }
+}
+
+impl Drop for Converter {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::SeqCst);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// The answer to a request that was heard whole.
+fn turn(heard: &mut Vec<u8>, motor: &mut Motor) -> Option<Vec<u8>> {
+    let length = motor.length(heard);
+    if heard.len() < length {
+        return None;
+    }
+    let request: Vec<u8> = heard.drain(..length).collect();
+    assert_eq!(request[length - 2..], sum(&request[..length - 2]), "{request:x?}");
+    if motor.fault == Fault::Silence {
+        return None;
+    }
+    let mut answer = motor.answer(&request);
+    if motor.fault == Fault::Exception {
+        answer = vec![request[0], request[1] | 0x80, 4];
+    }
+    let mut sum = sum(&answer);
+    sum[0] ^= u8::from(motor.fault == Fault::WrongSum);
+    answer.extend(sum);
+    Some(answer)
+}
+
+/// A drill that stays in the board for four seconds, its spindle behind `port`.
+fn machine(profile: &str, port: &str) -> Machine {
+    let (number, text) = (Value::Number, |text: &str| Value::Text(text.to_owned()));
+    let changes = vec![
+        ("converter.profile", text(profile)),
+        ("converter.port", text(port)),
+        ("stroke.surface", number(-8.0)),
+        ("spindle.speed", number(20_000.0)),
+        ("spindle.spin_up", number(50.0)),
+        ("stroke.longest_drilling", number(20.0)),
+    ];
+    drill::machine(
+        changes,
+        [("x", 0.0, 60.0), ("y", 0.0, 60.0), ("z", -12.0, 0.0)],
+        &[("home_search", number(70.0))],
+    )
+}
+
+/// A bridge with that drill, homed, its zero set.
+fn bridge(machine: &Machine) -> (Running, Page) {
+    let folder = TempDir::new().unwrap();
+    let path = folder.path().join("mill.toml");
+    std::fs::write(&path, drill::file(machine)).unwrap();
+    let file = path.display().to_string();
+    let command = annulus(&folder, &["serve", "--port", "0", "--no-open", "--machine", &file]);
+    let running = Running::of(command, folder);
+    let mut page = running.page();
+    home(&mut page);
+    page.ask(&Ask::SetZero);
+    (running, page)
+}
+
+/// Waits until it is so.
+fn eventually(what: &str, so: impl Fn() -> bool) {
+    let since = Instant::now();
+    while !so() {
+        assert!(since.elapsed() < PATIENCE, "{what}");
+        thread::sleep(Duration::from_millis(5));
+    }
+}
+
+/// Starts one slow hole.
+fn start(bridge: &Running, page: &mut Page, machine: &Machine) {
+    let at = [Point::from_mm(2.0, 2.0)].into_iter();
+    let bytes =
+        program::encode(&drill::holes(machine, vec![drill::spin_up(50_000)], (at, 500), drill::back()));
+    let job = program::key(&bytes);
+    assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
+    page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
+    let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
+    let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
+    assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
+    page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+}
+
+/// Waits until the bit is in the board; before that the spindle was at its speed.
+fn until_in_the_board(page: &mut Page) {
+    let reached = Cell::new(false);
+    until_status(page, |status| {
+        reached.set(reached.get() || matches!(status.spindle, SpindleState::AtSpeed { .. }));
+        assert!(
+            reached.get() || status.work_mm[2] > -0.05,
+            "in the board before its speed: {:?}",
+            status.spindle
+        );
+        status.work_mm[2] < -0.4
+    });
+}
+
+#[test]
+fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
+    let converter = Converter::start(false);
+    let machine = machine("delta", &converter.port);
+    let (bridge, mut page) = bridge(&machine);
+    let rows = [
+        (Fault::Silence, "spindle.silent"),
+        (Fault::WrongSum, "spindle.garbled"),
+        (Fault::Exception, "spindle.refused"),
+        (Fault::Slow, "spindle.slow"),
+        (Fault::Trip(7), "spindle.tripped"),
+    ];
+    for (fault, code) in rows {
+        start(&bridge, &mut page, &machine);
+        until_in_the_board(&mut page);
+        assert_eq!(converter.motor().centi_hz, 33_333, "20,000 rpm");
+        let (begun, stops) = (Instant::now(), converter.motor().stops);
+        converter.motor().fault = fault;
+        let deepest = Cell::new(0.0);
+        let rising = until_status(&mut page, |status| {
+            let rises = status.work_mm[2] > deepest.get() + 0.05;
+            deepest.set(status.work_mm[2].min(deepest.get()));
+            rises
+        });
+        println!("{fault:?}: rises after {:?}", begun.elapsed());
+        assert!(
+            rising.work_mm[2] > -2.1 && deepest.get() > -2.0,
+            "not at the end of its stroke: {}",
+            deepest.get()
+        );
+        let alarmed = until_status(&mut page, |status| status.state == State::Alarm);
+        assert_eq!(alarmed.alarm.as_ref().map(|why| why.code.as_str()), Some(code));
+        assert_eq!(alarmed.trust, Trust::Trusted, "every step is counted");
+        until_status(&mut page, |status| status.work_mm[2] > 5.0);
+        converter.motor().fault = Fault::None;
+        eventually("it is told to stand", || {
+            converter.motor().stops > stops && converter.motor().runs_since.is_none()
+        });
+        page.ask(&Ask::Acknowledge);
+        until_status(&mut page, |status| status.state == State::Ready);
+    }
+}
+
+#[test]
+fn a_hole_is_drilled_with_frames_of_huanyangs_own() {
+    let converter = Converter::start(true);
+    let machine = machine("huanyang", &converter.port);
+    let (bridge, mut page) = bridge(&machine);
+    start(&bridge, &mut page, &machine);
+    until_in_the_board(&mut page);
+    let end = page.until(|tell| matches!(tell, Tell::Ended { .. }));
+    assert!(matches!(end, Tell::Ended { ending: Ending::Done, holes_done: 1, .. }), "{end:?}");
+    assert_eq!(converter.motor().centi_hz, 33_333);
+    eventually("it stands", || converter.motor().runs_since.is_none());
+}
+
+#[test]
+fn a_converter_that_cannot_be_is_said_before_anything_moves() {
+    let folder = TempDir::new().unwrap();
+    let serve = |machine: &Machine, more: &[&str]| {
+        let path = folder.path().join("mill.toml");
+        std::fs::write(&path, drill::file(machine)).unwrap();
+        let file = path.display().to_string();
+        let arguments = ["serve", "--port", "0", "--no-open", "--machine", &file, "--json"];
+        super::client::output(&folder, &[&arguments[..], more].concat())
+    };
+    let (exit, object, _) = serve(&machine("nobody's", "/dev/null"), &[]);
+    assert_eq!((exit != 0, &object["error"]["code"]), (true, &"spindle.no_profile".into()), "{object}");
+    let (exit, object, _) = serve(&machine("delta", "/dev/null"), &["--speed", "5"]);
+    assert_eq!((exit != 0, &object["error"]["code"]), (true, &"spindle.in_life".into()), "{object}");
+}

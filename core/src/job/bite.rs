@@ -1,0 +1,100 @@
+//! How far a bit goes on with each turn, and whether it stands that (C3).
+//!
+//! ```text
+//! 12 mm/s at 1,500 rpm      0.48 mm a turn       a drill of 0.8 mm stands 0.2 mm: it breaks
+//! 12 mm/s at 30,000 rpm     0.024 mm a turn      good
+//! ```
+//!
+//! Comes in: a bit, a feed, a speed; or a program. Goes out: diagnostics with the feed and the speed that it would stand. Does not
+//! know who plans or runs it.
+
+use super::{Bit, Command, Cutter, Mark, Program};
+use crate::diagnostic::Diagnostic;
+
+/// Most of the width of its cut that a bit may go on by in one turn.
+pub const MOST_BITE_SHARE: f64 = 0.25;
+
+/// Why `bit` breaks when it goes down at `feed_mm_per_s` while it turns at `rpm`, if it does. V-bits cut as wide as they are
+/// deep: they are judged in the cut.
+pub fn breaks(bit: &Bit, feed_mm_per_s: f64, rpm: u32) -> Option<Diagnostic> {
+    let diameter_mm = bit.diameter.mm();
+    if matches!(bit.cutter, Cutter::Vee { .. }) || rpm == 0 || diameter_mm <= 0.0 {
+        return None;
+    }
+    let turns_per_s = f64::from(rpm) / 60.0;
+    let (bite_mm, most_mm) = (feed_mm_per_s / turns_per_s, MOST_BITE_SHARE * diameter_mm);
+    if bite_mm <= most_mm {
+        return None;
+    }
+    let surface_m_per_min = std::f64::consts::PI * diameter_mm * f64::from(rpm) / 1e3;
+    let why = Diagnostic::error("job.bit_breaks").with("bit", bit.title(crate::locale::FALLBACK));
+    let why = why.with("feed", format!("{feed_mm_per_s:.1}")).with("rpm", rpm);
+    let why = why.with("bite", format!("{bite_mm:.3}")).with("most", format!("{most_mm:.3}"));
+    let why = why.with("surface", format!("{surface_m_per_min:.0}"));
+    // Rounded to the safe side.
+    let slower = libm::floor(most_mm * turns_per_s * 10.0) / 10.0;
+    let faster = libm::ceil(feed_mm_per_s / most_mm * 60.0 / 100.0) * 100.0;
+    Some(why.with("slower", format!("{slower:.1}")).with("faster", format!("{faster:.0}")))
+}
+
+/// Every bit of `program` that breaks on its way down, once.
+pub fn breaking(program: &Program) -> Vec<Diagnostic> {
+    let (mut bit, mut rpm) = (0_usize, 0);
+    let mut found: Vec<(usize, Diagnostic)> = Vec::new();
+    for leg in &program.legs {
+        if let Mark::ToolChange(next) = leg.mark {
+            bit = next as usize;
+        }
+        for command in &leg.commands {
+            match command {
+                Command::Spindle { rpm: now } => rpm = *now,
+                Command::AwaitBit { bit: next } => bit = *next as usize,
+                Command::Plunge { feed_um_per_s, .. } if !found.iter().any(|(known, _)| *known == bit) => {
+                    let feed_mm_per_s = f64::from(*feed_um_per_s) / 1e3;
+                    let why = program.bits.get(bit).and_then(|bit| breaks(bit, feed_mm_per_s, rpm));
+                    found.extend(why.map(|why| (bit, why)));
+                }
+                _ => {}
+            }
+        }
+    }
+    found.into_iter().map(|(_, why)| why).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::units::Length;
+
+    fn bit(um: i64, cutter: Cutter) -> Bit {
+        Bit { diameter: Length::from_um(um), name: String::new(), cutter }
+    }
+
+    #[test]
+    fn a_small_drill_that_hardly_turns_breaks_and_the_cure_that_is_said_helps() {
+        let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 };
+        let rows = [
+            (800, Cutter::Drill, 12.0, 1_500, true),
+            (800, Cutter::Drill, 12.0, 30_000, false),
+            (800, Cutter::Drill, 12.0, 3_600, false),
+            (800, Cutter::Drill, 12.0, 3_599, true),
+            (300, Cutter::Drill, 60.0, 10_000, true),
+            (1_000, Cutter::Mill, 2.0, 300, true),
+            (3_175, vee, 12.0, 300, false),
+            (800, Cutter::Drill, 12.0, 0, false),
+        ];
+        for (um, cutter, feed, rpm, does) in rows {
+            let bit = bit(um, cutter);
+            let why = breaks(&bit, feed, rpm);
+            assert_eq!(why.is_some(), does, "{um} {feed} {rpm}");
+            if let Some(why) = why {
+                let said =
+                    |name: &str| why.args.iter().find(|(key, _)| key == name).map(|(_, value)| value.clone());
+                let number = |name: &str| said(name).and_then(|text| text.parse::<f64>().ok()).unwrap();
+                assert_eq!(breaks(&bit, number("slower"), rpm), None);
+                assert_eq!(breaks(&bit, feed, number("faster") as u32), None);
+                assert!(why.message("en").contains(&said("bite").unwrap()) && !why.advice("en").is_empty());
+            }
+        }
+    }
+}

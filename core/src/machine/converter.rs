@@ -1,0 +1,174 @@
+//! The frequency converter of the spindle, at a serial port (C6): which one, where, and how its motor turns.
+//!
+//! ```text
+//! rpm ──▶ Hz = rpm · pole pairs / 60 ──▶ number in the converter's own unit (its profile says which)
+//! ```
+//!
+//! Goes out: the converter as data, the section "converter" of the settings table, and every reason why it cannot be. Does not know
+//! profiles nor frames: those are the business of whoever has the port.
+
+use super::settings::{Setting, Value, ValueKind};
+use super::wiring::whole;
+use super::{Machine, Output};
+use crate::diagnostic::Diagnostic;
+
+/// A frequency converter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Converter {
+    /// Name of its profile; empty where the spindle has none, or nobody speaks to it.
+    pub profile: String,
+    /// The serial port.
+    pub port: String,
+    /// Its baud rate; 0 is that of the profile.
+    pub baud: u32,
+    /// Its address on the line, 1 … 247.
+    pub address: u8,
+    /// Pairs of poles of the motor: with one it turns once a period.
+    pub pole_pairs: u32,
+    /// The frequency that the converter gives at most, Hz.
+    pub max_hz: u32,
+    /// How far the speed may be off, percent.
+    pub tolerance_percent: f64,
+}
+
+impl Default for Converter {
+    /// None; else as common spindles of 24,000 rpm have it.
+    fn default() -> Self {
+        Self {
+            profile: String::new(),
+            port: String::new(),
+            baud: 0,
+            address: 1,
+            pole_pairs: 1,
+            max_hz: 400,
+            tolerance_percent: 5.0,
+        }
+    }
+}
+
+impl Converter {
+    /// Whether there is one.
+    pub fn is_there(&self) -> bool {
+        !self.profile.is_empty()
+    }
+
+    /// The frequency, in hundredths of a Hz, at which the spindle turns so fast.
+    pub fn centi_hz(&self, rpm: u32) -> u32 {
+        let hz100 = u64::from(rpm) * u64::from(self.pole_pairs.max(1)) * 100;
+        u32::try_from((hz100 + 30) / 60).unwrap_or(u32::MAX)
+    }
+
+    /// How fast the spindle turns at so many hundredths of a Hz, rpm.
+    pub fn rpm(&self, centi_hz: u32) -> u32 {
+        let turns = u64::from(centi_hz) * 60;
+        let per = 100 * u64::from(self.pole_pairs.max(1));
+        u32::try_from((turns + per / 2) / per).unwrap_or(u32::MAX)
+    }
+}
+
+macro_rules! row {
+    ($key:literal, $unit:literal, $kind:expr, $get:expr, $set:expr) => {
+        Setting { key: $key, unit: $unit, kind: $kind, shapes_stream: false, get: $get, set: $set }
+    };
+}
+macro_rules! text {
+    ($key:literal, $longest:literal, $field:ident) => {
+        row!($key, "", ValueKind::Text($longest), |m| Value::Text(m.converter.$field.clone()), |m, v| {
+            if let Value::Text(text) = v {
+                m.converter.$field.clone_from(text);
+            }
+        })
+    };
+}
+macro_rules! count {
+    ($key:literal, $unit:literal, $low:literal, $high:literal, $field:ident, $kind:ty) => {
+        row!(
+            $key,
+            $unit,
+            ValueKind::Whole($low, $high),
+            |m| Value::Number(f64::from(m.converter.$field)),
+            |m, v| {
+                m.converter.$field = whole(v) as $kind;
+            }
+        )
+    };
+}
+
+/// The section "converter" of the settings table.
+pub(super) const ROWS: &[Setting] = &[
+    text!("converter.profile", 60, profile),
+    text!("converter.port", 200, port),
+    count!("converter.baud", "", 0.0, 115_200.0, baud, u32),
+    count!("converter.address", "", 1.0, 247.0, address, u8),
+    count!("converter.pole_pairs", "", 1.0, 8.0, pole_pairs, u32),
+    count!("converter.max_frequency", "Hz", 1.0, 3_000.0, max_hz, u32),
+    row!(
+        "converter.tolerance",
+        "%",
+        ValueKind::Number(0.5, 50.0),
+        |m| Value::Number(m.converter.tolerance_percent),
+        |m, v| m.converter.tolerance_percent = whole(v)
+    ),
+];
+
+/// Every reason why `machine` cannot have its converter.
+pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
+    let converter = &machine.converter;
+    let mut diagnostics = Vec::new();
+    if !converter.is_there() {
+        return diagnostics;
+    }
+    let refuse = |code: &str, key: &str| Diagnostic::error(code).with("key", key);
+    if converter.port.is_empty() {
+        diagnostics.push(refuse("machine.converter_no_port", "converter.port"));
+    }
+    let fastest_rpm = converter.rpm(converter.max_hz * 100);
+    if machine.process.spindle_rpm > fastest_rpm {
+        let why = refuse("machine.converter_too_slow", "spindle.speed");
+        diagnostics.push(why.with("rpm", machine.process.spindle_rpm).with("most", fastest_rpm));
+    }
+    if machine.output == Output::Adapter {
+        diagnostics.push(refuse("machine.converter_beside_adapter", "converter.profile"));
+    }
+    diagnostics
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{apply, virtual_drill};
+    use super::*;
+
+    #[test]
+    fn speeds_become_frequencies_and_come_back() {
+        for (pole_pairs, rpm, centi_hz) in
+            [(1, 24_000, 40_000), (2, 24_000, 80_000), (1, 12_345, 20_575), (1, 0, 0)]
+        {
+            let converter = Converter { pole_pairs, ..Converter::default() };
+            assert_eq!((converter.centi_hz(rpm), converter.rpm(centi_hz)), (centi_hz, rpm));
+        }
+        assert_eq!(Converter::default().centi_hz(u32::MAX), u32::MAX, "no overflow");
+    }
+
+    #[test]
+    fn a_converter_that_cannot_be_names_its_field() {
+        let text = |text: &str| Value::Text(text.to_owned());
+        let there = [
+            ("converter.profile", text("huanyang")),
+            ("converter.port", text("/dev/ttyUSB0")),
+            ("spindle.speed", Value::Number(24_000.0)),
+        ];
+        let codes = |more: &[(&str, Value)]| {
+            let changes = there.iter().chain(more).map(|(key, value)| ((*key).to_owned(), value.clone()));
+            let refusals = apply(&virtual_drill(), &changes.collect::<Vec<_>>()).err().unwrap_or_default();
+            refusals.into_iter().map(|why| why.code).collect::<Vec<_>>()
+        };
+        assert_eq!(codes(&[]), Vec::<String>::new());
+        assert_eq!(codes(&[("converter.port", text(""))]), ["machine.converter_no_port"]);
+        assert_eq!(codes(&[("converter.pole_pairs", Value::Number(2.0))]), ["machine.converter_too_slow"]);
+        assert_eq!(codes(&[("machine.output", text("adapter"))]), ["machine.converter_beside_adapter"]);
+        assert_eq!(
+            codes(&[("converter.port", text("")), ("converter.profile", text(""))]),
+            Vec::<String>::new()
+        );
+    }
+}
