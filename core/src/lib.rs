@@ -19,6 +19,7 @@
 //! | `artwork` | files as written | what they are for |
 //! | `board` | the board as meant: holes and slots | files' words |
 //! | `job` | the program: legs of commands with gates and marks | how fast |
+//! | `level` | the board's surface as it was touched, and programs whose depth follows it | who touches it |
 //! | `cam` | plans: rack, order of holes, lowering to a program | motion |
 //! | `post` | programs in other controllers' words | motion |
 //! | `project` | the job file: a work as text | how toolpaths are made |
@@ -46,6 +47,7 @@ pub mod controller;
 pub mod diagnostic;
 pub mod geometry;
 pub mod job;
+pub mod level;
 pub mod locale;
 pub mod machine;
 pub mod motion;

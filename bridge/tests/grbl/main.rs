@@ -12,6 +12,7 @@ mod clock;
 mod damage;
 mod firmware;
 mod jobs;
+mod level;
 mod judge;
 mod sender;
 mod stops;

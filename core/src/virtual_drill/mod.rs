@@ -20,10 +20,12 @@ mod bit;
 mod rotor;
 mod switches;
 mod tally;
+mod uneven;
 
 pub use bit::{Breakage, MountedBit, Tip};
 pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
+pub use uneven::UnevenBoard;
 pub use tally::{Again, Tally, made_again, missing_legs, tally};
 
 use crate::job::{self, Input};
@@ -110,6 +112,8 @@ pub struct Faults {
     pub bit_life: Option<u32>,
     /// How late the computer is with every step, in ticks: judged as on a real machine. Otherwise the drill keeps its own time.
     pub late_host: Option<u64>,
+    /// The board is not flat.
+    pub uneven: Option<UnevenBoard>,
 }
 
 /// The virtual drill.
@@ -189,7 +193,7 @@ impl VirtualDrill {
         let board = (z.scale.steps(surface), z.scale.steps(surface - process.board_thickness));
         let feed_hz = process.feed_mm_per_s * z.scale.steps_per_mm();
         let bouncing = SWITCHES.iter().fold(0, |bits, input| bits | input.bit());
-        Self {
+        let mut drill = Self {
             rotors,
             tables,
             edges,
@@ -209,7 +213,9 @@ impl VirtualDrill {
             drilled,
             watch: None,
             breaks: None,
-        }
+        };
+        drill.lie_under();
+        drill
     }
 
     /// Whether the drills of two machines have the same motors, tables and sensors at the same places; the feed that a sharp bit
@@ -283,12 +289,21 @@ impl VirtualDrill {
         let before = self.tables[axis].at;
         self.tables[axis].pushed(self.rotors[axis].at);
         if self.tables[axis].at != before {
+            self.lie_under();
             for spindle in 0..self.bits.len() {
                 let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
                 self.bits[spindle].slid(tip);
                 self.broke(spindle, whole);
             }
         }
+    }
+
+    /// The board under the bits is as high as it lies there.
+    fn lie_under(&mut self) {
+        let Some(uneven) = self.faults.uneven else { return };
+        let [x, y, _] = self.tip(0, 0).mm;
+        let steps = libm::round(uneven.raised_mm(x, y) * self.steps_per_mm[2]) as i64;
+        self.bits.iter_mut().for_each(|bit| bit.raise(steps));
     }
 
     /// A spindle went up or down.

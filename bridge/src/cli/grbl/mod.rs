@@ -2,6 +2,7 @@
 //!
 //! Comes in: names of ports, programs. Goes out: what was run, and how it ended. Does not know a controller's words.
 
+mod level;
 mod operator;
 mod program;
 
@@ -34,6 +35,8 @@ enum GrblCommand {
     Ports,
     /// Ask a controller who it is, and list its settings in words.
     Info(PortArgs),
+    /// Touch the board with the probe all over and keep its height map, for `run --level kept`.
+    Level(Box<LevelArgs>),
     /// Run a job: programs in G-code one after the other, or a board.
     Run(Box<RunArgs>),
     /// Go on with the job that was interrupted, at the hole or toolpath where it was.
@@ -61,9 +64,54 @@ struct RunArgs {
     more: Vec<PathBuf>,
     #[command(flatten)]
     how: How,
+    /// Let depth follow the board's surface: touch it first (measure), or use the map that was kept (kept).
+    #[arg(long, value_name = "WHICH")]
+    level: Option<WhichMap>,
+    #[command(flatten)]
+    touches: TouchArgs,
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
     from_start: bool,
+}
+
+/// Arguments of `annulus grbl level`.
+#[derive(Debug, clap::Args)]
+struct LevelArgs {
+    #[command(flatten)]
+    job: super::JobArgs,
+    /// Further programs of the same board.
+    #[arg(value_name = "PROGRAM")]
+    more: Vec<PathBuf>,
+    #[command(flatten)]
+    how: How,
+    #[command(flatten)]
+    touches: TouchArgs,
+}
+
+/// Where and how a board is touched.
+#[derive(Debug, Clone, clap::Args)]
+struct TouchArgs {
+    /// The board is touched at places that are at most so many mm apart.
+    #[arg(long, value_name = "MM", default_value_t = 10.0)]
+    grid: f64,
+    /// The outermost places lie so many mm inside of what is cut.
+    #[arg(long, value_name = "MM", default_value_t = 2.0)]
+    margin: f64,
+    /// From place to place the tip goes so many mm over the highest place touched.
+    #[arg(long, value_name = "MM", default_value_t = 1.0)]
+    clear: f64,
+    /// One place may lie so many mm below the one before it.
+    #[arg(long, value_name = "MM", default_value_t = 2.0)]
+    depth: f64,
+}
+
+/// Which height map a job follows.
+#[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
+enum WhichMap {
+    /// One that is measured now.
+    Measure,
+    /// The one that was kept.
+    Kept,
 }
 
 /// Arguments of `annulus grbl resume`.
@@ -121,6 +169,7 @@ pub(crate) fn run(args: &GrblArgs, json: bool) -> Result<Answer, Refusal> {
     match &args.command {
         GrblCommand::Ports => Ok(ports()),
         GrblCommand::Info(port) => info(port),
+        GrblCommand::Level(args) => level::run(args, json),
         GrblCommand::Run(args) => run_job(args, json),
         GrblCommand::Resume(args) => resume(args, json),
     }
@@ -196,7 +245,8 @@ fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     }
     let entry = AttendedJob { files: programs.files.clone(), ..AttendedJob::default() };
     let mut operator = Operator::new(&args.how, &ledger, entry, json)?;
-    operator.run(&programs, None, &args.job.accept)
+    let level = args.level.map(|which| (which, &args.touches));
+    operator.run(&programs, None, &args.job.accept, level)
 }
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
@@ -209,7 +259,7 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
         return Err(Refusal::content(why));
     }
     let mut operator = Operator::new(&args.how, &ledger, entry.clone(), json)?;
-    operator.run(&programs, Some(&entry), &args.accept)
+    operator.run(&programs, Some(&entry), &args.accept, None)
 }
 
 /// How long a job takes from a section on, in words of the object.
