@@ -8,6 +8,7 @@
 //!
 //! Comes in: programs as text, bytes of the line, time. Goes out: bytes for the line, diagnostics. Does not know ports, pages or clocks.
 
+mod align;
 mod asks;
 pub mod buffer;
 mod engine;
@@ -25,6 +26,7 @@ pub mod settings;
 mod survey;
 pub mod timing;
 
+pub use align::aligned_routine;
 pub use asks::{EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, SurveyStart, signs};
 pub use engine::{Controller, step};
 pub use gcode::read;

@@ -135,6 +135,12 @@ impl MountedBit {
         (self.holes, self.broken, self.kind) = (0, None, Some(kind.clone()));
     }
 
+    /// From now on it stays sharp for so many holes more, and gets through the board no faster than that.
+    pub fn blunt(&mut self, life: Option<u32>, dull_hz: Option<f64>) {
+        self.life = life;
+        self.dull_hz = dull_hz;
+    }
+
     /// The board lies so many steps higher at the place where the tip is now.
     pub fn raise(&mut self, steps: i64) {
         self.board = (self.flat.0 + steps, self.flat.1 + steps);

@@ -1,10 +1,13 @@
 //! Touching a board with a GRBL of our own: heights, hold, stop, what stands in the way, damaged lines.
 
 use super::{Bench, Faults, ZERO, routine};
-use annulus_core::controller::{
-    EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyStart, cut_bounds, level_routine,
-};
+use annulus_core::align::{Alignment, FoundHole};
 use annulus_core::control::Trust;
+use annulus_core::controller::{
+    Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyStart, aligned_routine,
+    cut_bounds, level_routine, read,
+};
+use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE, job_key};
 use annulus_core::units::Length;
 
@@ -190,4 +193,39 @@ fn no_damaged_line_leaves_a_wrong_height() {
         }
     }
     assert!(whole > 2 && ended > 2, "{whole} whole, {ended} ended");
+}
+
+#[test]
+fn a_job_goes_along_with_a_board_that_lies_elsewhere() {
+    let hole = |planned: [f64; 2], found: [f64; 2]| FoundHole {
+        planned: Point::from_mm(planned[0], planned[1]),
+        found: Point::from_mm(found[0], found[1]),
+    };
+    // Three in four: a turn by some 0.57 degrees, and a shift.
+    let fit = Alignment::of(&[hole([0.0, 0.0], [1.0, -2.0]), hole([100.0, 0.0], [100.995, -1.0])]).unwrap();
+    let text = "G21 G90\nG0 Z5\nG0 X2 Y3\nM3 S9000\nG1 Z-0.1 F100\nG2 X6 Y3 I2 J0 F300\nG1 X9 Y7\nG0 Z5\nM5\nM2\n";
+    let planned = read("arc", &[("arc.nc".to_owned(), text.to_owned())]).unwrap();
+    let moved = aligned_routine(&planned, &fit);
+    assert_ne!(moved.key, planned.key);
+    assert_eq!(aligned_routine(&planned, &fit), moved);
+    let place = |[x, y, z]: [Length; 3]| {
+        let at = fit.moved(Point::new(x, y));
+        [at.x, at.y, z]
+    };
+    let mut arcs = 0;
+    for (before, after) in planned.sections.iter().zip(&moved.sections) {
+        assert_eq!(after.entry, place(before.entry));
+        for (before, after) in before.actions.iter().zip(&after.actions) {
+            let (RoutineAction::Go(before), RoutineAction::Go(after)) = (before, after) else { continue };
+            assert_eq!((after.to, after.line), (place(before.to), before.line));
+            if let (Course::Arc { centre, ccw }, Course::Arc { centre: moved, ccw: same }) =
+                (before.course, after.course)
+            {
+                let at = fit.moved(Point::new(centre[0], centre[1]));
+                assert_eq!((moved, same), ([at.x, at.y], ccw));
+                arcs += 1;
+            }
+        }
+    }
+    assert_eq!(arcs, 1);
 }

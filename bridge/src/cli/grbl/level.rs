@@ -6,7 +6,7 @@
 use super::operator::Operator;
 use super::program::{self, Programs};
 use super::{LevelArgs, TouchArgs, WhichMap, ledger};
-use crate::cli::{Answer, Exit, Refusal, say};
+use crate::cli::{Answer, Exit, Refusal, level, say};
 use crate::controller::maps::Maps;
 use crate::machine_file;
 use annulus_core::controller::{EngineAsk, EnginePhase, SurveyStart, cut_bounds, level_routine, settings};
@@ -15,7 +15,6 @@ use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, TOLERANCE};
 use annulus_core::units::Length;
 use annulus_drill::controller::{AttendedJob, Told};
-use serde_json::{Value, json};
 use std::sync::Arc;
 use std::time::SystemTime;
 
@@ -25,42 +24,15 @@ const OVER_MM_PER_MIN: f64 = 800.0;
 
 /// Touches a board and keeps its map.
 pub(super) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
-    let programs = program::read(&args.job, &args.more)?;
+    let programs = super::aligned(program::read(&args.job, &args.more)?, &args.how)?;
     let mut operator = Operator::new(&args.how, &ledger(), AttendedJob::default(), json)?;
     operator.meets()?;
     let map = operator.measure_board(&programs, &args.touches)?;
-    Ok(Answer { object: object(&map), text: text(&map), exit: Exit::Done })
+    Ok(Answer { object: level::object(&map), text: level::text(&map), exit: Exit::Done })
 }
 
 fn maps() -> Maps {
     Maps::in_folder(&machine_file::data_folder())
-}
-
-/// The map as a table of µm, the highest Y on top as on the board.
-fn text(map: &HeightMap) -> String {
-    let columns = usize::from(map.grid.columns);
-    let rows = map.heights.chunks(columns).rev().map(|row| {
-        let words: Vec<String> = row.iter().map(|height| format!("{:>6}", height.nm() / 1_000)).collect();
-        words.join("") + "\n"
-    });
-    let [low, high] = map.span();
-    let table: String = rows.collect();
-    format!("Height over the work zero, µm:\n{table}From {:.3} to {:.3} mm.\n", low.mm(), high.mm())
-}
-
-fn object(map: &HeightMap) -> Value {
-    let um = |height: &Length| height.nm() as f64 / 1e3;
-    let [low, high] = map.span();
-    json!({
-        "columns": map.grid.columns,
-        "rows": map.grid.rows,
-        "low_mm": [map.grid.low.x.mm(), map.grid.low.y.mm()],
-        "high_mm": [map.grid.high.x.mm(), map.grid.high.y.mm()],
-        "heights_um": map.heights.iter().map(um).collect::<Vec<_>>(),
-        "lowest_um": um(&low),
-        "highest_um": um(&high),
-        "map": map.key(),
-    })
 }
 
 impl Operator {
@@ -84,10 +56,10 @@ impl Operator {
         &mut self,
         programs: &Programs,
         before: Option<&AttendedJob>,
-        level: Option<(WhichMap, &TouchArgs)>,
+        which: Option<(WhichMap, &TouchArgs)>,
     ) -> Result<Option<Programs>, Refusal> {
         let resumed = before.and_then(|entry| entry.levelled.as_ref());
-        let map = match (level, resumed) {
+        let map = match (which, resumed) {
             (Some((WhichMap::Measure, touches)), _) => self.measure_board(programs, touches)?,
             (Some((WhichMap::Kept, _)), _) => {
                 let map = maps().kept().map_err(Refusal::content)?;

@@ -10,13 +10,17 @@ use super::{Answer, Exit, Refusal};
 use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
 use crate::machine_file;
-use annulus_core::controller::{Info, estimate_s, settings};
+use annulus_core::align::{Alignment, FoundHole};
+use annulus_core::controller::{Info, aligned_routine, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_drill::controller::{AttendedJob, Told};
 use operator::Operator;
+use program::Programs;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How long a controller may take to say who it is. A line at the wrong speed says something for ever.
@@ -147,6 +151,10 @@ struct How {
     /// After each tool change find the board with the probe, at most so many mm down.
     #[arg(long, value_name = "MM")]
     probe: Option<f64>,
+    /// Where an alignment hole is planned and where it was found, in mm from the work zero: twice or more, and the job goes along
+    /// with the board.
+    #[arg(long = "found", value_name = "X,Y=X,Y", value_parser = found_hole, allow_hyphen_values = true)]
+    found: Vec<FoundHole>,
     /// Thickness of the plate on the board while probing, in mm; 0 for bare copper.
     #[arg(long, value_name = "MM", default_value_t = 0.0)]
     plate: f64,
@@ -162,6 +170,32 @@ fn place(text: &str) -> Result<Place, String> {
         text.split(',').map(|word| word.trim().parse().ok().filter(|mm: &f64| mm.abs() <= 5_000.0)).collect();
     let place = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
     place.map(Place).ok_or_else(|| locale::text("en", "grbl.bad_place", &[]))
+}
+
+/// Two places with `=` between them.
+fn found_hole(text: &str) -> Result<FoundHole, String> {
+    let place = |text: &str| {
+        let (x, y) = text.split_once(',')?;
+        let mm = |word: &str| word.trim().parse::<f64>().ok().filter(|mm| mm.abs() <= 1_000.0);
+        Some(Point::from_mm(mm(x)?, mm(y)?))
+    };
+    let pair = text.split_once('=').and_then(|(planned, found)| Some((place(planned)?, place(found)?)));
+    let hole = pair.map(|(planned, found)| FoundHole { planned, found });
+    hole.ok_or_else(|| locale::text("en", "align.bad_hole", &[]))
+}
+
+/// The programs where the board lies.
+fn aligned(programs: Programs, how: &How) -> Result<Programs, Refusal> {
+    if how.found.is_empty() {
+        return Ok(programs);
+    }
+    let fit = Alignment::of(&how.found).map_err(Refusal::content)?;
+    let mm = |mm: f64| format!("{mm:.3}");
+    let told = Diagnostic::note("align.lies").with("degrees", mm(fit.degrees()));
+    let told = told.with("x", mm(fit.shift_mm[0])).with("y", mm(fit.shift_mm[1]));
+    super::say(told.with("left", mm(fit.left_over_mm)).message("en"));
+    let routine = Arc::new(aligned_routine(&programs.routine, &fit));
+    Ok(Programs { routine, ..programs })
 }
 
 /// Runs the command.
@@ -233,7 +267,7 @@ fn text_of(info: &Info) -> String {
 }
 
 fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
-    let programs = program::read(&args.job, &args.more)?;
+    let programs = aligned(program::read(&args.job, &args.more)?, &args.how)?;
     let ledger = ledger();
     if let Some(entry) = ledger
         .interrupted()
@@ -253,7 +287,7 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
     let ledger = ledger();
     let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
     let entry = ledger.interrupted().ok_or_else(none)?;
-    let programs = program::read_again(&entry.files)?;
+    let programs = aligned(program::read_again(&entry.files)?, &args.how)?;
     if programs.routine.key != entry.key {
         let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
         return Err(Refusal::content(why));
@@ -263,6 +297,6 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
 }
 
 /// How long a job takes from a section on, in words of the object.
-fn time_s(programs: &program::Programs, info: &Info, from: usize, at: [f64; 3]) -> Option<f64> {
+fn time_s(programs: &Programs, info: &Info, from: usize, at: [f64; 3]) -> Option<f64> {
     estimate_s(&programs.routine, &info.values, usize::from(info.options.blocks), from, at)
 }
