@@ -57,7 +57,8 @@ fn depths(home: &Path) -> Vec<f64> {
 #[test]
 fn a_board_that_is_not_flat_is_touched_and_every_hole_is_as_deep_as_planned() {
     let spread = |depths: &[f64]| {
-        let (low, high) = depths.iter().fold((f64::MAX, f64::MIN), |(low, high), mm| (low.min(*mm), high.max(*mm)));
+        let (low, high) =
+            depths.iter().fold((f64::MAX, f64::MIN), |(low, high), mm| (low.min(*mm), high.max(*mm)));
         high - low
     };
     let folder = folder();

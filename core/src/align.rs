@@ -123,7 +123,10 @@ mod tests {
             let holes: Vec<FoundHole> =
                 places.iter().map(|at| FoundHole { planned: *at, found: truth.moved(*at) }).collect();
             let fit = Alignment::of(&holes).unwrap();
-            assert!((fit.turn_rad - truth.turn_rad).abs() < 1e-6 && fit.left_over_mm < 1e-5, "{round} {fit:?}");
+            assert!(
+                (fit.turn_rad - truth.turn_rad).abs() < 1e-6 && fit.left_over_mm < 1e-5,
+                "{round} {fit:?}"
+            );
             let far = Point::from_mm(100.0, -70.0);
             assert!(fit.moved(far).distance_mm(truth.moved(far)) < 1e-4, "{round}");
         }
@@ -156,7 +159,11 @@ mod tests {
             ("align.apart", vec![hole([0.0, 0.0], [0.0, 0.0]), hole([80.0, 0.0], [81.0, 0.0])]),
             (
                 "align.apart",
-                vec![hole([0.0, 0.0], [0.0, 0.0]), hole([80.0, 0.0], [80.0, 0.0]), hole([0.0, 60.0], [0.0, -60.0])],
+                vec![
+                    hole([0.0, 0.0], [0.0, 0.0]),
+                    hole([80.0, 0.0], [80.0, 0.0]),
+                    hole([0.0, 60.0], [0.0, -60.0]),
+                ],
             ),
             ("align.turned", vec![hole([0.0, 0.0], [80.0, 60.0]), hole([80.0, 60.0], [0.0, 0.0])]),
         ];

@@ -140,7 +140,16 @@ impl<'a> Operator<'a> {
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes and toolpaths  {msg}") {
             bar.set_style(style);
         }
-        Self { drill, tells: drill.watch(), bar, signals, interrupted: false, change, asked: None, touches_um: Vec::new() }
+        Self {
+            drill,
+            tells: drill.watch(),
+            bar,
+            signals,
+            interrupted: false,
+            change,
+            asked: None,
+            touches_um: Vec::new(),
+        }
     }
 
     fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Refusal> {

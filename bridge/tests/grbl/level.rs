@@ -104,7 +104,12 @@ fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() 
     }
     // Another zero, and another job: nothing moves below.
     let elsewhere = desk.run(&board, "run job.nc --zero-at -41,-40,-20 --level kept --confirm-tools 0");
-    assert_eq!((elsewhere.0, &elsewhere.1["error"]["code"]), (1, &"level.other_zero".into()), "{}", elsewhere.1);
+    assert_eq!(
+        (elsewhere.0, &elsewhere.1["error"]["code"]),
+        (1, &"level.other_zero".into()),
+        "{}",
+        elsewhere.1
+    );
     fs::write(desk.path().join("other.nc"), &job.text).unwrap();
     let other = desk.run(&board, &format!("run other.nc {ZERO_AT} --level kept --confirm-tools 0"));
     assert_eq!((other.0, &other.1["error"]["code"]), (1, &"level.other_job".into()), "{}", other.1);
@@ -127,7 +132,8 @@ fn a_machine_without_switches_touches_and_runs_in_one_go() {
     assert_eq!(exit, 0, "{object} {}", desk.said());
     assert!(desk.said().contains("Depth follows the board, by up to 0.3"), "{}", desk.said());
     // Turned off and on, the place of its zero means nothing any more.
-    let (exit, object) = desk.run(&board, "run job.nc --zero-here --level kept --from-start --confirm-tools 0");
+    let (exit, object) =
+        desk.run(&board, "run job.nc --zero-here --level kept --from-start --confirm-tools 0");
     assert_eq!((exit, &object["error"]["code"]), (1, &"level.other_zero".into()), "{object}");
     assert_follows(&mut board, here, surface);
 }

@@ -27,7 +27,9 @@ mod survey;
 pub mod timing;
 
 pub use align::aligned_routine;
-pub use asks::{EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, SurveyStart, signs};
+pub use asks::{
+    EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, SurveyStart, signs,
+};
 pub use engine::{Controller, step};
 pub use gcode::read;
 pub use level::{cut_bounds, level_routine};

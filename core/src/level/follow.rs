@@ -122,8 +122,11 @@ impl<'m> Follower<'m> {
         let rise = (end - start).mm();
         let mut pieces = Vec::new();
         for share in whole.cuts(self.map, self.tolerance) {
-            let (place, height) =
-                if share >= 1.0 { (to, end) } else { (whole.at(share), start + Length::from_mm(rise * share)) };
+            let (place, height) = if share >= 1.0 {
+                (to, end)
+            } else {
+                (whole.at(share), start + Length::from_mm(rise * share))
+            };
             pieces.push((place, self.height(place, height)?));
         }
         Ok(pieces)
@@ -169,7 +172,11 @@ fn followed(
         }
         Command::Mill { to, height, feed_um_per_s } => {
             let pieces = follower.pieces(*head, (to, height), FollowedCourse::Line)?;
-            commands.extend(pieces.into_iter().map(|(to, height)| Command::Mill { to, height, feed_um_per_s }));
+            commands.extend(pieces.into_iter().map(|(to, height)| Command::Mill {
+                to,
+                height,
+                feed_um_per_s,
+            }));
             *head = (to, height);
         }
         Command::MillArc { to, height, center, ccw, feed_um_per_s } => {

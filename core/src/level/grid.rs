@@ -52,7 +52,8 @@ impl ProbeGrid {
         let margin = margin.min(Length::from_nm(least.nm() / 4));
         let low = Point::new(bounds.min.x + margin, bounds.min.y + margin);
         let high = Point::new(bounds.max.x - margin, bounds.max.y - margin);
-        let count = |length: Length| usize::try_from((length.nm() - 1).max(0) / spacing.nm()).unwrap_or(MOST) + 2;
+        let count =
+            |length: Length| usize::try_from((length.nm() - 1).max(0) / spacing.nm()).unwrap_or(MOST) + 2;
         let (columns, rows) = (count(high.x - low.x), count(high.y - low.y));
         if columns.saturating_mul(rows) > MOST {
             let why = refuse("level.too_many").with("places", columns.saturating_mul(rows));
@@ -96,8 +97,7 @@ impl ProbeGrid {
 
     /// Where line `index` crosses the axis.
     pub(super) fn line(&self, axis: usize, index: usize) -> Length {
-        let (low, high) =
-            if axis == 0 { (self.low.x, self.high.x) } else { (self.low.y, self.high.y) };
+        let (low, high) = if axis == 0 { (self.low.x, self.high.x) } else { (self.low.y, self.high.y) };
         let spans = self.lines(axis) as i64 - 1;
         low + Length::from_nm((high - low).nm() * index as i64 / spans.max(1))
     }

@@ -18,7 +18,7 @@ mod grid;
 mod strokes;
 mod survey;
 
-pub use follow::{Correction, Follower, FollowedCourse, Levelled, TOLERANCE, level};
+pub use follow::{Correction, FollowedCourse, Follower, Levelled, TOLERANCE, level};
 pub use grid::ProbeGrid;
 pub use strokes::strokes;
 pub use survey::Survey;
@@ -145,7 +145,13 @@ impl HeightMap {
         let high = grid.place(column + 1, row + 1);
         let size_mm = [(high.x - low.x).mm(), (high.y - low.y).mm()];
         let slope_mm = [h10 - h00, h01 - h00];
-        Patch { low_mm: [low.x.mm(), low.y.mm()], size_mm, base_mm: h00, slope_mm, twist_mm: h11 - h10 - h01 + h00 }
+        Patch {
+            low_mm: [low.x.mm(), low.y.mm()],
+            size_mm,
+            base_mm: h00,
+            slope_mm,
+            twist_mm: h11 - h10 - h01 + h00,
+        }
     }
 }
 

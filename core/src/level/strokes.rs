@@ -15,7 +15,8 @@ const FEED_UM_PER_S: u32 = 1_000;
 /// A stroke's mark is a hole with the number of its place in the order of touching.
 pub fn strokes(survey: &Survey, program: &Program, below: Length) -> Program {
     let way_um = (program.safe_height + below).nm() / 1_000;
-    let deadline_us = u32::try_from(way_um * 1_000_000 / i64::from(FEED_UM_PER_S) + 5_000_000).unwrap_or(u32::MAX);
+    let deadline_us =
+        u32::try_from(way_um * 1_000_000 / i64::from(FEED_UM_PER_S) + 5_000_000).unwrap_or(u32::MAX);
     let gate = Some(Gate { input: Input::Contact, deadline_us, otherwise: Otherwise::Alarm });
     let stroke = |(number, to): (usize, Point)| {
         let commands = vec![

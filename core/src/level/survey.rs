@@ -168,7 +168,8 @@ impl Survey {
 fn middle(touches: &[Length]) -> Option<Length> {
     let mut sorted = touches.to_vec();
     sorted.sort_unstable();
-    let agreed = sorted.windows(2).min_by_key(|pair| pair[1] - pair[0]).filter(|pair| pair[1] - pair[0] <= SAME);
+    let agreed =
+        sorted.windows(2).min_by_key(|pair| pair[1] - pair[0]).filter(|pair| pair[1] - pair[0] <= SAME);
     match (agreed, sorted.len()) {
         (_, 0) => None,
         (Some(pair), _) => Some(Length::from_nm((pair[0] + pair[1]).nm() / 2)),

@@ -20,7 +20,8 @@ fn grid(x: f64, y: f64, spacing: f64, margin: f64) -> ProbeGrid {
 
 /// A map of the surface `height` over a board of `x` by `y` mm.
 fn map_of(grid: ProbeGrid, height: impl Fn(f64, f64) -> f64) -> HeightMap {
-    let heights = (0..grid.count()).map(|index| grid.nth(index)).map(|place| mm(height(place.x.mm(), place.y.mm())));
+    let heights =
+        (0..grid.count()).map(|index| grid.nth(index)).map(|place| mm(height(place.x.mm(), place.y.mm())));
     HeightMap {
         grid,
         heights: heights.collect(),
@@ -134,7 +135,8 @@ fn surface(map: &HeightMap, x: f64, y: f64) -> f64 {
 
 /// How far depth below the surface is from what was planned at most, mm, as the tip goes.
 fn worst(planned: &Program, levelled: &Program, surface: impl Fn(f64, f64) -> f64) -> f64 {
-    let commands = |program: &Program| program.legs.iter().flat_map(|leg| leg.commands.clone()).collect::<Vec<_>>();
+    let commands =
+        |program: &Program| program.legs.iter().flat_map(|leg| leg.commands.clone()).collect::<Vec<_>>();
     let mut pieces = commands(levelled).into_iter();
     let (mut wanted_at, mut at) = ([0.0, 0.0, 2.0], [0.0, 0.0, 2.0]);
     let mut worst = 0.0_f64;

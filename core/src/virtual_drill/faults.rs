@@ -121,9 +121,11 @@ pub fn read<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Faults, Diag
         })?;
         let after = match after {
             None => row.after,
-            Some(text) => text.parse().ok().filter(|holes| *holes <= MOST_HOLES).ok_or_else(|| {
-                Diagnostic::error("fault.when").with("word", word)
-            })?,
+            Some(text) => text
+                .parse()
+                .ok()
+                .filter(|holes| *holes <= MOST_HOLES)
+                .ok_or_else(|| Diagnostic::error("fault.when").with("word", word))?,
         };
         let fault = (row.put)();
         // How late a computer is belongs to its clock, from the beginning.
@@ -154,7 +156,8 @@ impl Faults {
 
     /// What comes now that so many holes are made.
     pub(super) fn come(&mut self, holes: u32) -> bool {
-        let (now, later) = std::mem::take(&mut self.later).into_iter().partition(|(after, _)| *after <= holes);
+        let (now, later) =
+            std::mem::take(&mut self.later).into_iter().partition(|(after, _)| *after <= holes);
         self.later = later;
         let now: Vec<(u32, Self)> = now;
         let any = !now.is_empty();

@@ -26,8 +26,8 @@ mod uneven;
 pub use bit::{Breakage, MountedBit, Tip};
 pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
-pub use uneven::UnevenBoard;
 pub use tally::{Again, Tally, made_again, missing_legs, tally};
+pub use uneven::UnevenBoard;
 
 use crate::job::{self, Input};
 use crate::machine::{DriveKind, Machine, StrokeEnd};

@@ -403,7 +403,10 @@ impl Automaton {
             return Err(29);
         }
         let moves = ['X', 'Y', 'Z'].into_iter().any(|axis| value(axis).is_some());
-        let synchronised = dwells || writes || words.contains(&('G', 38.3)) && self.probing.is_none() || words.iter().any(|(letter, _)| matches!(letter, 'M' | 'S'));
+        let synchronised = dwells
+            || writes
+            || words.contains(&('G', 38.3)) && self.probing.is_none()
+            || words.iter().any(|(letter, _)| matches!(letter, 'M' | 'S'));
         if (synchronised && !self.queue.is_empty()) || self.queue.len() >= BLOCKS {
             return Ok(false);
         }

@@ -4,8 +4,8 @@ use super::{Bench, Faults, ZERO, routine};
 use annulus_core::align::{Alignment, FoundHole};
 use annulus_core::control::Trust;
 use annulus_core::controller::{
-    Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyStart, aligned_routine,
-    cut_bounds, level_routine, read,
+    Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyStart,
+    aligned_routine, cut_bounds, level_routine, read,
 };
 use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE, job_key};
@@ -19,7 +19,13 @@ fn bow(x: f64, y: f64) -> f64 {
 
 fn start() -> SurveyStart {
     let grid = ProbeGrid::over(cut_bounds(&routine()).unwrap(), Length::from_mm(4.0), Length::from_mm(1.0));
-    SurveyStart { grid: grid.unwrap(), clear_mm: 1.0, depth_mm: 3.0, mm_per_min: 60.0, over_mm_per_min: 800.0 }
+    SurveyStart {
+        grid: grid.unwrap(),
+        clear_mm: 1.0,
+        depth_mm: 3.0,
+        mm_per_min: 60.0,
+        over_mm_per_min: 800.0,
+    }
 }
 
 fn survey_of(bench: &Bench) -> Option<Option<Box<Survey>>> {
@@ -77,8 +83,8 @@ fn a_board_is_touched_at_every_place_and_followed() {
     for (before, section) in levelled.sections.iter().zip(levelled.sections.iter().skip(1)) {
         let entry = |section: &Section| {
             let last = section.actions.iter().take(section.approach).rev();
-            let mut moves =
-                last.filter_map(|action| if let RoutineAction::Go(step) = action { Some(step.to) } else { None });
+            let mut moves = last
+                .filter_map(|action| if let RoutineAction::Go(step) = action { Some(step.to) } else { None });
             moves.next()
         };
         assert_eq!(entry(section).unwrap_or(before.end()), section.entry, "{:?}", section.kind);
@@ -114,7 +120,8 @@ fn a_board_is_touched_at_every_place_and_followed() {
 fn it_holds_between_two_touches_and_goes_on_and_stops_where_it_is_told() {
     let mut bench = bench(Some(bow));
     bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
-    let touches = |bench: &Bench| bench.told.iter().filter(|told| matches!(told, EngineAction::Touched { .. })).count();
+    let touches =
+        |bench: &Bench| bench.told.iter().filter(|told| matches!(told, EngineAction::Touched { .. })).count();
     assert!(bench.until(100_000, |bench| touches(bench) == 3));
     bench.event(EngineEvent::Ask(EngineAsk::Hold));
     assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Held));
@@ -142,7 +149,8 @@ fn what_is_not_as_it_should_be_ends_it_with_a_sentence() {
         1e9
     }
     type Row = (&'static str, Option<fn(f64, f64) -> f64>);
-    let rows: [Row; 3] = [("level.no_board", None), ("level.in_the_way", Some(wall)), ("grbl.alarm_4", Some(always))];
+    let rows: [Row; 3] =
+        [("level.no_board", None), ("level.in_the_way", Some(wall)), ("grbl.alarm_4", Some(always))];
     for (code, surface) in rows {
         let mut bench = bench(surface);
         bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
@@ -203,7 +211,8 @@ fn a_job_goes_along_with_a_board_that_lies_elsewhere() {
     };
     // Three in four: a turn by some 0.57 degrees, and a shift.
     let fit = Alignment::of(&[hole([0.0, 0.0], [1.0, -2.0]), hole([100.0, 0.0], [100.995, -1.0])]).unwrap();
-    let text = "G21 G90\nG0 Z5\nG0 X2 Y3\nM3 S9000\nG1 Z-0.1 F100\nG2 X6 Y3 I2 J0 F300\nG1 X9 Y7\nG0 Z5\nM5\nM2\n";
+    let text =
+        "G21 G90\nG0 Z5\nG0 X2 Y3\nM3 S9000\nG1 Z-0.1 F100\nG2 X6 Y3 I2 J0 F300\nG1 X9 Y7\nG0 Z5\nM5\nM2\n";
     let planned = read("arc", &[("arc.nc".to_owned(), text.to_owned())]).unwrap();
     let moved = aligned_routine(&planned, &fit);
     assert_ne!(moved.key, planned.key);

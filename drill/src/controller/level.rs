@@ -212,5 +212,4 @@ impl<F: Files> Station<F> {
         let tell = self.surface_tell();
         self.line.tell(&tell);
     }
-
 }

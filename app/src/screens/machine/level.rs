@@ -62,7 +62,11 @@ fn box_of(line: Link, open: RwSignal<bool>, spacing_mm: RwSignal<u8>) -> impl In
     let report = move || line.height_map.get();
     let goes = move || line.height_map.with(|report| report.goes);
     let spacings = SPACINGS_MM.map(|mm| {
-        choice(move || spacing_mm.get() == mm, move || say!("page.level.mm", mm = mm), move |_| spacing_mm.set(mm))
+        choice(
+            move || spacing_mm.get() == mm,
+            move || say!("page.level.mm", mm = mm),
+            move |_| spacing_mm.set(mm),
+        )
     });
     let plan = Memo::new(move |_| planned(line, spacing_mm.get()));
     let body = div().class("level").child((
@@ -80,7 +84,9 @@ fn box_of(line: Link, open: RwSignal<bool>, spacing_mm: RwSignal<u8>) -> impl In
         p().class("tabular").attr("role", "status").child(move || says(&report(), plan.get())),
         move || troubles(line, &report(), plan.get()),
     ));
-    let ready = move || line.may_act() && line.state() == Some(State::Ready) && plan.get().is_some_and(|plan| plan.is_ok());
+    let ready = move || {
+        line.may_act() && line.state() == Some(State::Ready) && plan.get().is_some_and(|plan| plan.is_ok())
+    };
     let touch = move |_| {
         if let Some(Ok((grid, job))) = plan.get_untracked() {
             let now_s = (js_sys::Date::now() / 1e3) as u64;
@@ -94,9 +100,14 @@ fn box_of(line: Link, open: RwSignal<bool>, spacing_mm: RwSignal<u8>) -> impl In
     let pause = move |_| link::ask(if paused() { Ask::Resume } else { Ask::Pause });
     let foot = (
         push("button", t!("page.close"), move |_| open.set(false)),
-        push_if("button", move || has() && line.may_act(), t!("page.level.forget"), |_| {
-            link::ask(Ask::ForgetHeightMap);
-        }),
+        push_if(
+            "button",
+            move || has() && line.may_act(),
+            t!("page.level.forget"),
+            |_| {
+                link::ask(Ask::ForgetHeightMap);
+            },
+        ),
         push_if("button", move || goes() && line.may_act(), pause_word, pause),
         push_if("button primary", ready, again, touch),
     );
@@ -158,18 +169,22 @@ fn mesh(grid: &ProbeGrid, heights: &[Option<Length>], next: Option<u32>) -> impl
     let dot = (width / f64::from(grid.columns)).min(height / f64::from(grid.rows)) * 0.16;
     let place = |at: Point| [(at.x - low.x).mm(), (high.y - at.y).mm()];
     let known: Vec<f64> = heights.iter().flatten().map(|height| height.mm()).collect();
-    let (least, most) = known.iter().fold((f64::MAX, f64::MIN), |(least, most), mm| (least.min(*mm), most.max(*mm)));
+    let (least, most) =
+        known.iter().fold((f64::MAX, f64::MIN), |(least, most), mm| (least.min(*mm), most.max(*mm)));
     let colour = move |mm: f64| {
         let share = if most > least { (mm - least) / (most - least) } else { 0.5 };
         format!("hsl({:.0} 70% {:.0}%)", HUES[0] + (HUES[1] - HUES[0]) * share, 42.0 + 16.0 * share)
     };
     let columns = usize::from(grid.columns);
-    let cells = (0..usize::from(grid.rows) - 1).flat_map(|row| (0..columns - 1).map(move |column| (column, row)));
+    let cells =
+        (0..usize::from(grid.rows) - 1).flat_map(|row| (0..columns - 1).map(move |column| (column, row)));
     let cells = cells.filter_map(|(column, row)| {
         let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
-        let corner = |(x, y): (usize, usize)| heights.get((row + y) * columns + column + x).copied().flatten();
+        let corner =
+            |(x, y): (usize, usize)| heights.get((row + y) * columns + column + x).copied().flatten();
         let sum: f64 = corners.into_iter().map(|at| corner(at).map(Length::mm)).sum::<Option<f64>>()?;
-        let ([x, bottom], [right, y]) = (place(grid.place(column, row)), place(grid.place(column + 1, row + 1)));
+        let ([x, bottom], [right, y]) =
+            (place(grid.place(column, row)), place(grid.place(column + 1, row + 1)));
         let (wide, tall) = (right - x, bottom - y);
         let shape = rect().attr("x", x).attr("y", y).attr("width", wide).attr("height", tall);
         Some(shape.attr("fill", colour(sum / 4.0)))
@@ -186,5 +201,10 @@ fn mesh(grid: &ProbeGrid, heights: &[Option<Length>], next: Option<u32>) -> impl
     });
     let dots: Vec<_> = dots.collect();
     let frame = format!("{} {} {} {}", -2.0 * dot, -2.0 * dot, width + 4.0 * dot, height + 4.0 * dot);
-    svg().attr("class", "mesh").attr("viewBox", frame).attr("role", "img").attr("aria-label", t!("page.level.title")).child((cells, dots))
+    svg()
+        .attr("class", "mesh")
+        .attr("viewBox", frame)
+        .attr("role", "img")
+        .attr("aria-label", t!("page.level.title"))
+        .child((cells, dots))
 }

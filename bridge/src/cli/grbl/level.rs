@@ -79,7 +79,8 @@ impl Operator {
             }
             (None, None) => return Ok(None),
         };
-        let (routine, correction) = level_routine(&programs.routine, &map, TOLERANCE).map_err(Refusal::content)?;
+        let (routine, correction) =
+            level_routine(&programs.routine, &map, TOLERANCE).map_err(Refusal::content)?;
         say(format_args!("Depth follows the board, by up to {:.3} mm.", correction.largest().mm()));
         self.map = Some(map);
         self.corrected = Some(correction);

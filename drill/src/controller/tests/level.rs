@@ -26,7 +26,8 @@ fn wish(program: &Program) -> Ask {
 impl Bench {
     fn report(&self) -> HeightMapReport {
         let mut told = self.heard.iter().rev();
-        let report = told.find_map(|tell| if let Tell::HeightMap(report) = tell { Some(report) } else { None });
+        let report =
+            told.find_map(|tell| if let Tell::HeightMap(report) = tell { Some(report) } else { None });
         report.map(|report| report.as_ref().clone()).unwrap_or_default()
     }
 
@@ -72,7 +73,8 @@ fn a_board_is_touched_and_the_job_follows_it() {
     assert_eq!(bench.finish(), (Ending::Done, 10));
     for bottom in bottoms(&program) {
         let at = [bottom[0] + ZERO[0], bottom[1] + ZERO[1]];
-        let cuts = bench.board.cuts.iter().filter(|cut| (0..2).all(|axis| (cut[axis] - at[axis]).abs() < NEAR));
+        let cuts =
+            bench.board.cuts.iter().filter(|cut| (0..2).all(|axis| (cut[axis] - at[axis]).abs() < NEAR));
         let lowest = cuts.map(|cut| cut[2] - bowed(cut[0], cut[1])).fold(f64::MAX, f64::min);
         assert!((lowest - bottom[2]).abs() < 0.02, "{lowest} not {}", bottom[2]);
     }
