@@ -117,7 +117,9 @@ impl Controller {
         let up = run.up_mm().max(run.wanted_mm[2]);
         run.wanted_mm[2] = up;
         self.send("G21G17G90G94", Meaning::Survey(None));
-        self.send(&format!("G90G0Z{}", number(up)), Meaning::Survey(Some(SurveyStep::Rise)));
+        self.send(&format!("G90G0Z{}", number(up)), Meaning::Survey(None));
+        // It is answered once the tip is up.
+        self.send("G4P0", Meaning::Survey(Some(SurveyStep::Rise)));
     }
 
     /// To the place that is next, to the zero when none is, or down where it stands over it.
@@ -217,7 +219,8 @@ impl Controller {
 
     fn survey_done(&mut self) {
         let Some(run) = self.survey.take() else { return };
-        self.set(EnginePhase::Ready);
+        // Ready once it has reported where that is.
+        self.set(EnginePhase::Jogging);
         self.out.push(EngineAction::Surveyed { survey: Some(Box::new(run.survey)) });
     }
 
