@@ -7,6 +7,7 @@ mod kill;
 mod lab;
 mod one_planner;
 mod programs;
+mod provoked;
 mod queue;
 mod run;
 mod server;

@@ -19,6 +19,8 @@
 //! | `artwork` | files as written | what they are for |
 //! | `board` | the board as meant: holes and slots | files' words |
 //! | `job` | the program: legs of commands with gates and marks | how fast |
+//! | `align` | where a board lies, from holes that were found: shift, turn, what is left over | who found them |
+//! | `level` | the board's surface as it was touched, and programs whose depth follows it | who touches it |
 //! | `cam` | plans: rack, order of holes, lowering to a program | motion |
 //! | `post` | programs in other controllers' words | motion |
 //! | `project` | the job file: a work as text | how toolpaths are made |
@@ -36,6 +38,7 @@
 //! | `plot` | pictures of numbers: panels, axes, lines, as shapes and as SVG | what is plotted |
 //! | `wire` | what page and bridge say to each other | how it travels |
 
+pub mod align;
 pub mod artwork;
 pub mod board;
 pub mod cam;
@@ -46,6 +49,7 @@ pub mod controller;
 pub mod diagnostic;
 pub mod geometry;
 pub mod job;
+pub mod level;
 pub mod locale;
 pub mod machine;
 pub mod motion;

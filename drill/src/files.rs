@@ -23,6 +23,8 @@ pub enum File {
     Sent(bool),
     /// What a person set for jobs on a controller.
     ControllerSettings,
+    /// The height map of the board on a controller.
+    HeightMap,
 }
 
 impl File {
@@ -38,7 +40,7 @@ impl File {
     ];
 
     /// Those of a controller.
-    pub const CONTROLLER: [Self; 7] = [
+    pub const CONTROLLER: [Self; 8] = [
         Self::Done(false),
         Self::Done(true),
         Self::ControllerProgram(false),
@@ -46,6 +48,7 @@ impl File {
         Self::Sent(false),
         Self::Sent(true),
         Self::ControllerSettings,
+        Self::HeightMap,
     ];
 
     /// Its name.
@@ -65,6 +68,7 @@ impl File {
             Self::Sent(false) => "controller-sent-0.nc",
             Self::Sent(true) => "controller-sent-1.nc",
             Self::ControllerSettings => "controller-settings",
+            Self::HeightMap => "controller-height-map",
         }
     }
 }

@@ -69,8 +69,8 @@ function openPort(path) {
   };
 }
 
-/** A board with its power on. `speed` is how many times faster than life it runs. */
-export async function startBoard(tools, speed) {
+/** A board with its power on. `speed` is how many times faster than life it runs, `surface` what its probe meets, as the instrument wants it. */
+export async function startBoard(tools, speed, surface) {
   const folder = mkdtempSync(join(tmpdir(), "annulus-board-"));
   const at = (name) => join(folder, name);
   const launch = async (...more) => {
@@ -100,7 +100,7 @@ export async function startBoard(tools, speed) {
   await first.ended;
   rmSync(at("edges"), { force: true });
   rmSync(at("report"), { force: true });
-  const { child, ended } = await launch("--speed", String(speed));
+  const { child, ended } = await launch("--speed", String(speed), ...(surface ? ["--probe-z", surface] : []));
   const reports = () => (existsSync(at("report")) ? readFileSync(at("report"), "utf8").split("\n").filter(Boolean) : []);
   return {
     port: () => openPort(at("port")),

@@ -164,6 +164,69 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
   }
 });
 
+test("a board that lies askew is touched from the page, its map is seen, and the job follows it", async (t) => {
+  if (!tools) return t.skip("no GRBL");
+  // 20 µm up for every millimetre to the right; at the work zero it is where the tip will be set on it.
+  const [server, board] = [await serveFiles(), await startBoard(tools, SPEED, "-20.58,0.02,0")];
+  const { page, context, problems } = await opened(server, board);
+  try {
+    await press(page, connect(page));
+    await shown(page, /^GRBL 1\.1h/);
+    await home(page);
+    for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
+    await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
+    await until(async () => (await digits(page, "X")) === 0, "zero of X");
+    await planned(page);
+    await press(page, page.getByRole("button", { name: "Height map…" }));
+    const map = page.getByRole("dialog", { name: "Height map of the board" });
+    const touch = map.getByRole("button", { name: "Touch the board" });
+    // Not before the height is known; said where it can be read.
+    await press(page, touch);
+    await map.getByText(/height of the board was not set/).waitFor();
+    await map.getByRole("button", { name: "Close", exact: true }).click();
+    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await until(async () => (await digits(page, "Z")) === 0, "zero of Z");
+    const zero = await board.steps();
+    await press(page, page.getByRole("button", { name: "Height map…" }));
+    await map.getByRole("button", { name: "5 mm", exact: true }).click();
+    await map.getByText(/^6 places to touch/).waitFor();
+    await press(page, touch);
+    await map.getByText(/^[12] of 6 touched/).waitFor();
+    await map.getByRole("button", { name: "Pause" }).click();
+    await press(page, map.getByRole("button", { name: "Go on" }));
+    await map.getByText(/^From .* mm; the largest correction is 0\.(1|2)/).waitFor();
+    assert.equal(await map.locator("circle.touched").count(), 6);
+    assert.equal(await map.locator("rect").count(), 2);
+    for (const [width, height] of [[1440, 900], [820, 1180], [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      await page.screenshot({ path: picture(`level-${width}`) });
+    }
+    await page.setViewportSize({ width: 1440, height: 900 });
+    await map.getByRole("button", { name: "Close", exact: true }).click();
+    await press(page, page.getByRole("button", { name: "Start…" }));
+    const rows = await begin(page, "Start the job");
+    assert.ok(rows.some((row) => /Depth follows the height map/.test(row)), rows.join("\n"));
+    const change = page.getByRole("alertdialog");
+    await change.getByRole("button", { name: /^Continue/ }).click();
+    await shown(page, /^Hole [2-5] of 6/);
+    await change.getByRole("button", { name: "Not yet" }).waitFor();
+    await page.keyboard.press("Control+Shift+E");
+    await shown(page, /^You stopped it/);
+    const deep = (await board.end(zero[2] - 250)).filter(({ lowest }) => lowest < zero[2] - 1.2 * STEPS);
+    assert.equal(deep.length, 6, "the holes of the first tool");
+    const lowest = (x) => deep.find(({ at }) => Math.abs(at[0] - zero[0] - x * STEPS) < 8).lowest;
+    assert.ok(Math.abs(lowest(10) - lowest(0) - 0.2 * STEPS) < 6, `${lowest(0)} and ${lowest(10)}`);
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    await page.screenshot({ path: picture("level-failed-1440") });
+    throw error;
+  } finally {
+    await context.close();
+    server.stop();
+    board.kill();
+  }
+});
+
 test("a reload has the controller again without a dialog; a page of the bridge has it too, and goes back to the bridge", async (t) => {
   if (!tools) return t.skip("no GRBL");
   const [bridge, board] = [await startBridge(), await startBoard(tools, 1)];

@@ -14,7 +14,7 @@ use crate::model::{Job, LinkEvent, SettingsDraft};
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, Outputs, Status};
+use annulus_core::wire::{Ask, HeightMapReport, Outputs, Status};
 use leptos::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -58,6 +58,8 @@ pub struct Link {
     pub queue: ReadSignal<MachineQueue>,
     /// The outputs and their lock.
     pub outputs: ReadSignal<Outputs>,
+    /// What is known of the surface of the board on a controller.
+    pub height_map: ReadSignal<Arc<HeightMapReport>>,
     /// The job the machine has, where that is another one than was planned.
     pub fetched: ReadSignal<Option<Arc<Job>>>,
     /// The job that the Machine screen shows.
@@ -97,6 +99,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         log: slots.kept(|model| &model.link.log),
         queue: slots.part(|model| &model.link.queue),
         outputs: slots.part(|model| &model.link.outputs),
+        height_map: slots.kept(|model| &model.link.height_map),
         fetched: slots.handle(|model| &model.start.fetched),
         shown_job: slots.handle(|model| &model.start.shown),
         preflight: slots.part(|model| &model.start.preflight),

@@ -18,6 +18,7 @@ mod inspect;
 pub(crate) mod job;
 mod judged;
 mod lab;
+mod level;
 mod link;
 mod log;
 mod machines;
@@ -73,6 +74,8 @@ pub(crate) enum Command {
     Templates(templates::TemplatesArgs),
     /// Compute the step stream and say how long it takes.
     Simulate(simulate::SimulateArgs),
+    /// Touch the board at a grid of places and keep its height map, for `run --level`.
+    Level(Box<level::LevelArgs>),
     /// Drill a job.
     Run(run::RunArgs),
     /// Controllers of the GRBL family at a serial port: ports, info, run, resume.
@@ -377,6 +380,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Export(args)) => export::run(&args),
         Some(Command::Templates(args)) => templates::run(&args),
         Some(Command::Simulate(args)) => simulate::run(&args),
+        Some(Command::Level(args)) => level::run(&args, json),
         Some(Command::Run(args)) => run::run(&args, json),
         Some(Command::Grbl(args)) => grbl::run(&args, json),
         Some(Command::Queue(args)) => queue::run(&args),

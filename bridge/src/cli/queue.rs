@@ -11,6 +11,7 @@ use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::queue::{self, CheckedQueue, Mode, Queue, RowState, Standing, check, print, read};
+use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, QueuePhase, QueueStatus, Status, Tell};
 use serde_json::{Value, json};
 use std::fs;
@@ -55,6 +56,9 @@ struct RunArgs {
     /// How many times faster than life the virtual drill runs.
     #[arg(long, default_value_t = 1.0, value_parser = super::run::speed)]
     speed: f64,
+    /// Provoke a fault of the virtual drill, from so many holes on: NAME or NAME@HOLES; see the manual.
+    #[arg(long, value_name = "NAME[@HOLES]")]
+    fault: Vec<String>,
 }
 
 /// Runs the command.
@@ -150,7 +154,8 @@ fn perform(
         |error: io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
-    let drill = Drill::open(&machine_file::data_folder(), known.machine, args.speed)?;
+    let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
+    let drill = Drill::open_with(&machine_file::data_folder(), known.machine, args.speed, faults)?;
     drill.keep_settings_in(known.path);
     let mut operator = Operator { drill: &drill, signals, interrupted: false };
     let ran = runtime.block_on(operator.run(args.step, queue, text));

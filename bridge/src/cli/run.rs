@@ -11,8 +11,12 @@ use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
+use annulus_core::job::Program;
+use annulus_core::level::HeightMap;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
+use annulus_core::units::Length;
+use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, DrilledReport, RowVerdict, SlipReport, Status, Tell, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -31,6 +35,12 @@ pub(crate) struct RunArgs {
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
     pub(crate) from_start: bool,
+    /// Let depth follow the board: use the height map that `annulus level` kept.
+    #[arg(long)]
+    pub(crate) level: bool,
+    /// Provoke a fault of the virtual drill, from so many holes on: NAME or NAME@HOLES; see the manual.
+    #[arg(long, value_name = "NAME[@HOLES]")]
+    pub(crate) fault: Vec<String>,
     /// Answer each tool change after so many seconds, as a person or a changer would. The virtual drill needs none.
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
     pub(crate) confirm_tools: Duration,
@@ -48,6 +58,16 @@ pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     found.map(Duration::from_secs_f64).ok_or_else(|| format!("give seconds from 0 to {DAY_S}"))
 }
 
+/// What came of a program.
+pub(super) struct Played {
+    /// How it ended.
+    pub(super) answer: Answer,
+    /// Where its strokes ended on a sensor, over the work zero, µm, in their order.
+    pub(super) touches_um: Vec<f64>,
+    /// Its work zero in machine coordinates.
+    pub(super) zero: [Length; 2],
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let known = machine_file::named(args.job.on.name())?;
@@ -59,21 +79,44 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     for diagnostic in &job.diagnostics {
         super::say(diagnostic.message("en"));
     }
-    let bytes = program::encode(&job.program);
+    let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
+    let (program, map) = if args.level {
+        let (program, map, most) = super::level::followed(&job.program)?;
+        super::say(format_args!("Depth follows the board, by up to {:.3} mm.", most.mm()));
+        (program, Some(map))
+    } else {
+        (job.program, None)
+    };
+    let mut answer = play(&program, low, args, map.as_ref(), json)?.answer;
+    answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
+    Ok(answer)
+}
+
+/// Plays a program on the drill of this computer, on a board that has to lie where `map` was measured.
+pub(super) fn play(
+    program: &Program,
+    low: Point,
+    args: &RunArgs,
+    map: Option<&HeightMap>,
+    json: bool,
+) -> Result<Played, Refusal> {
+    let known = machine_file::named(args.job.on.name())?;
+    if known.machine.output != Output::Virtual {
+        return Err(Refusal::usage(diagnostic("run.needs_page")));
+    }
+    let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
+    let bytes = program::encode(program);
     let no_runtime =
         |error: std::io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
-    let drill = Drill::open(&folder, known.machine, args.speed)?;
+    let drill = Drill::open_with(&machine_file::data_folder(), known.machine, args.speed, faults)?;
     drill.keep_settings_in(known.path);
     let operator = Operator::new(&drill, signals, json, args.confirm_tools);
-    let low = job::low_corner(&job.program);
-    let ran = runtime.block_on(operator.drill_all(&bytes, low, args));
+    let played = runtime.block_on(operator.drill_all(&bytes, low, args, map));
     drill.shutdown();
-    let mut answer = ran?;
-    answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
-    Ok(answer)
+    played
 }
 
 fn diagnostic(code: &str) -> Diagnostic {
@@ -92,6 +135,7 @@ struct Operator<'a> {
     change: Duration,
     /// Since when one is waited for.
     asked: Option<Instant>,
+    touches_um: Vec<f64>,
 }
 
 impl<'a> Operator<'a> {
@@ -101,7 +145,16 @@ impl<'a> Operator<'a> {
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes and toolpaths  {msg}") {
             bar.set_style(style);
         }
-        Self { drill, tells: drill.watch(), bar, signals, interrupted: false, change, asked: None }
+        Self {
+            drill,
+            tells: drill.watch(),
+            bar,
+            signals,
+            interrupted: false,
+            change,
+            asked: None,
+            touches_um: Vec::new(),
+        }
     }
 
     fn ask(&self, ask: Ask) -> Result<Vec<Tell>, Refusal> {
@@ -122,7 +175,13 @@ impl<'a> Operator<'a> {
         self.ask(Ask::AcknowledgeAlarm).map(drop)
     }
 
-    async fn drill_all(mut self, bytes: &[u8], low: Point, args: &RunArgs) -> Result<Answer, Refusal> {
+    async fn drill_all(
+        mut self,
+        bytes: &[u8],
+        low: Point,
+        args: &RunArgs,
+        map: Option<&HeightMap>,
+    ) -> Result<Played, Refusal> {
         let (from_start, accept) = (args.from_start, &args.job.accept);
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
@@ -136,7 +195,8 @@ impl<'a> Operator<'a> {
         self.ask(Ask::Home)?;
         let homed = self.settle().await;
         if self.interrupted || homed.state != State::Ready {
-            return Ok(self.answer(ending_of(&homed), (0, 0), "", &homed));
+            let answer = self.answer(ending_of(&homed), (0, 0), "", &homed);
+            return Ok(Played { answer, touches_um: Vec::new(), zero: [Length::ZERO; 2] });
         }
         let from_leg = match offer.filter(|_| !from_start) {
             Some((leg, done)) => {
@@ -149,12 +209,17 @@ impl<'a> Operator<'a> {
                 0
             }
         };
+        let zero = self.status().and_then(|status| status.zero_mm).unwrap_or_default().map(Length::from_mm);
+        if let Some(why) = map.and_then(|map| map.refused(&map.job, zero, true)) {
+            return Err(Refusal::content(why));
+        }
         let digest = self.arm(&key, from_leg)?;
         self.ask(Ask::Start { job: key.clone(), stream_digest: digest.clone(), from_leg })?;
         let (ending, done) = self.until_ended(&key).await;
         self.bar.finish_and_clear();
         let rested = self.settle().await;
-        Ok(self.answer(ending, done, &digest, &rested))
+        let answer = self.answer(ending, done, &digest, &rested);
+        Ok(Played { answer, touches_um: self.touches_um, zero })
     }
 
     /// Goes so far from the corner of the machine that what lies below the work zero is in the range too.
@@ -229,6 +294,7 @@ impl<'a> Operator<'a> {
                     let left = Duration::from_secs_f64(status.left_s.max(0.0));
                     self.bar.set_message(format!("{} left", HumanDuration(left)));
                 }
+                Some(Tell::Touched { height_um, .. }) => self.touches_um.push(height_um),
                 Some(_) => {}
                 None => return (Ending::Alarm, (0, 0)),
             }

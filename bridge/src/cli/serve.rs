@@ -12,6 +12,7 @@ use crate::server::{self, Bridge};
 use crate::signals::Signals;
 use annulus_core::control::Timing;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::virtual_drill::faults;
 use annulus_core::wire::Scope;
 use serde_json::{Value, json};
 use std::io::{self, ErrorKind, Write};
@@ -35,6 +36,9 @@ pub(crate) struct ServeArgs {
     /// How many times faster than life the virtual drill runs. [default: 1]
     #[arg(long, value_parser = super::run::speed)]
     pub(crate) speed: Option<f64>,
+    /// Provoke a fault of the virtual drill, from so many holes on: NAME or NAME@HOLES; see the manual.
+    #[arg(long, value_name = "NAME[@HOLES]")]
+    pub(crate) fault: Vec<String>,
 }
 
 /// Runs the command.
@@ -46,7 +50,8 @@ pub(crate) fn run(args: &ServeArgs, json: bool) -> Result<Answer, Refusal> {
     let (port, listeners) = listen(args.port.unwrap_or(DEFAULT_PORT))?;
     let folder = machine_file::data_folder();
     runtime::make_folder(&folder)?;
-    let drill = Drill::open(&folder, known.machine, args.speed.unwrap_or(1.0))?;
+    let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
+    let drill = Drill::open_with(&folder, known.machine, args.speed.unwrap_or(1.0), faults)?;
     drill.keep_settings_in(known.path);
     let timing = drill.timing().cloned();
     if let Some(timing) = &timing {

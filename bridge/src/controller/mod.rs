@@ -9,6 +9,7 @@
 //! Comes in: asks. Goes out: what the engine tells, with a glimpse of where it is. Does not know what a program says.
 
 pub(crate) mod ledger;
+pub(crate) mod maps;
 mod owner;
 
 pub(crate) use crate::serial::list;

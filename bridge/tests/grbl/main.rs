@@ -13,6 +13,7 @@ mod damage;
 mod firmware;
 mod jobs;
 mod judge;
+mod level;
 mod sender;
 mod stops;
 mod whole;

@@ -4,7 +4,7 @@
 //! single pulses only where plane and spindles step at the same time.
 
 use crate::diagnostic::Diagnostic;
-use crate::job::{Stage, Switching};
+use crate::job::{Input, Stage, Switching};
 use crate::machine::{MOST_RPM, Machine};
 use crate::steps::replay;
 use crate::steps::stream::{Run, Segment, rounded};
@@ -31,6 +31,8 @@ pub(super) struct Interlocks {
     spindle_rpm: u32,
     /// When the spindle was last told another speed.
     spindle_since: u64,
+    /// The stroke before may have ended on the contact sensor: the tip stands on the board.
+    touching: bool,
 }
 
 impl Interlocks {
@@ -40,7 +42,7 @@ impl Interlocks {
         let wanted = if overlap.on { Length::from_mm(overlap.clear_mm) } else { CLEARANCE };
         let clearance = machine.z.scale.steps(wanted.min(machine.process.safe_height));
         let spin_up_ticks = libm::floor(machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
-        Self { clearance, spin_up_ticks, spindle_rpm: 0, spindle_since: 0 }
+        Self { clearance, spin_up_ticks, spindle_rpm: 0, spindle_since: 0, touching: false }
     }
 
     /// Whether the spindle was left running.
@@ -80,7 +82,10 @@ impl Interlocks {
             in_plane && !milled && low_z < self.clearance && drags(segment, heights.starts, self.clearance);
         refuse(dragged, "check.xy_in_board");
         let in_board = low_z < 0;
-        refuse(in_board && self.spindle_rpm == 0, "check.spindle_off");
+        // A bit that stands still may touch the board, and rise from it again.
+        let touches = segment.gate.is_some_and(|gate| gate.input == Input::Contact);
+        let rises = std::mem::replace(&mut self.touching, touches) && begins_upwards(segment);
+        refuse(in_board && self.spindle_rpm == 0 && !touches && !rises, "check.spindle_off");
         let spun = now.saturating_sub(self.spindle_since) >= self.spin_up_ticks;
         refuse(in_board && self.spindle_rpm > 0 && !spun, "check.spin_up");
         let alone = segment.runs.windows(2).all(|pair| matches!(pair, [a, b] if a.axes == b.axes));

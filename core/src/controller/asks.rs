@@ -7,6 +7,8 @@ use super::routine::Routine;
 use super::settings::Values;
 use crate::control::Ending;
 use crate::diagnostic::Diagnostic;
+use crate::level::{ProbeGrid, Survey};
+use crate::units::Length;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
@@ -43,6 +45,8 @@ pub enum EnginePhase {
     Jogging,
     /// Looking for the board with the probe.
     Probing,
+    /// Touching the board place by place.
+    Surveying,
     /// A job.
     Running,
     /// Coming to rest in a job.
@@ -111,6 +115,8 @@ pub enum EngineAsk {
         /// How far up afterwards, mm.
         up_mm: f64,
     },
+    /// Touch the board at every place of a grid; what comes of it is told.
+    Survey(SurveyStart),
     /// Run a job from a section on.
     Start(EngineStart),
     /// Come to rest, to go on later.
@@ -132,6 +138,21 @@ pub enum EngineAsk {
         /// Its value, in its own unit.
         value: f64,
     },
+}
+
+/// A board to be touched, for a height map.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SurveyStart {
+    /// Where, work coordinates.
+    pub grid: ProbeGrid,
+    /// How far over the highest place touched the tip goes from place to place, mm.
+    pub clear_mm: f64,
+    /// How far below the last place the next one may lie, mm.
+    pub depth_mm: f64,
+    /// How fast down, mm/min.
+    pub mm_per_min: f64,
+    /// How fast from place to place, mm/min.
+    pub over_mm_per_min: f64,
 }
 
 /// A job to be run.
@@ -225,6 +246,22 @@ pub enum EngineAction {
     ToolWanted {
         /// Index into the routine's tools.
         tool: u32,
+    },
+    /// A place of a survey was touched.
+    Touched {
+        /// Its number in the grid.
+        index: usize,
+        /// Its height over the work zero.
+        height: Length,
+        /// Touches that are done.
+        done: usize,
+        /// And how many there will be, as far as is known.
+        of: usize,
+    },
+    /// A survey is over; nothing comes of one that was stopped or that failed.
+    Surveyed {
+        /// With all its heights.
+        survey: Option<Box<Survey>>,
     },
     /// The job is over.
     Ended(Ending),

@@ -20,6 +20,7 @@ use super::home::Homing;
 use super::routine::Routine;
 use super::run::Run;
 use super::settings;
+use super::survey::{SurveyRun, SurveyStep};
 use crate::control::{Ending, Trust};
 use crate::diagnostic::Diagnostic;
 use std::collections::VecDeque;
@@ -57,6 +58,8 @@ pub(super) enum Meaning {
         plate_mm: f64,
         up_mm: f64,
     },
+    /// A line of a survey; the words before it have no answer of their own.
+    Survey(Option<SurveyStep>),
     /// A line of a job: its text, how long it may wait.
     Job {
         text: String,
@@ -113,6 +116,7 @@ pub struct Controller {
     /// Where the probe met the board, machine coordinates, mm.
     pub(super) probed_at_mm: Option<[f64; 3]>,
     pub(super) run: Option<Run>,
+    pub(super) survey: Option<SurveyRun>,
     pub(super) ending: Option<Ending>,
     /// Lines of jobs that were sent since the link was opened.
     pub sent_lines: u64,
@@ -147,6 +151,7 @@ impl Default for Controller {
             probed: None,
             probed_at_mm: None,
             run: None,
+            survey: None,
             ending: None,
             sent_lines: 0,
             answered_lines: 0,
@@ -246,6 +251,7 @@ impl Controller {
             self.found(Diagnostic::error("grbl.unplugged"));
             self.out.push(EngineAction::Ended(Ending::Alarm));
         }
+        self.survey_is_over();
         self.drop_lines();
         self.ear.clear();
         self.trust = Trust::Lost;
@@ -313,6 +319,7 @@ impl Controller {
             }
             self.out.push(EngineAction::Ended(if stopping { ending } else { Ending::Alarm }));
         }
+        self.survey_is_over();
         self.set(EnginePhase::Greeting);
         for (index, text) in ["$I", "$$", "$#", "$G"].into_iter().enumerate() {
             self.send(text, Meaning::Greeting(index == 3));
@@ -348,6 +355,7 @@ impl Controller {
                 };
                 let why = Diagnostic::error(&settings::error_code(number)).with("number", number);
                 self.found(why.with("line", text));
+                self.survey_is_over();
                 self.rest();
             }
             (meaning, None) => self.done_by_hand(&meaning),
@@ -369,6 +377,7 @@ impl Controller {
         }
         // It waits for a reset after the switches and the soft limit have spoken.
         self.needs_reset |= number <= 3;
+        self.survey_is_over();
         self.drop_lines();
         if self.run.take().is_some() {
             self.out.push(EngineAction::Ended(Ending::Alarm));

@@ -24,6 +24,18 @@ impl Controller {
                 self.write(signs::HOLD);
                 self.set(EnginePhase::Holding);
             }
+            EngineAsk::Hold if self.phase == EnginePhase::Surveying => {
+                if let Some(run) = &mut self.survey {
+                    run.holds = true;
+                }
+                self.set(EnginePhase::Holding);
+            }
+            EngineAsk::Resume if self.phase == EnginePhase::Held && self.survey.is_some() => {
+                self.survey_resumes()
+            }
+            EngineAsk::Survey(start) if self.phase == EnginePhase::Ready && self.idle() => {
+                self.begin_survey(start)
+            }
             EngineAsk::Resume if self.phase == EnginePhase::Held => {
                 self.write(signs::RESUME);
                 self.set(EnginePhase::Running);
@@ -190,6 +202,7 @@ impl Controller {
                 self.set(EnginePhase::Jogging);
             }
             Meaning::Echo => self.compare_zero(),
+            Meaning::Survey(Some(step)) => self.survey_answered(step),
             _ => {}
         }
     }

@@ -8,6 +8,7 @@
 //!
 //! Comes in: programs as text, bytes of the line, time. Goes out: bytes for the line, diagnostics. Does not know ports, pages or clocks.
 
+mod align;
 mod asks;
 pub mod buffer;
 mod engine;
@@ -16,16 +17,22 @@ mod gcode;
 mod hand;
 pub mod heard;
 mod home;
+mod level;
 mod lines;
 mod look;
 mod routine;
 mod run;
 pub mod settings;
+mod survey;
 pub mod timing;
 
-pub use asks::{EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, signs};
+pub use align::aligned_routine;
+pub use asks::{
+    EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, SurveyStart, signs,
+};
 pub use engine::{Controller, step};
 pub use gcode::read;
+pub use level::{cut_bounds, level_routine};
 pub use lines::{LinePath, WireLine, WordsInForce};
-pub use routine::{Bow, Course, Routine, RoutineMove, Section, SectionKind, Spindle, TipPlace};
+pub use routine::{Bow, Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace};
 pub use run::{estimate_s, estimates_s};

@@ -139,6 +139,8 @@ pub struct Routine {
     pub sections: Vec<Section>,
     /// Height at which the tip may go anywhere.
     pub safe: Length,
+    /// Its depth follows the surface of this map already ([`crate::level::HeightMap::key`]).
+    pub levelled: Option<String>,
 }
 
 impl Routine {
@@ -197,7 +199,7 @@ impl Routine {
 }
 
 /// The places of an arc that are furthest to either side.
-fn furthest(from: TipPlace, to: TipPlace, centre: [Length; 2], ccw: bool) -> Vec<TipPlace> {
+pub(super) fn furthest(from: TipPlace, to: TipPlace, centre: [Length; 2], ccw: bool) -> Vec<TipPlace> {
     let arc = Bow::of(from, to, centre, ccw);
     let mut found = Vec::new();
     for quarter in 0..4 {

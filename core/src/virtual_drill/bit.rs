@@ -36,6 +36,9 @@ const MEASURED_MM: f64 = 0.1;
 /// held, mm.
 const BOTTOM_MM: f64 = 0.3;
 
+/// A bit that stands still may be pressed so far into the copper: it touches the board.
+const PRESSED_MM: f64 = 0.05;
+
 /// Edges of a drill and of a mill, in diameters.
 const DRILL_EDGE_DIAMETERS: f64 = 12.0;
 const MILL_EDGE_DIAMETERS: f64 = 5.0;
@@ -67,8 +70,10 @@ pub struct Tip {
 /// The bit in the spindle, and the board below it.
 #[derive(Clone, Debug)]
 pub struct MountedBit {
-    /// Heights of the board's upper and lower side, Z steps.
+    /// Heights of the board's upper and lower side where the tip is, Z steps.
     board: (i64, i64),
+    /// The same of a board that is flat.
+    flat: (i64, i64),
     mm_per_step: f64,
     /// Feed through the board, steps per second.
     feed_hz: f64,
@@ -105,6 +110,7 @@ impl MountedBit {
     ) -> Self {
         Self {
             board,
+            flat: board,
             mm_per_step,
             feed_hz,
             life,
@@ -125,6 +131,17 @@ impl MountedBit {
     /// A new, sharp one of this kind.
     pub fn change(&mut self, kind: &job::Bit) {
         (self.holes, self.broken, self.kind) = (0, None, Some(kind.clone()));
+    }
+
+    /// From now on it stays sharp for so many holes more, and gets through the board no faster than that.
+    pub fn blunt(&mut self, life: Option<u32>, dull_hz: Option<f64>) {
+        self.life = life;
+        self.dull_hz = dull_hz;
+    }
+
+    /// The board lies so many steps higher at the place where the tip is now.
+    pub fn raise(&mut self, steps: i64) {
+        self.board = (self.flat.0 + steps, self.flat.1 + steps);
     }
 
     /// Whether the tip at `z` is below the board's surface.
@@ -173,7 +190,7 @@ impl MountedBit {
     /// The tip went up or down. Gives the depth in steps when a hole just came through.
     pub fn moved(&mut self, tip: Tip) -> Option<i64> {
         let inside = self.touches(tip.z);
-        if inside && !self.inside && self.rpm == 0 {
+        if inside && self.rpm == 0 && self.depth_mm(tip.z) > PRESSED_MM {
             self.breaks(Breakage::Still);
         }
         self.inside = inside;

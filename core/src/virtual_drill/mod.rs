@@ -17,14 +17,17 @@
 //! Does not know programs.
 
 mod bit;
+pub mod faults;
 mod rotor;
 mod switches;
 mod tally;
+mod uneven;
 
 pub use bit::{Breakage, MountedBit, Tip};
 pub use rotor::{Cause, Push, Rotor};
 pub use switches::Switches;
 pub use tally::{Again, Tally, made_again, missing_legs, tally};
+pub use uneven::UnevenBoard;
 
 use crate::job::{self, Input};
 use crate::machine::{DriveKind, Machine, StrokeEnd};
@@ -37,6 +40,9 @@ const OVERTRAVEL: Length = Length::from_um(8_000);
 
 /// Most slips that are remembered; what later ones lost is counted with the last.
 const MOST_SLIPS: usize = 64;
+
+/// Turns of the current that are lost one after the other are so many steps apart.
+const THROWS_APART: u64 = 100;
 
 /// Losses of one axis this close together are one slip, in ticks: 0.5 s.
 const ONE_SLIP: u64 = TICK_HZ / 2;
@@ -110,6 +116,18 @@ pub struct Faults {
     pub bit_life: Option<u32>,
     /// How late the computer is with every step, in ticks: judged as on a real machine. Otherwise the drill keeps its own time.
     pub late_host: Option<u64>,
+    /// The board is not flat.
+    pub uneven: Option<UnevenBoard>,
+    /// So many turns of the current are lost by Y from now on, a hundred steps apart.
+    pub throws: u32,
+    /// The bit breaks.
+    pub bit_breaks: bool,
+    /// The spindle stands still, whatever it is told.
+    pub spindle_stands: bool,
+    /// No pulse reaches the machine, and no sensor is heard.
+    pub unplugged: bool,
+    /// What comes later: after so many holes.
+    pub later: Vec<(u32, Faults)>,
 }
 
 /// The virtual drill.
@@ -126,6 +144,8 @@ pub struct VirtualDrill {
     bits: Vec<MountedBit>,
     faults: Faults,
     slips: Vec<Slip>,
+    /// Holes that all bits made.
+    made: u32,
     drilled: DrilledBoard,
     watch: Option<SlipWatch>,
     breaks: Option<BreakWatch>,
@@ -188,28 +208,25 @@ impl VirtualDrill {
         });
         let board = (z.scale.steps(surface), z.scale.steps(surface - process.board_thickness));
         let feed_hz = process.feed_mm_per_s * z.scale.steps_per_mm();
+        let mm_per_step = 1.0 / z.scale.steps_per_mm();
+        let bit = MountedBit::new((board, mm_per_step), feed_hz, faults.bit_life, faults.dull_bit_hz);
         let bouncing = SWITCHES.iter().fold(0, |bits, input| bits | input.bit());
-        Self {
+        let mut drill = Self {
             rotors,
             tables,
             edges,
             steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
             switches: Switches::new(seed, bouncing, faults.glitches),
-            bits: vec![
-                MountedBit::new(
-                    (board, 1.0 / z.scale.steps_per_mm()),
-                    feed_hz,
-                    faults.bit_life,
-                    faults.dull_bit_hz
-                );
-                spindles
-            ],
+            bits: vec![bit; spindles],
             faults,
             slips: Vec::new(),
+            made: 0,
             drilled,
             watch: None,
             breaks: None,
-        }
+        };
+        drill.faults_came();
+        drill
     }
 
     /// Whether the drills of two machines have the same motors, tables and sensors at the same places; the feed that a sharp bit
@@ -271,7 +288,9 @@ impl VirtualDrill {
 
     fn step_axis(&mut self, tick: u64, axis: usize, forward: bool) {
         let (step, place) = (self.rotors[axis].sent + 1, self.rotors[axis].at);
-        let thrown = self.faults.lost_steps.contains(&(axis, step));
+        let throws = axis == 1 && self.faults.throws > 0 && step.is_multiple_of(THROWS_APART);
+        self.faults.throws -= u32::from(throws);
+        let thrown = throws || self.faults.lost_steps.contains(&(axis, step));
         let bit = axis.checked_sub(2).and_then(|spindle| self.bits.get_mut(spindle));
         let held = bit.is_some_and(|bit| !forward && bit.holds(tick, place));
         if let Some((lost, cause)) = self.rotors[axis].step(Push { tick, forward, held, thrown }) {
@@ -283,12 +302,37 @@ impl VirtualDrill {
         let before = self.tables[axis].at;
         self.tables[axis].pushed(self.rotors[axis].at);
         if self.tables[axis].at != before {
+            self.lie_under();
             for spindle in 0..self.bits.len() {
                 let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
                 self.bits[spindle].slid(tip);
                 self.broke(spindle, whole);
             }
         }
+    }
+
+    /// What is broken from now on shows.
+    fn faults_came(&mut self) {
+        self.switches.flip(self.faults.glitches);
+        self.lie_under();
+        let (life, dull_hz) = (self.faults.bit_life, self.faults.dull_bit_hz);
+        self.bits.iter_mut().for_each(|bit| bit.blunt(life, dull_hz));
+        if self.faults.spindle_stands {
+            self.bits.iter_mut().for_each(|bit| bit.rpm = 0);
+        }
+        if std::mem::take(&mut self.faults.bit_breaks) {
+            let whole = self.bits[0].broken.is_none();
+            self.bits[0].broken.get_or_insert(Breakage::TooFast);
+            self.broke(0, whole);
+        }
+    }
+
+    /// The board under the bits is as high as it lies there.
+    fn lie_under(&mut self) {
+        let Some(uneven) = self.faults.uneven else { return };
+        let [x, y, _] = self.tip(0, 0).mm;
+        let steps = libm::round(uneven.raised_mm(x, y) * self.steps_per_mm[2]) as i64;
+        self.bits.iter_mut().for_each(|bit| bit.raise(steps));
     }
 
     /// A spindle went up or down.
@@ -300,6 +344,10 @@ impl VirtualDrill {
             let depth_mm = depth as f64 / self.steps_per_mm[2];
             let [x_mm, y_mm, _] = tip.mm;
             (self.drilled)(&VirtualHole { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8 });
+            self.made += 1;
+            if self.faults.come(self.made) {
+                self.faults_came();
+            }
         }
     }
 
@@ -356,6 +404,9 @@ impl VirtualDrill {
 
 impl Pins for VirtualDrill {
     fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
+        if self.faults.unplugged {
+            return;
+        }
         for axis in 0..self.rotors.len() {
             if axes >> axis & 1 == 1 {
                 self.step_axis(at_tick, axis, forward >> axis & 1 == 1);
@@ -366,10 +417,14 @@ impl Pins for VirtualDrill {
     }
 
     fn spindle(&mut self, _at_tick: u64, rpm: u32) {
+        let rpm = if self.faults.spindle_stands || self.faults.unplugged { 0 } else { rpm };
         self.bits.iter_mut().for_each(|bit| bit.rpm = rpm);
     }
 
     fn inputs(&mut self, at_tick: u64) -> u32 {
+        if self.faults.unplugged {
+            return 0;
+        }
         let sensed = self.sensed();
         (self.switches.read(at_tick, sensed) | self.faults.stuck_on) & !self.faults.stuck_off
     }

@@ -41,6 +41,11 @@ impl Switches {
         Self { seed, flips: flipped_share, bouncing, word: None, changed: [None; INPUTS], readings: 0 }
     }
 
+    /// From now on such a share of the readings is wrong.
+    pub fn flip(&mut self, flipped_share: f64) {
+        self.flips = flipped_share;
+    }
+
     /// The switches stand like `word` from `tick` on.
     pub fn stand(&mut self, tick: u64, word: u32) {
         let before = self.word.replace(word).unwrap_or(word);

@@ -19,15 +19,18 @@
 pub mod auth;
 mod frames;
 mod lab;
+mod level;
 pub mod program;
 mod status;
 
 pub use frames::understand;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
+pub use level::HeightMapReport;
 pub use status::{DrilledReport, MissingReport, SlipReport, Status};
 
 use crate::control::{Ending, Timing};
 use crate::diagnostic::Diagnostic;
+use crate::level::ProbeGrid;
 use crate::machine::Value;
 use crate::queue::Mode;
 use serde::{Deserialize, Serialize};
@@ -219,6 +222,21 @@ pub enum Ask {
         /// Thickness of the plate that the tip meets, µm; 0 for the bare copper.
         plate_um: u32,
     },
+    /// Touch the board at every place of this grid, for its height map; controllers alone.
+    Survey {
+        /// Where, work coordinates.
+        grid: ProbeGrid,
+        /// For which job ([`crate::level::key_of`]).
+        job: String,
+        /// How far over the highest place touched the tip goes from place to place, µm.
+        clear_um: u32,
+        /// How far one place may lie below the one before, µm.
+        depth_um: u32,
+        /// What time it is, seconds since 1970.
+        now_s: u64,
+    },
+    /// Forget the height map; controllers alone.
+    ForgetHeightMap,
     /// Unlock without homing: the position stays unknown, and moves by hand are allowed. Controllers alone.
     Unlock,
 }
@@ -239,6 +257,8 @@ impl Ask {
             | Self::Output { .. }
             | Self::SetHeight
             | Self::Probe { .. }
+            | Self::Survey { .. }
+            | Self::ForgetHeightMap
             | Self::Unlock
             | Self::AcknowledgeAlarm => Scope::Jog,
             Self::Arm { .. }
@@ -368,6 +388,15 @@ pub enum Tell {
         /// Settings by their numbers, as `$$` lists them.
         values: Vec<(u16, f64)>,
     },
+    /// A stroke of the job in work ended on a sensor.
+    Touched {
+        /// Its leg.
+        leg: u32,
+        /// Height of the tip over the work zero, µm.
+        height_um: f64,
+    },
+    /// What is known of the surface of the board; when a page comes and after every change. Controllers alone.
+    HeightMap(Box<HeightMapReport>),
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.

@@ -21,6 +21,8 @@ enum Lock {
 struct Block {
     to: [f64; 3],
     per_ms: f64,
+    /// It ends where the probe meets the board.
+    probes: bool,
 }
 
 /// What holds from line to line.
@@ -67,6 +69,12 @@ pub(super) struct Automaton {
     pub(super) cuts: Vec<[f64; 3]>,
     asked: bool,
     settings: Vec<(u16, f64)>,
+    /// The physical height of the board at a physical place, for the probe.
+    pub(super) surface: Option<fn(f64, f64) -> f64>,
+    /// A probing move is on its way, and whether it met the board.
+    probing: Option<bool>,
+    /// What the last probing move came to.
+    probed: String,
 }
 
 impl Automaton {
@@ -100,6 +108,9 @@ impl Automaton {
             cuts: Vec::new(),
             asked: false,
             settings,
+            surface: None,
+            probing: None,
+            probed: "[PRB:0.000,0.000,0.000:0]".to_owned(),
         };
         new.greet();
         new
@@ -134,6 +145,7 @@ impl Automaton {
         self.queue.clear();
         (self.planned, self.modal) = (self.at, Modal::default());
         (self.held, self.check, self.dwell_ms, self.pending) = (false, false, 0.0, None);
+        self.probing = None;
     }
 
     fn soft_reset(&mut self) {
@@ -215,6 +227,7 @@ impl Automaton {
         let mut left = 1.0;
         while !self.held && left > 0.0 {
             let Some(block) = self.queue.front() else { return };
+            let probes = block.probes;
             let way: [f64; 3] = std::array::from_fn(|axis| block.to[axis] - self.at[axis]);
             let length = way.iter().map(|part| part * part).sum::<f64>().sqrt();
             let reach = block.per_ms * left;
@@ -227,6 +240,23 @@ impl Automaton {
                 left = 0.0;
             }
             self.cuts.push(self.place());
+            if probes {
+                self.probe();
+            }
+        }
+    }
+
+    /// Whether the tip is on the board.
+    fn touches(&self) -> bool {
+        let [x, y, z] = self.place();
+        self.surface.is_some_and(|height| z <= height(x, y))
+    }
+
+    /// A probing move ends where the tip meets the board.
+    fn probe(&mut self) {
+        if self.probing == Some(false) && self.touches() {
+            self.queue.clear();
+            (self.planned, self.probing) = (self.at, Some(true));
         }
     }
 
@@ -288,7 +318,7 @@ impl Automaton {
         for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
             self.planned[axis] += value(letter).unwrap_or(0.0);
         }
-        self.queue.push_back(Block { to: self.planned, per_ms });
+        self.queue.push_back(Block { to: self.planned, per_ms, probes: false });
         Ok(true)
     }
 
@@ -312,6 +342,7 @@ impl Automaton {
                     let words = zero.map(|value| format!("{value:.3}")).join(",");
                     self.say(&format!("[G{}:{words}]", 54 + index));
                 }
+                self.say(&self.probed.clone());
             }
             "G" => {
                 let Modal { relative, motion, feed, speed, spindle, zero, inches } = self.modal.clone();
@@ -345,9 +376,9 @@ impl Automaton {
         let mut motions = 0;
         for (letter, number) in words {
             match (letter, (number * 10.0).round() as i64) {
-                ('G', 0 | 10 | 20 | 30) => {
+                ('G', 0 | 10 | 20 | 30 | 383) => {
                     motions += 1;
-                    modal.motion = *number as u32;
+                    modal.motion = if *number == 38.3 { 1 } else { *number as u32 };
                 }
                 ('G', 40) => dwells = true,
                 ('G', 100) => writes = true,
@@ -372,7 +403,10 @@ impl Automaton {
             return Err(29);
         }
         let moves = ['X', 'Y', 'Z'].into_iter().any(|axis| value(axis).is_some());
-        let synchronised = dwells || writes || words.iter().any(|(letter, _)| matches!(letter, 'M' | 'S'));
+        let synchronised = dwells
+            || writes
+            || words.contains(&('G', 38.3)) && self.probing.is_none()
+            || words.iter().any(|(letter, _)| matches!(letter, 'M' | 'S'));
         if (synchronised && !self.queue.is_empty()) || self.queue.len() >= BLOCKS {
             return Ok(false);
         }
@@ -397,6 +431,24 @@ impl Automaton {
             self.modal = modal;
             return Ok(true);
         }
+        let probes = words.iter().any(|(letter, number)| *letter == 'G' && *number == 38.3);
+        if probes {
+            if let Some(met) = self.probing {
+                if !self.queue.is_empty() {
+                    return Ok(false);
+                }
+                self.probing = None;
+                let words = self.at.map(|value| format!("{value:.3}")).join(",");
+                self.probed = format!("[PRB:{words}:{}]", u8::from(met));
+                self.say(&self.probed.clone());
+                return Ok(true);
+            }
+            if self.touches() {
+                self.lock = Lock::Alarm;
+                self.say("ALARM:4");
+                return Ok(true);
+            }
+        }
         if moves {
             if modal.motion > 0 && modal.feed <= 0.0 {
                 return Err(22);
@@ -412,8 +464,12 @@ impl Automaton {
             }
             if !self.check {
                 let per_ms = if modal.motion == 0 { RAPID_MM } else { (modal.feed / 60_000.0).min(RAPID_MM) };
-                self.queue.push_back(Block { to, per_ms });
+                self.queue.push_back(Block { to, per_ms, probes });
                 self.planned = to;
+                if probes {
+                    (self.probing, self.modal) = (Some(false), modal);
+                    return Ok(false);
+                }
             }
         }
         self.modal = modal;

@@ -2,6 +2,7 @@
 //! (N19). The seed of every property is printed where it fails.
 
 mod automaton;
+mod survey;
 
 use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, Trust};

@@ -2,6 +2,7 @@
 //!
 //! Comes in: asks of `wire`. Goes out: what the engine is asked, or why not. Does not know who has control.
 
+use super::level::SurveyWish;
 use super::order::{Armed, Order};
 use super::station::{Station, Work, Zero};
 use super::status::set_there;
@@ -35,6 +36,11 @@ impl<F: Files> Station<F> {
             Ask::SetHeight => self.set_zero(Zero::Height),
             Ask::UndoZero => self.undo_zero(),
             Ask::Probe { depth_um, plate_um } => self.probe(depth_um, plate_um),
+            Ask::Survey { grid, job, clear_um, depth_um, now_s } => {
+                self.survey(SurveyWish { grid, job, clear_um, depth_um, now_s })
+            }
+            Ask::ForgetHeightMap if self.work.is_some() => refusal("control.busy"),
+            Ask::ForgetHeightMap => self.keep_surface(None),
             Ask::Jog { axis, distance_um } => self.jog(axis, distance_um),
             Ask::JogOn => {
                 if self.hand.until.is_some() {
@@ -78,7 +84,7 @@ impl<F: Files> Station<F> {
     }
 
     /// Asks the engine; the first error that it finds is why not. What else it finds is told.
-    fn engine_asked(&mut self, ask: grbl::EngineAsk) -> Result<(), Diagnostic> {
+    pub(super) fn engine_asked(&mut self, ask: grbl::EngineAsk) -> Result<(), Diagnostic> {
         let mut refused = None;
         for why in self.engine(EngineEvent::Ask(ask)) {
             if why.severity == Severity::Error && refused.is_none() {
@@ -129,7 +135,8 @@ impl<F: Files> Station<F> {
             // The zero of a job in work stays where it is.
             return refusal("control.busy");
         }
-        self.engine_asked(grbl::EngineAsk::SetZero { axes: [plane, plane, !plane], height_mm: 0.0 })?;
+        let height_mm = if plane { 0.0 } else { self.surface_mm() };
+        self.engine_asked(grbl::EngineAsk::SetZero { axes: [plane, plane, !plane], height_mm })?;
         self.hand.zero_asked = Some(zero);
         if plane {
             self.hand.zero_before_mm = before;
@@ -153,7 +160,7 @@ impl<F: Files> Station<F> {
             return refusal("control.not_homed");
         }
         let depth_mm = (f64::from(depth_um) / 1e3).min(DEEPEST_PROBE_MM);
-        let plate_mm = f64::from(plate_um) / 1e3;
+        let plate_mm = f64::from(plate_um) / 1e3 + self.surface_mm();
         let mm_per_min = PROBE_MM_PER_MIN;
         self.engine_asked(grbl::EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm: PROBE_UP_MM })?;
         self.hand.zero_asked = Some(Zero::Height);
@@ -186,8 +193,10 @@ impl<F: Files> Station<F> {
         if from_leg > 0 && order.leg(done) != from_leg {
             return refusal("control.leg_not_offered");
         }
+        let (order, level) = self.levelled(order, from_leg > 0);
         let start = self.start_of(&order, if from_leg > 0 { done } else { 0 });
-        let checks = self.rows(&order, &start);
+        let mut checks = self.rows(&order, &start);
+        checks.extend(level);
         let from_leg = from_leg as u32;
         self.armed = Some(Armed { order, from_leg, start });
         Ok(Tell::Armed { job: job.to_owned(), stream_digest: String::new(), checks })
@@ -202,8 +211,9 @@ impl<F: Files> Station<F> {
         // The controller is another one than it was, or stands elsewhere: it is compared once more.
         let start = grbl::EngineStart { zero_mm: self.start_of(&order, start.from).zero_mm, ..start };
         let refused = self.rows(&order, &start).into_iter().find(|row| row.verdict == RowVerdict::Fail);
-        if let Some(row) = refused {
-            return Err(row.finding);
+        let refused = refused.map(|row| row.finding).or_else(|| self.unfollowed(&order));
+        if let Some(why) = refused {
+            return Err(why);
         }
         self.bringing = Some(self.ledger.bring(&order)?);
         let each_s = self.estimates(&order, start.from).unwrap_or_default();

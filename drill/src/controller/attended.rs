@@ -9,6 +9,8 @@ use annulus_core::controller::{
     Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine, step,
 };
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::level::Survey;
+use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -33,6 +35,9 @@ pub struct AttendedJob {
     pub zero_mm: Option<[f64; 3]>,
     /// It came to its end.
     pub ended: bool,
+    /// The height map that its depth follows.
+    #[serde(default)]
+    pub levelled: Option<String>,
 }
 
 /// What the engine told.
@@ -48,6 +53,22 @@ pub enum Told {
     ToolWanted {
         /// Index into the routine's tools.
         tool: u32,
+    },
+    /// A place of a survey was touched.
+    Touched {
+        /// Its number in the grid.
+        index: usize,
+        /// Its height over the work zero.
+        height: Length,
+        /// Touches that are done.
+        done: usize,
+        /// And how many there will be, as far as is known.
+        of: usize,
+    },
+    /// A survey is over; nothing comes of one that was stopped or that failed.
+    Surveyed {
+        /// With all its heights.
+        survey: Option<Box<Survey>>,
     },
     /// The job is over.
     Ended(Ending),
@@ -124,6 +145,7 @@ impl Attended {
         if let Some(start) = start.filter(|_| self.controller.phase == EnginePhase::Running) {
             (self.entry.key, self.entry.done) = (start.routine.key.clone(), start.from);
             (self.entry.name, self.entry.ended) = (start.routine.name.clone(), false);
+            self.entry.levelled.clone_from(&start.routine.levelled);
             (self.entry.holes, self.entry.toolpaths) = start.routine.counted(start.from);
             self.routine = Some(start.routine);
             due.push(self.keep());
@@ -151,6 +173,8 @@ impl Attended {
                 Told::Progress
             }
             EngineAction::ToolWanted { tool } => Told::ToolWanted { tool },
+            EngineAction::Touched { index, height, done, of } => Told::Touched { index, height, done, of },
+            EngineAction::Surveyed { survey } => Told::Surveyed { survey },
             EngineAction::Ended(ending) => {
                 self.entry.ended = ending == Ending::Done;
                 due.push(self.keep());

@@ -98,6 +98,11 @@ impl<F: Files> Ledger<F> {
         unsealed(&kept).unwrap_or_default()
     }
 
+    /// Puts `bytes` into a file of its own; afterwards they are durable.
+    pub(super) fn keep(&mut self, file: File, bytes: &[u8]) -> Result<(), Diagnostic> {
+        self.files.write(file, bytes).map_err(full)
+    }
+
     /// Keeps what a person set.
     pub(super) fn keep_settings(&mut self, settings: &[(String, Value)]) -> Result<(), Diagnostic> {
         self.files.write(File::ControllerSettings, &sealed(&settings)).map_err(full)

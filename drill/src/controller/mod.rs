@@ -13,6 +13,7 @@ mod asks;
 mod attended;
 mod before;
 mod ledger;
+mod level;
 mod order;
 mod station;
 mod status;

@@ -12,6 +12,7 @@ use annulus_core::controller::{self, EngineStart, Routine, SectionKind, TipPlace
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Briefing, Command, Mark, Program};
+use annulus_core::level::{Correction, HeightMap, TOLERANCE};
 use annulus_core::machine::Machine;
 use annulus_core::post::{self, FileSplit, Manner};
 use annulus_core::proof;
@@ -74,6 +75,12 @@ impl Order {
         let legs = legs(&program, &routine);
         let (key, bytes, routine) = (key.to_owned(), bytes.to_vec(), Arc::new(routine));
         Ok(Self { key, bytes, program, text: file.1, routine, legs })
+    }
+
+    /// The same, its depth following the surface of `map`, and by how much it is corrected.
+    pub(super) fn following(&self, map: &HeightMap) -> Result<(Self, Correction), Diagnostic> {
+        let (routine, correction) = controller::level_routine(&self.routine, map, TOLERANCE)?;
+        Ok((Self { routine: Arc::new(routine), ..self.clone() }, correction))
     }
 
     /// The leg of section `section`; behind the last one, how many legs there are.

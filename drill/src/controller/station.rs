@@ -5,6 +5,7 @@
 
 use super::attended::{Attended, AttendedJob, Due, Told};
 use super::ledger::{Bringing, Ledger};
+use super::level::BoardSurface;
 use super::order::{Armed, Order};
 use crate::executor::Time;
 use crate::files::Files;
@@ -74,6 +75,7 @@ pub struct Station<F> {
     pub(super) offer: Option<Order>,
     pub(super) alarm: Option<Diagnostic>,
     pub(super) hand: Hand,
+    pub(super) surface: BoardSurface,
     trust: Trust,
     written: Vec<u8>,
     /// Somebody is there and said who.
@@ -88,10 +90,11 @@ pub struct Station<F> {
 impl<F: Files> Station<F> {
     /// The station whose ledger lies in `files`; its port is open now. `speed` is how many times faster than life the controller
     /// runs: simulated ones do.
-    pub fn open(files: F, speed: f64, time: Time) -> Result<Self, Diagnostic> {
+    pub fn open(mut files: F, speed: f64, time: Time) -> Result<Self, Diagnostic> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
             return Err(Diagnostic::error("control.speed_range").with("speed", speed));
         }
+        let surface = BoardSurface::kept(&mut files);
         let mut ledger = Ledger::open(files)?;
         let entry = ledger.entry().clone();
         let offer = ledger.broken_off();
@@ -108,6 +111,7 @@ impl<F: Files> Station<F> {
             offer,
             alarm: None,
             hand: Hand::default(),
+            surface,
             trust: Trust::Lost,
             written: Vec::new(),
             greeted: false,
@@ -296,11 +300,14 @@ impl<F: Files> Station<F> {
                     self.line.tell(&tell);
                 }
             }
-            Told::ZeroSet => match self.hand.zero_asked.take() {
-                Some(Zero::Plane) => self.hand.zero_set = true,
-                Some(Zero::Height) => (self.hand.height_known, self.hand.touched) = (true, true),
-                None => {}
-            },
+            Told::ZeroSet => {
+                match self.hand.zero_asked.take() {
+                    Some(Zero::Plane) => self.hand.zero_set = true,
+                    Some(Zero::Height) => (self.hand.height_known, self.hand.touched) = (true, true),
+                    None => {}
+                }
+                self.tell_surface();
+            }
             Told::Now(now) => {
                 let homes = settings::on(&self.attended.controller().info.values, 22);
                 if self.trust == Trust::Trusted && now.trust != Trust::Trusted && !homes {
@@ -314,6 +321,7 @@ impl<F: Files> Station<F> {
                 self.hand.touched = first && self.hand.height_known;
             }
             Told::Ended(ending) => self.ended(*ending),
+            Told::Touched { .. } | Told::Surveyed { .. } => self.touched(told),
             Told::Found(_) | Told::Progress | Told::Gone => {}
         }
     }
@@ -321,6 +329,7 @@ impl<F: Files> Station<F> {
     /// Without switches, what was known of places is not known any more.
     fn lost_place(&mut self) {
         (self.hand.height_known, self.hand.zero_set, self.hand.zero_before_mm) = (false, false, None);
+        self.surface_is_lost();
     }
 
     fn ended(&mut self, ending: Ending) {

@@ -117,6 +117,7 @@ impl<F: Files> Station<F> {
         let mut tells = vec![self.machine_tell(), Tell::Controller { flavour, version, values }];
         tells.push(Tell::Status(Box::new(self.status())));
         tells.extend(self.offer_tell());
+        tells.push(self.surface_tell());
         tells
     }
 
@@ -147,7 +148,7 @@ impl<F: Files> Station<F> {
             // Until it has said where it is now.
             EnginePhase::Ready if controller.status.is_none() && homed => State::Homing,
             EnginePhase::Ready if controller.status.is_none() => State::Stopping,
-            EnginePhase::Jogging | EnginePhase::Probing => State::Jogging,
+            EnginePhase::Jogging | EnginePhase::Probing | EnginePhase::Surveying => State::Jogging,
             EnginePhase::Running => State::Running,
             EnginePhase::Holding => State::Pausing,
             EnginePhase::Held => State::Paused,

@@ -5,6 +5,8 @@
 #[path = "../../../core/tests/controller/automaton.rs"]
 mod automaton;
 
+mod level;
+
 use super::Station;
 use crate::files::{File, Files};
 use crate::tests as drilled;

@@ -20,6 +20,7 @@ use annulus_core::motion::{Timeline, cycles};
 use annulus_core::queue::{Homing, late};
 use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
+use annulus_core::wire::Tell;
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -363,6 +364,10 @@ impl Owner {
         work.toolpaths += u32::from(way);
         work.leg += 1;
         work.unpack();
+        if let Some((leg, at)) = stop {
+            let height_um = self.machine.z.scale.length(at[2] - work.job.zero[2]).nm() as f64 / 1e3;
+            self.outside.tell(Tell::Touched { leg, height_um });
+        }
         let last = work.leg >= work.job.stream.legs();
         self.outside.record(Record::Advance { progress: work.progress(), stop });
         // A hole of a chain ends at its bottom. When the next one is not to follow at once, the bit comes out first.
@@ -455,6 +460,7 @@ impl Owner {
                 let why = alarm("control.end_sensor").with("sensor", name(input));
                 self.fails(why, Trust::Suspect);
             }
+            (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);
                 let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
@@ -485,6 +491,18 @@ impl Owner {
             }
             (_, _) => self.pending.push_back(Event::Arrived),
         }
+    }
+
+    /// The tip went down to the board, and there was none.
+    fn nothing_touched(&mut self) {
+        let Some(work) = &self.work else { return };
+        let mm = |axis: usize| {
+            let steps = self.position[axis] - work.job.zero[axis];
+            format!("{:.3}", self.machine.axis(axis).scale.length(steps).mm())
+        };
+        let below = format!("{:.3}", -self.machine.z.scale.length(self.position[2] - work.job.zero[2]).mm());
+        let why = alarm("level.no_board").with("x", mm(0)).with("y", mm(1)).with("mm", below);
+        self.fails(why, self.session.trust);
     }
 
     /// What is done fails: the alarm that tells of it, and what the position is worth afterwards.

@@ -212,7 +212,9 @@ fn before(model: &Model) -> Option<Arc<BoardBefore>> {
 /// Opens what was open before the review.
 fn back(model: &mut Model) -> Vec<Effect> {
     let Some(before) = model.before.take() else { return Vec::new() };
-    let effects = planning::called_off(model);
+    let mut effects = keeping::leaving(model);
+    effects.extend(planning::called_off(model));
+    effects.push(keeping::another(model, None));
     planning::clear(model);
     let board = &mut model.board;
     (board.document, board.accepted, board.reviewing) =

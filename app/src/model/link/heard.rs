@@ -61,6 +61,8 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         Tell::QueueText { text } => link.queue.text = text,
         Tell::Queue(status) => queue(&mut link.queue, *status),
         Tell::Outputs(outputs) => link.outputs = outputs,
+        Tell::HeightMap(report) => link.height_map = Arc::new(*report),
+        Tell::Touched { .. } => {}
         Tell::Controller { flavour, version, values } => {
             link.controller.who = Some(Arc::new(Who { flavour, version, values }));
         }

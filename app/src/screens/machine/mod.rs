@@ -13,6 +13,7 @@ mod controller;
 mod ended;
 mod job;
 mod jog;
+mod level;
 mod offer;
 mod preflight;
 mod readouts;

@@ -2,6 +2,7 @@
 //!
 //! Comes in: names of ports, programs. Goes out: what was run, and how it ended. Does not know a controller's words.
 
+mod level;
 mod operator;
 mod program;
 
@@ -9,13 +10,17 @@ use super::{Answer, Exit, Refusal};
 use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
 use crate::machine_file;
-use annulus_core::controller::{Info, estimate_s, settings};
+use annulus_core::align::{Alignment, FoundHole};
+use annulus_core::controller::{Info, aligned_routine, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_drill::controller::{AttendedJob, Told};
 use operator::Operator;
+use program::Programs;
 use serde_json::{Value, json};
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 /// How long a controller may take to say who it is. A line at the wrong speed says something for ever.
@@ -34,6 +39,8 @@ enum GrblCommand {
     Ports,
     /// Ask a controller who it is, and list its settings in words.
     Info(PortArgs),
+    /// Touch the board with the probe all over and keep its height map, for `run --level kept`.
+    Level(Box<LevelArgs>),
     /// Run a job: programs in G-code one after the other, or a board.
     Run(Box<RunArgs>),
     /// Go on with the job that was interrupted, at the hole or toolpath where it was.
@@ -61,9 +68,54 @@ struct RunArgs {
     more: Vec<PathBuf>,
     #[command(flatten)]
     how: How,
+    /// Let depth follow the board's surface: touch it first (measure), or use the map that was kept (kept).
+    #[arg(long, value_name = "WHICH")]
+    level: Option<WhichMap>,
+    #[command(flatten)]
+    touches: TouchArgs,
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
     from_start: bool,
+}
+
+/// Arguments of `annulus grbl level`.
+#[derive(Debug, clap::Args)]
+struct LevelArgs {
+    #[command(flatten)]
+    job: super::JobArgs,
+    /// Further programs of the same board.
+    #[arg(value_name = "PROGRAM")]
+    more: Vec<PathBuf>,
+    #[command(flatten)]
+    how: How,
+    #[command(flatten)]
+    touches: TouchArgs,
+}
+
+/// Where and how a board is touched.
+#[derive(Debug, Clone, clap::Args)]
+struct TouchArgs {
+    /// The board is touched at places that are at most so many mm apart.
+    #[arg(long, value_name = "MM", default_value_t = 10.0)]
+    grid: f64,
+    /// The outermost places lie so many mm inside of what is cut.
+    #[arg(long, value_name = "MM", default_value_t = 2.0)]
+    margin: f64,
+    /// From place to place the tip goes so many mm over the highest place touched.
+    #[arg(long, value_name = "MM", default_value_t = 1.0)]
+    clear: f64,
+    /// One place may lie so many mm below the one before it.
+    #[arg(long, value_name = "MM", default_value_t = 2.0)]
+    depth: f64,
+}
+
+/// Which height map a job follows.
+#[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
+enum WhichMap {
+    /// One that is measured now.
+    Measure,
+    /// The one that was kept.
+    Kept,
 }
 
 /// Arguments of `annulus grbl resume`.
@@ -99,6 +151,10 @@ struct How {
     /// After each tool change find the board with the probe, at most so many mm down.
     #[arg(long, value_name = "MM")]
     probe: Option<f64>,
+    /// Where an alignment hole is planned and where it was found, in mm from the work zero: twice or more, and the job goes along
+    /// with the board.
+    #[arg(long = "found", value_name = "X,Y=X,Y", value_parser = found_hole, allow_hyphen_values = true)]
+    found: Vec<FoundHole>,
     /// Thickness of the plate on the board while probing, in mm; 0 for bare copper.
     #[arg(long, value_name = "MM", default_value_t = 0.0)]
     plate: f64,
@@ -116,11 +172,38 @@ fn place(text: &str) -> Result<Place, String> {
     place.map(Place).ok_or_else(|| locale::text("en", "grbl.bad_place", &[]))
 }
 
+/// Two places with `=` between them.
+fn found_hole(text: &str) -> Result<FoundHole, String> {
+    let place = |text: &str| {
+        let (x, y) = text.split_once(',')?;
+        let mm = |word: &str| word.trim().parse::<f64>().ok().filter(|mm| mm.abs() <= 1_000.0);
+        Some(Point::from_mm(mm(x)?, mm(y)?))
+    };
+    let pair = text.split_once('=').and_then(|(planned, found)| Some((place(planned)?, place(found)?)));
+    let hole = pair.map(|(planned, found)| FoundHole { planned, found });
+    hole.ok_or_else(|| locale::text("en", "align.bad_hole", &[]))
+}
+
+/// The programs where the board lies.
+fn aligned(programs: Programs, how: &How) -> Result<Programs, Refusal> {
+    if how.found.is_empty() {
+        return Ok(programs);
+    }
+    let fit = Alignment::of(&how.found).map_err(Refusal::content)?;
+    let mm = |mm: f64| format!("{mm:.3}");
+    let told = Diagnostic::note("align.lies").with("degrees", mm(fit.degrees()));
+    let told = told.with("x", mm(fit.shift_mm[0])).with("y", mm(fit.shift_mm[1]));
+    super::say(told.with("left", mm(fit.left_over_mm)).message("en"));
+    let routine = Arc::new(aligned_routine(&programs.routine, &fit));
+    Ok(Programs { routine, ..programs })
+}
+
 /// Runs the command.
 pub(crate) fn run(args: &GrblArgs, json: bool) -> Result<Answer, Refusal> {
     match &args.command {
         GrblCommand::Ports => Ok(ports()),
         GrblCommand::Info(port) => info(port),
+        GrblCommand::Level(args) => level::run(args, json),
         GrblCommand::Run(args) => run_job(args, json),
         GrblCommand::Resume(args) => resume(args, json),
     }
@@ -184,7 +267,7 @@ fn text_of(info: &Info) -> String {
 }
 
 fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
-    let programs = program::read(&args.job, &args.more)?;
+    let programs = aligned(program::read(&args.job, &args.more)?, &args.how)?;
     let ledger = ledger();
     if let Some(entry) = ledger
         .interrupted()
@@ -196,23 +279,24 @@ fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     }
     let entry = AttendedJob { files: programs.files.clone(), ..AttendedJob::default() };
     let mut operator = Operator::new(&args.how, &ledger, entry, json)?;
-    operator.run(&programs, None, &args.job.accept)
+    let level = args.level.map(|which| (which, &args.touches));
+    operator.run(&programs, None, &args.job.accept, level)
 }
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
     let ledger = ledger();
     let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
     let entry = ledger.interrupted().ok_or_else(none)?;
-    let programs = program::read_again(&entry.files)?;
+    let programs = aligned(program::read_again(&entry.files)?, &args.how)?;
     if programs.routine.key != entry.key {
         let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
         return Err(Refusal::content(why));
     }
     let mut operator = Operator::new(&args.how, &ledger, entry.clone(), json)?;
-    operator.run(&programs, Some(&entry), &args.accept)
+    operator.run(&programs, Some(&entry), &args.accept, None)
 }
 
 /// How long a job takes from a section on, in words of the object.
-fn time_s(programs: &program::Programs, info: &Info, from: usize, at: [f64; 3]) -> Option<f64> {
+fn time_s(programs: &Programs, info: &Info, from: usize, at: [f64; 3]) -> Option<f64> {
     estimate_s(&programs.routine, &info.values, usize::from(info.options.blocks), from, at)
 }

@@ -3,7 +3,7 @@
 //! Comes in: a job, a port, what is typed, Ctrl-C. Goes out: how it ended. Does not know how anything moves.
 
 use super::program::Programs;
-use super::{GREETING, How, controller_object, time_s};
+use super::{GREETING, How, TouchArgs, WhichMap, controller_object, time_s};
 use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
 use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
@@ -11,6 +11,7 @@ use crate::signals::Signals;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::level::{Correction, HeightMap};
 use annulus_drill::controller::{AttendedJob, ControllerGlimpse, Told};
 use serde_json::json;
 use std::collections::VecDeque;
@@ -38,19 +39,23 @@ enum Word {
 
 /// Stands for the person.
 pub(super) struct Operator {
-    owner: Owner,
-    how: How,
+    pub(super) owner: Owner,
+    pub(super) how: How,
     words: Receiver<Word>,
     /// What was typed and not done yet.
     lines: VecDeque<String>,
-    info: Option<Info>,
-    now: Option<ControllerGlimpse>,
+    pub(super) info: Option<Info>,
+    pub(super) now: Option<ControllerGlimpse>,
     said: Vec<Diagnostic>,
-    worst: Option<Diagnostic>,
+    pub(super) worst: Option<Diagnostic>,
     zero_set: bool,
-    gone: bool,
-    interrupted: bool,
+    pub(super) gone: bool,
+    pub(super) interrupted: bool,
     quiet: bool,
+    /// The board's surface, where depth follows it.
+    pub(super) map: Option<HeightMap>,
+    /// By how much depth was corrected to that.
+    pub(super) corrected: Option<Correction>,
     ledger: Ledger,
 }
 
@@ -80,6 +85,8 @@ impl Operator {
             gone: false,
             interrupted: false,
             quiet,
+            map: None,
+            corrected: None,
             ledger: ledger.clone(),
         })
     }
@@ -90,17 +97,12 @@ impl Operator {
         programs: &Programs,
         before: Option<&AttendedJob>,
         accept: &[String],
+        level: Option<(WhichMap, &TouchArgs)>,
     ) -> Result<Answer, Refusal> {
         programs.diagnostics.iter().for_each(|diagnostic| say(diagnostic.message("en")));
-        let since = Instant::now();
-        self.until(|operator| {
-            let greeted = operator.phase().is_some_and(|phase| phase != EnginePhase::Greeting);
-            (operator.info.is_some() && greeted) || since.elapsed() > GREETING
-        });
-        if self.gone || (self.info.is_none() && !self.interrupted) {
-            return Err(Refusal::surroundings(self.why("grbl.no_answer")));
-        }
-        self.find_place()?;
+        self.meets()?;
+        let followed = self.followed(programs, before, level)?;
+        let programs = followed.as_ref().unwrap_or(programs);
         let from = before.map_or(0, |entry| entry.done);
         let zero = before
             .and_then(|entry| entry.zero_mm)
@@ -121,16 +123,29 @@ impl Operator {
         Ok(self.answer(programs, &ended, seconds))
     }
 
-    fn phase(&self) -> Option<EnginePhase> {
+    /// Waits until somebody is there, and until the machine knows its place.
+    pub(super) fn meets(&mut self) -> Result<(), Refusal> {
+        let since = Instant::now();
+        self.until(|operator| {
+            let greeted = operator.phase().is_some_and(|phase| phase != EnginePhase::Greeting);
+            (operator.info.is_some() && greeted) || since.elapsed() > GREETING
+        });
+        if self.gone || (self.info.is_none() && !self.interrupted) {
+            return Err(Refusal::surroundings(self.why("grbl.no_answer")));
+        }
+        self.find_place()
+    }
+
+    pub(super) fn phase(&self) -> Option<EnginePhase> {
         self.now.as_ref().map(|now| now.phase)
     }
 
-    fn why(&self, code: &str) -> Diagnostic {
+    pub(super) fn why(&self, code: &str) -> Diagnostic {
         self.worst.clone().unwrap_or_else(|| Diagnostic::error(code))
     }
 
     /// Takes what is told next.
-    fn next(&mut self) -> Option<Told> {
+    pub(super) fn next(&mut self) -> Option<Told> {
         let told = self.owner.next()?;
         match &told {
             Told::Greeted(info) => self.info = Some(info.as_ref().clone()),
@@ -150,7 +165,7 @@ impl Operator {
     }
 
     /// Goes on until something is so, or nobody is there, or a person ends it.
-    fn until(&mut self, so: impl Fn(&Self) -> bool) {
+    pub(super) fn until(&mut self, so: impl Fn(&Self) -> bool) {
         while !so(self) && !self.gone && !self.interrupted {
             self.next();
             self.hear();
@@ -158,7 +173,7 @@ impl Operator {
     }
 
     /// Takes what came from outside: the first signal stops, lines wait until they are wanted.
-    fn hear(&mut self) {
+    pub(super) fn hear(&mut self) {
         while let Ok(word) = self.words.try_recv() {
             match word {
                 Word::Line(line) if self.lines.len() < MOST_LINES => self.lines.push_back(line),
@@ -218,7 +233,7 @@ impl Operator {
     }
 
     /// Waits for rest, and for the first report; not for ever, where neither is understood.
-    fn rests(&mut self) {
+    pub(super) fn rests(&mut self) {
         let since = Instant::now();
         self.until(|operator| {
             since.elapsed() > REST
@@ -306,7 +321,8 @@ impl Operator {
     /// Where the tip is now is the height of the board: until it was written and read again, or refused.
     fn zero_height(&mut self) {
         (self.worst, self.zero_set) = (None, false);
-        self.owner.ask(EngineAsk::SetZero { axes: [false, false, true], height_mm: 0.0 });
+        let height_mm = self.surface_mm();
+        self.owner.ask(EngineAsk::SetZero { axes: [false, false, true], height_mm });
         self.until(|operator| operator.zero_set || operator.worst.is_some());
         self.rests();
     }
@@ -326,9 +342,19 @@ impl Operator {
         }
     }
 
+    /// Finds the height of the board where the tip is over it, before a job.
+    pub(super) fn find_board(&mut self, depth_mm: f64) -> Result<(), Refusal> {
+        (self.worst, self.zero_set) = (None, false);
+        self.probe(depth_mm);
+        self.until(|operator| operator.zero_set || operator.worst.is_some());
+        self.rests();
+        self.worst.take().map_or(Ok(()), |why| Err(Refusal::content(why)))
+    }
+
     fn probe(&mut self, depth_mm: f64) {
         let (mm_per_min, up_mm) = PROBE;
-        self.owner.ask(EngineAsk::Probe { depth_mm, mm_per_min, plate_mm: self.how.plate, up_mm });
+        let plate_mm = self.how.plate + self.surface_mm();
+        self.owner.ask(EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm });
         self.settle();
     }
 
@@ -367,6 +393,7 @@ impl Operator {
             "stopped_because": ended.ending.unwrap_or(Ending::Alarm),
             "position_trust": now.map_or(Trust::Lost, |now| now.trust),
             "resume_from": resume_from.map(|section| json!({ "section": section, "line": line })),
+            "largest_correction_um": self.corrected.map(|all| all.largest().nm() as f64 / 1e3),
             "estimated_s": seconds.map(crate::cli::rounded),
             "diagnostics": diagnostic_objects(&self.said),
         });

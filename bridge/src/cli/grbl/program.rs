@@ -8,7 +8,9 @@ use crate::machine_file;
 use crate::refusal::Refusal;
 use annulus_core::controller::{self, Routine};
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::geometry::Point;
 use annulus_core::job::Briefing;
+use annulus_core::level;
 use annulus_core::post::{self, FileSplit, Manner};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -23,6 +25,8 @@ const LARGEST: u64 = 256 * 1024 * 1024;
 pub(super) struct Programs {
     /// The job.
     pub(super) routine: Arc<Routine>,
+    /// What a height map of it is for.
+    pub(super) level_key: String,
     /// Where it can be read again.
     pub(super) files: Vec<PathBuf>,
     /// What there is to say of it.
@@ -62,6 +66,7 @@ pub(super) fn read(args: &JobArgs, more: &[PathBuf]) -> Result<Programs, Refusal
         files.push(path);
     }
     let mut programs = read_again(&files)?;
+    programs.level_key = level::key_of(&opened.program);
     programs.diagnostics = [opened.diagnostics, proved].concat();
     Ok(programs)
 }
@@ -89,5 +94,6 @@ pub(super) fn read_again(paths: &[PathBuf]) -> Result<Programs, Refusal> {
     }
     let name = paths.first().map_or_else(String::new, |path| job::stem(path).display().to_string());
     let routine = controller::read(&name, &texts).map_err(Refusal::content)?;
-    Ok(Programs { routine: Arc::new(routine), files, diagnostics: Vec::new() })
+    let level_key = level::job_key(&routine.name, Point::default());
+    Ok(Programs { routine: Arc::new(routine), level_key, files, diagnostics: Vec::new() })
 }

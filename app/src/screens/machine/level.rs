@@ -1,0 +1,210 @@
+//! The height map of the board: where it is touched, what was found, and the wishes about it.
+//!
+//! ```text
+//!  ●──●──●──○    touched: coloured by height; next: a ring; to be touched: grey
+//!  │██│▓▓│  │    the surface between four touched places
+//!  ●──●──○──○
+//! ```
+//!
+//! Comes in: the job of the machine, what the controller told. Goes out: wishes. The machine moves by *Touch the board* alone.
+
+use super::controller::chosen;
+use crate::i18n::{advice, message, say, t};
+use crate::page::link::{self, Link};
+use crate::widgets::{Dialog, choice, dialog, push, push_if};
+use annulus_core::control::State;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
+use annulus_core::job::{Program, touched};
+use annulus_core::level::{ProbeGrid, key_of};
+use annulus_core::units::Length;
+use annulus_core::wire::{Ask, HeightMapReport};
+use leptos::html::{div, p};
+use leptos::prelude::*;
+use leptos::svg::{circle, rect, svg};
+
+/// How far apart the places may be, mm.
+const SPACINGS_MM: [u8; 4] = [5, 10, 15, 20];
+/// How far inside of what is cut they lie, how far the tip is lifted between them, and how much lower one may lie, µm.
+const MARGIN: Length = Length::from_um(2_000);
+const CLEAR_UM: u32 = 1_000;
+const DEPTH_UM: u32 = 2_000;
+/// Hues of the lowest and of the highest height.
+const HUES: [f64; 2] = [220.0, 25.0];
+
+/// Button and dialog, where the page has a controller.
+pub(super) fn level(line: Link) -> impl IntoView {
+    let chosen = chosen(line);
+    let open = RwSignal::new(false);
+    let spacing_mm = RwSignal::new(10_u8);
+    move || {
+        chosen.get().then(|| {
+            let show = push("button", t!("page.level.open"), move |_| open.set(true));
+            (show, box_of(line, open, spacing_mm))
+        })
+    }
+}
+
+/// Where the board would be touched now.
+fn wanted(program: &Program, spacing_mm: u8) -> Result<ProbeGrid, Diagnostic> {
+    let bounds = touched(program).ok_or_else(|| Diagnostic::error("level.nothing_cut"))?;
+    ProbeGrid::over(bounds, Length::from_um(i64::from(spacing_mm) * 1_000), MARGIN)
+}
+
+fn planned(line: Link, spacing_mm: u8) -> Option<Result<(ProbeGrid, String), Diagnostic>> {
+    line.shown_job.with(|job| {
+        let program = &job.as_ref()?.program;
+        Some(wanted(program, spacing_mm).map(|grid| (grid, key_of(program))))
+    })
+}
+
+fn box_of(line: Link, open: RwSignal<bool>, spacing_mm: RwSignal<u8>) -> impl IntoView {
+    let report = move || line.height_map.get();
+    let goes = move || line.height_map.with(|report| report.goes);
+    let spacings = SPACINGS_MM.map(|mm| {
+        choice(
+            move || spacing_mm.get() == mm,
+            move || say!("page.level.mm", mm = mm),
+            move |_| spacing_mm.set(mm),
+        )
+    });
+    let plan = Memo::new(move |_| planned(line, spacing_mm.get()));
+    let body = div().class("level").child((
+        p().child(t!("page.level.is")),
+        div().class("row").child((
+            p().class("quiet grow").child(t!("page.level.spacing")),
+            div().class("segmented").child(Vec::from(spacings)),
+        )),
+        move || {
+            let report = report();
+            let known = report.grid.map(|grid| (grid, report.heights.clone()));
+            let planned = plan.get().and_then(Result::ok).map(|(grid, _)| (grid, vec![None; grid.count()]));
+            known.or(planned).map(|(grid, heights)| mesh(&grid, &heights, report.next))
+        },
+        p().class("tabular").attr("role", "status").child(move || says(&report(), plan.get())),
+        move || troubles(line, &report(), plan.get()),
+    ));
+    let ready = move || {
+        line.may_act() && line.state() == Some(State::Ready) && plan.get().is_some_and(|plan| plan.is_ok())
+    };
+    let touch = move |_| {
+        if let Some(Ok((grid, job))) = plan.get_untracked() {
+            let now_s = (js_sys::Date::now() / 1e3) as u64;
+            link::ask(Ask::Survey { grid, job, clear_um: CLEAR_UM, depth_um: DEPTH_UM, now_s });
+        }
+    };
+    let has = move || line.height_map.with(|report| report.grid.is_some() && !report.goes);
+    let paused = move || line.state() == Some(State::Paused);
+    let again = move || if has() { say!("page.level.again") } else { say!("page.level.touch") };
+    let pause_word = move || if paused() { say!("page.level.go_on") } else { say!("page.level.pause") };
+    let pause = move |_| link::ask(if paused() { Ask::Resume } else { Ask::Pause });
+    let foot = (
+        push("button", t!("page.close"), move |_| open.set(false)),
+        push_if(
+            "button",
+            move || has() && line.may_act(),
+            t!("page.level.forget"),
+            |_| {
+                link::ask(Ask::ForgetHeightMap);
+            },
+        ),
+        push_if("button", move || goes() && line.may_act(), pause_word, pause),
+        push_if("button primary", ready, again, touch),
+    );
+    dialog(
+        open.into(),
+        move || open.set(false),
+        Dialog {
+            name: "level",
+            role: "dialog",
+            title: Box::new(t!("page.level.title")),
+            body: body.into_any(),
+            foot: foot.into_any(),
+        },
+    )
+}
+
+/// How far it is, or what was found.
+fn says(report: &HeightMapReport, plan: Option<Result<(ProbeGrid, String), Diagnostic>>) -> String {
+    let mm = |length: Length| crate::i18n::number(format!("{:.3}", length.mm()));
+    if report.goes {
+        return say!("page.level.progress", done = report.done, of = report.of);
+    }
+    let known = || report.heights.iter().flatten().copied();
+    if let (Some(_), Some(low), Some(high)) = (report.grid, known().min(), known().max()) {
+        let most = low.abs().max(high.abs());
+        return say!("page.level.found", low = mm(low), high = mm(high), most = mm(most));
+    }
+    match plan {
+        Some(Ok((grid, _))) => say!("page.level.places", places = grid.count()),
+        _ => say!("page.level.no_job"),
+    }
+}
+
+/// What is wrong: with the map as it lies, with what is planned, with the last wish.
+fn troubles(
+    line: Link,
+    report: &HeightMapReport,
+    plan: Option<Result<(ProbeGrid, String), Diagnostic>>,
+) -> Vec<AnyView> {
+    let other = match &plan {
+        Some(Ok((_, job))) if report.grid.is_some() && *job != report.job => {
+            Some(Diagnostic::error("level.other_job"))
+        }
+        Some(Err(why)) => Some(why.clone()),
+        _ => None,
+    };
+    let said = [other, report.refused.clone(), line.refused.get()];
+    let view = |why: Diagnostic| {
+        let (what, cure) = (message(&why), advice(&why));
+        p().class("refused").attr("role", "alert").child(format!("{what} {cure}")).into_any()
+    };
+    said.into_iter().flatten().map(view).collect()
+}
+
+/// The grid as a picture, Y upwards.
+fn mesh(grid: &ProbeGrid, heights: &[Option<Length>], next: Option<u32>) -> impl IntoView {
+    let (low, high) = (grid.low, grid.high);
+    let (width, height) = ((high.x - low.x).mm(), (high.y - low.y).mm());
+    let dot = (width / f64::from(grid.columns)).min(height / f64::from(grid.rows)) * 0.16;
+    let place = |at: Point| [(at.x - low.x).mm(), (high.y - at.y).mm()];
+    let known: Vec<f64> = heights.iter().flatten().map(|height| height.mm()).collect();
+    let (least, most) =
+        known.iter().fold((f64::MAX, f64::MIN), |(least, most), mm| (least.min(*mm), most.max(*mm)));
+    let colour = move |mm: f64| {
+        let share = if most > least { (mm - least) / (most - least) } else { 0.5 };
+        format!("hsl({:.0} 70% {:.0}%)", HUES[0] + (HUES[1] - HUES[0]) * share, 42.0 + 16.0 * share)
+    };
+    let columns = usize::from(grid.columns);
+    let cells =
+        (0..usize::from(grid.rows) - 1).flat_map(|row| (0..columns - 1).map(move |column| (column, row)));
+    let cells = cells.filter_map(|(column, row)| {
+        let corners = [(0, 0), (1, 0), (0, 1), (1, 1)];
+        let corner =
+            |(x, y): (usize, usize)| heights.get((row + y) * columns + column + x).copied().flatten();
+        let sum: f64 = corners.into_iter().map(|at| corner(at).map(Length::mm)).sum::<Option<f64>>()?;
+        let ([x, bottom], [right, y]) =
+            (place(grid.place(column, row)), place(grid.place(column + 1, row + 1)));
+        let (wide, tall) = (right - x, bottom - y);
+        let shape = rect().attr("x", x).attr("y", y).attr("width", wide).attr("height", tall);
+        Some(shape.attr("fill", colour(sum / 4.0)))
+    });
+    let cells: Vec<_> = cells.collect();
+    let dots = heights.iter().enumerate().map(|(index, height)| {
+        let [x, y] = place(grid.nth(index));
+        let class = match height {
+            Some(_) => "touched",
+            None if next == u32::try_from(index).ok() => "next",
+            None => "planned",
+        };
+        circle().attr("class", class).attr("cx", x).attr("cy", y).attr("r", dot)
+    });
+    let dots: Vec<_> = dots.collect();
+    let frame = format!("{} {} {} {}", -2.0 * dot, -2.0 * dot, width + 4.0 * dot, height + 4.0 * dot);
+    svg()
+        .attr("class", "mesh")
+        .attr("viewBox", frame)
+        .attr("role", "img")
+        .attr("aria-label", t!("page.level.title"))
+        .child((cells, dots))
+}

@@ -1,0 +1,149 @@
+//! Height maps from the command line: the board is touched with the controller's probe, the map is kept, and a job follows it.
+//!
+//! Comes in: a job, where its board is to be touched. Goes out: the map, and the job's routine as it follows it. mm. Does not know how
+//! depth is corrected.
+
+use super::operator::Operator;
+use super::program::{self, Programs};
+use super::{LevelArgs, TouchArgs, WhichMap, ledger};
+use crate::cli::{Answer, Exit, Refusal, level, say};
+use crate::controller::maps::Maps;
+use crate::machine_file;
+use annulus_core::controller::{EngineAsk, EnginePhase, SurveyStart, cut_bounds, level_routine, settings};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
+use annulus_core::level::{HeightMap, ProbeGrid, TOLERANCE};
+use annulus_core::units::Length;
+use annulus_drill::controller::{AttendedJob, Told};
+use std::sync::Arc;
+use std::time::SystemTime;
+
+/// How fast the tip goes down, and from place to place, mm/min.
+const DOWN_MM_PER_MIN: f64 = 60.0;
+const OVER_MM_PER_MIN: f64 = 800.0;
+
+/// Touches a board and keeps its map.
+pub(super) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
+    let programs = super::aligned(program::read(&args.job, &args.more)?, &args.how)?;
+    let mut operator = Operator::new(&args.how, &ledger(), AttendedJob::default(), json)?;
+    operator.meets()?;
+    let map = operator.measure_board(&programs, &args.touches)?;
+    Ok(Answer { object: level::object(&map), text: level::text(&map), exit: Exit::Done })
+}
+
+fn maps() -> Maps {
+    Maps::in_folder(&machine_file::data_folder())
+}
+
+impl Operator {
+    /// The height of the board where the tip is now, over the work zero, mm; 0 without a map.
+    pub(super) fn surface_mm(&self) -> f64 {
+        let place = self.now.as_ref().and_then(|now| now.place_mm).unwrap_or_default();
+        self.map.as_ref().map_or(0.0, |map| map.height(Point::from_mm(place[0], place[1])).mm())
+    }
+
+    fn homes(&self) -> bool {
+        self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22))
+    }
+
+    fn zero(&self) -> [Length; 2] {
+        let zero_mm = self.now.as_ref().and_then(|now| now.zero_mm).unwrap_or_default();
+        [Length::from_mm(zero_mm[0]), Length::from_mm(zero_mm[1])]
+    }
+
+    /// The programs as they follow the surface of the board, where that was asked for, or where the job that is taken up did.
+    pub(super) fn followed(
+        &mut self,
+        programs: &Programs,
+        before: Option<&AttendedJob>,
+        which: Option<(WhichMap, &TouchArgs)>,
+    ) -> Result<Option<Programs>, Refusal> {
+        let resumed = before.and_then(|entry| entry.levelled.as_ref());
+        let map = match (which, resumed) {
+            (Some((WhichMap::Measure, touches)), _) => self.measure_board(programs, touches)?,
+            (Some((WhichMap::Kept, _)), _) => {
+                let map = maps().kept().map_err(Refusal::content)?;
+                let refused = map.refused(&programs.level_key, self.zero(), self.homes());
+                refused.map_or(Ok(map), |why| Err(Refusal::content(why)))?
+            }
+            (None, Some(key)) => {
+                let map = maps().kept().map_err(Refusal::content)?;
+                let same = map.key() == *key;
+                let homes = self.homes();
+                // Without end switches the place of a zero means nothing over a reset: it was set again by hand.
+                let refused = map.refused(&programs.level_key, self.zero(), homes).filter(|_| homes);
+                if let Some(why) = refused.or_else(|| (!same).then(|| Diagnostic::error("level.other_map"))) {
+                    return Err(Refusal::content(why));
+                }
+                map
+            }
+            (None, None) => return Ok(None),
+        };
+        let (routine, correction) =
+            level_routine(&programs.routine, &map, TOLERANCE).map_err(Refusal::content)?;
+        say(format_args!("Depth follows the board, by up to {:.3} mm.", correction.largest().mm()));
+        self.map = Some(map);
+        self.corrected = Some(correction);
+        Ok(Some(Programs {
+            routine: Arc::new(routine),
+            level_key: programs.level_key.clone(),
+            files: programs.files.clone(),
+            diagnostics: Vec::new(),
+        }))
+    }
+
+    /// Touches the board all over what the programs cut, and keeps the map.
+    pub(super) fn measure_board(
+        &mut self,
+        programs: &Programs,
+        touches: &TouchArgs,
+    ) -> Result<HeightMap, Refusal> {
+        let bounds = cut_bounds(&programs.routine);
+        let bounds = bounds.ok_or_else(|| Refusal::content(Diagnostic::error("level.nothing_cut")))?;
+        let mm = Length::from_mm;
+        let grid = ProbeGrid::over(bounds, mm(touches.grid), mm(touches.margin)).map_err(Refusal::content)?;
+        if let Some(depth) = self.how.probe {
+            self.find_board(depth)?;
+        }
+        self.worst = None;
+        let start = SurveyStart {
+            grid,
+            clear_mm: touches.clear,
+            depth_mm: touches.depth + touches.clear,
+            mm_per_min: DOWN_MM_PER_MIN,
+            over_mm_per_min: OVER_MM_PER_MIN,
+        };
+        self.owner.ask(EngineAsk::Survey(start));
+        let survey = self.until_surveyed();
+        self.rests();
+        let heights = survey.and_then(|survey| survey.done());
+        let Some(heights) = heights.filter(|_| !self.interrupted) else {
+            return Err(Refusal::content(self.why("level.stopped")));
+        };
+        let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
+        let measured_s = now.map_or(0, |since| since.as_secs());
+        let (job, zero) = (programs.level_key.clone(), self.zero());
+        let map = HeightMap { grid, heights, job, zero, homed: self.homes(), measured_s };
+        maps().keep(&map).map_err(Refusal::surroundings)?;
+        Ok(map)
+    }
+
+    fn until_surveyed(&mut self) -> Option<Box<annulus_core::level::Survey>> {
+        let mut begun = false;
+        while !self.gone {
+            match self.next() {
+                Some(Told::Surveyed { survey }) => return survey,
+                Some(Told::Touched { height, done, of, .. }) => {
+                    say(format_args!("{done} of {of}: {:.3} mm", height.mm()));
+                }
+                _ => {}
+            }
+            begun |= self.phase() == Some(EnginePhase::Surveying);
+            if !begun && (self.worst.is_some() || self.interrupted) {
+                return None;
+            }
+            self.hear();
+        }
+        None
+    }
+}

@@ -1,0 +1,79 @@
+//! The height map of the board that lies on the machine, on the disk.
+//!
+//! Comes in: a map. Goes out: the same, if it can be believed. There is one board on a machine, so there is one map. Does not know jobs.
+
+use crate::machine_file;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::level::HeightMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+/// Largest file that is read.
+const LARGEST: u64 = 256 * 1024;
+
+/// Where the map is kept.
+#[derive(Clone, Debug)]
+pub(crate) struct Maps {
+    path: PathBuf,
+}
+
+impl Maps {
+    /// The one in the folder of data.
+    pub(crate) fn in_folder(folder: &Path) -> Self {
+        Self { path: folder.join("height-map.json") }
+    }
+
+    /// The one of the drill of this computer.
+    pub(crate) fn of_drill(folder: &Path) -> Self {
+        Self { path: folder.join("drill-height-map.json") }
+    }
+
+    /// The map that was kept; an error where there is none, or where it cannot be believed.
+    pub(crate) fn kept(&self) -> Result<HeightMap, Diagnostic> {
+        let none = || Diagnostic::error("level.none_kept");
+        let size = fs::metadata(&self.path).map_err(|_| none())?.len();
+        let bytes = fs::read(&self.path).ok().filter(|_| size <= LARGEST);
+        let map = bytes.and_then(|bytes| serde_json::from_slice::<HeightMap>(&bytes).ok());
+        map.filter(HeightMap::is_whole).ok_or_else(|| Diagnostic::error("level.damaged"))
+    }
+
+    /// Keeps the map; afterwards it is on the disk.
+    pub(crate) fn keep(&self, map: &HeightMap) -> Result<(), Diagnostic> {
+        let bytes = serde_json::to_vec(map).unwrap_or_default();
+        machine_file::write_own(&self.path, &bytes).map_err(|error| {
+            let why = Diagnostic::error("level.not_kept").with("file", self.path.display());
+            why.with("reason", error)
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use annulus_core::geometry::{Bounds, Point};
+    use annulus_core::level::ProbeGrid;
+    use annulus_core::units::Length;
+
+    #[test]
+    fn what_was_kept_is_read_and_what_was_damaged_is_not_believed() {
+        let folder = tempfile::tempdir().unwrap();
+        let maps = Maps::in_folder(folder.path());
+        assert_eq!(maps.kept().unwrap_err().code, "level.none_kept");
+        let bounds = Bounds { min: Point::default(), max: Point::from_mm(20.0, 10.0) };
+        let grid = ProbeGrid::over(bounds, Length::from_mm(10.0), Length::from_mm(1.0)).unwrap();
+        let map = HeightMap {
+            grid,
+            heights: vec![Length::from_um(3); grid.count()],
+            job: "j".to_owned(),
+            zero: [Length::ZERO; 2],
+            homed: true,
+            measured_s: 1,
+        };
+        maps.keep(&map).unwrap();
+        assert_eq!(maps.kept().unwrap(), map);
+        let path = folder.path().join("height-map.json");
+        let text = fs::read_to_string(&path).unwrap();
+        fs::write(&path, &text[..text.len() / 2]).unwrap();
+        assert_eq!(maps.kept().unwrap_err().code, "level.damaged");
+    }
+}

@@ -1,0 +1,40 @@
+//! A routine on a board that lies elsewhere: every place of it goes along with the board.
+//!
+//! Comes in: a routine, an alignment. Goes out: another routine, with another key: it is taken up with the same alignment alone. Does not
+//! know how the board was found.
+
+use super::routine::{Course, Routine, RoutineAction, RoutineMove, TipPlace};
+use crate::align::Alignment;
+use crate::geometry::Point;
+use crate::units::Length;
+use sha2::{Digest, Sha256};
+
+/// The routine where the board is.
+#[must_use]
+pub fn aligned_routine(routine: &Routine, fit: &Alignment) -> Routine {
+    let plane = |[x, y]: [Length; 2]| {
+        let at = fit.moved(Point::new(x, y));
+        [at.x, at.y]
+    };
+    let place = |[x, y, z]: TipPlace| {
+        let [x, y] = plane([x, y]);
+        [x, y, z]
+    };
+    let mut moved = routine.clone();
+    for section in &mut moved.sections {
+        section.entry = place(section.entry);
+        for action in &mut section.actions {
+            let RoutineAction::Go(RoutineMove { course, to, .. }) = action else { continue };
+            *to = place(*to);
+            if let Course::Arc { centre, .. } = course {
+                *centre = plane(*centre);
+            }
+        }
+    }
+    let numbers = [fit.turn_rad, fit.shift_mm[0], fit.shift_mm[1]];
+    let mut digest = Sha256::new();
+    digest.update(routine.key.as_bytes());
+    numbers.iter().for_each(|number| digest.update(number.to_bits().to_le_bytes()));
+    moved.key = digest.finalize().iter().map(|byte| format!("{byte:02x}")).collect();
+    moved
+}

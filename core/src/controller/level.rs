@@ -1,0 +1,93 @@
+//! A routine whose depth follows the board's surface, whoever wrote its program: ours, or another's G-code.
+//!
+//! Comes in: a routine, a height map. Goes out: the same sections with their moves in pieces, and the largest correction. What was
+//! levelled says so and is not levelled twice. Lengths in whole nanometres. Does not know who touched the board.
+
+use super::routine::{Course, Routine, RoutineAction, RoutineMove, Section, TipPlace};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::{Bounds, Point};
+use crate::level::{Correction, FollowedCourse, Follower, HeightMap};
+use crate::units::Length;
+
+/// The routine as it follows the surface of `map`, off it by at most `tolerance`, and by how much it was corrected.
+pub fn level_routine(
+    routine: &Routine,
+    map: &HeightMap,
+    tolerance: Length,
+) -> Result<(Routine, Correction), Diagnostic> {
+    if routine.levelled.is_some() {
+        return Err(Diagnostic::error("level.twice"));
+    }
+    let mut follower = Follower::new(map, routine.safe, tolerance)?;
+    let mut at: TipPlace = [Length::ZERO, Length::ZERO, routine.safe];
+    let mut sections = Vec::with_capacity(routine.sections.len());
+    for section in &routine.sections {
+        sections.push(followed(section, &mut follower, &mut at)?);
+    }
+    let levelled = Routine { sections, levelled: Some(map.key()), ..routine.clone() };
+    Ok((levelled, follower.correction()))
+}
+
+fn followed(
+    section: &Section,
+    follower: &mut Follower<'_>,
+    at: &mut TipPlace,
+) -> Result<Section, Diagnostic> {
+    let (mut actions, mut approach) = (Vec::with_capacity(section.actions.len()), 0);
+    for (index, action) in section.actions.iter().enumerate() {
+        if index == section.approach {
+            (approach, *at) = (actions.len(), section.entry);
+        }
+        let RoutineAction::Go(step) = action else {
+            actions.push(*action);
+            continue;
+        };
+        let ends = pieces(follower, *at, step)?;
+        actions.extend(ends.into_iter().map(|to| RoutineAction::Go(RoutineMove { to, ..*step })));
+        *at = step.to;
+    }
+    if section.approach >= section.actions.len() {
+        (approach, *at) = (actions.len(), section.entry);
+    }
+    let [x, y, z] = section.entry;
+    let entry = [x, y, follower.height(Point::new(x, y), z)?];
+    Ok(Section { entry, approach, actions, ..section.clone() })
+}
+
+fn pieces(
+    follower: &mut Follower<'_>,
+    at: TipPlace,
+    step: &RoutineMove,
+) -> Result<Vec<TipPlace>, Diagnostic> {
+    let course = match step.course {
+        Course::Rapid | Course::Line => FollowedCourse::Line,
+        Course::Arc { centre: [x, y], ccw } => FollowedCourse::Arc { centre: Point::new(x, y), ccw },
+    };
+    let place = |[x, y, z]: TipPlace| (Point::new(x, y), z);
+    let ends = follower.pieces(place(at), place(step.to), course)?;
+    Ok(ends.into_iter().map(|(to, height)| [to.x, to.y, height]).collect())
+}
+
+/// The box around all places where a routine goes below the work zero; none where it never does.
+pub fn cut_bounds(routine: &Routine) -> Option<Bounds> {
+    let mut bounds: Option<Bounds> = None;
+    let mut add = |[x, y, _]: TipPlace| {
+        let place = Point::new(x, y);
+        bounds = Some(bounds.map_or(Bounds::of(place), |all| all.with(place)));
+    };
+    for section in &routine.sections {
+        let mut at = section.entry;
+        for action in section.actions.iter().skip(section.approach) {
+            let RoutineAction::Go(step) = action else { continue };
+            if at[2].min(step.to[2]) < Length::ZERO {
+                add(at);
+                add(step.to);
+                if let Course::Arc { centre, ccw } = step.course {
+                    super::routine::furthest(at, step.to, centre, ccw).into_iter().for_each(&mut add);
+                }
+            }
+            at = step.to;
+        }
+    }
+    bounds
+}

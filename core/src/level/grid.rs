@@ -1,0 +1,117 @@
+//! Where a board is touched: a grid over what is cut, a margin inside its edges.
+//!
+//! ```text
+//!   ┌───────────────┐  what is cut
+//!   │ ·   ·   ·   · │
+//!   │               │  spacing: at most so far apart, evenly
+//!   │ ·   ·   ·   · │  margin: the outermost places lie so far inside
+//!   └───────────────┘
+//! ```
+//!
+//! Comes in: a box, how far apart, how far inside. Goes out: places in whole nanometres. Does not know heights.
+
+use crate::diagnostic::Diagnostic;
+use crate::geometry::{Bounds, Point};
+use crate::units::Length;
+use serde::{Deserialize, Serialize};
+
+/// Most places: an hour of touching.
+const MOST: usize = 1_024;
+/// Places are at least so far apart.
+const CLOSEST: Length = Length::from_um(1_000);
+/// What is smaller than this has no surface to follow.
+const SMALLEST: Length = Length::from_um(2_000);
+
+/// A grid of places.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ProbeGrid {
+    /// The place that is lowest in X and Y.
+    pub low: Point,
+    /// The one that is highest.
+    pub high: Point,
+    /// Places along X, at least 2.
+    pub columns: u16,
+    /// Places along Y, at least 2.
+    pub rows: u16,
+    /// How far inside the box it lies.
+    pub margin: Length,
+}
+
+impl ProbeGrid {
+    /// Over `bounds`, places at most `spacing` apart, the outermost `margin` inside; of a small board at most a quarter of it.
+    pub fn over(bounds: Bounds, spacing: Length, margin: Length) -> Result<Self, Diagnostic> {
+        let size = [bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y];
+        let least = size[0].min(size[1]);
+        let refuse = |code: &str| Diagnostic::error(code);
+        if least < SMALLEST {
+            return Err(refuse("level.too_small").with("mm", least.mm()));
+        }
+        if spacing < CLOSEST || margin < Length::ZERO || !bounds.is_in_reach() {
+            return Err(refuse("level.bad_grid").with("mm", spacing.mm()));
+        }
+        let margin = margin.min(Length::from_nm(least.nm() / 4));
+        let low = Point::new(bounds.min.x + margin, bounds.min.y + margin);
+        let high = Point::new(bounds.max.x - margin, bounds.max.y - margin);
+        let count =
+            |length: Length| usize::try_from((length.nm() - 1).max(0) / spacing.nm()).unwrap_or(MOST) + 2;
+        let (columns, rows) = (count(high.x - low.x), count(high.y - low.y));
+        if columns.saturating_mul(rows) > MOST {
+            let why = refuse("level.too_many").with("places", columns.saturating_mul(rows));
+            return Err(why.with("most", MOST));
+        }
+        Ok(Self { low, high, columns: columns as u16, rows: rows as u16, margin })
+    }
+
+    /// How many places.
+    pub fn count(&self) -> usize {
+        usize::from(self.columns) * usize::from(self.rows)
+    }
+
+    /// Whether it can be one, wherever it was read from.
+    pub(super) fn is_sound(&self) -> bool {
+        let wide = |low: Length, high: Length| high - low >= Length::from_um(100);
+        Bounds { min: self.low, max: self.high }.is_in_reach()
+            && wide(self.low.x, self.high.x)
+            && wide(self.low.y, self.high.y)
+            && (Length::ZERO..=Length::from_um(1_000_000)).contains(&self.margin)
+            && self.columns >= 2
+            && self.rows >= 2
+            && self.count() <= MOST
+    }
+
+    /// The place in that column and row, from 0.
+    pub fn place(&self, column: usize, row: usize) -> Point {
+        Point::new(self.line(0, column), self.line(1, row))
+    }
+
+    /// Place number `index`, row by row.
+    pub fn nth(&self, index: usize) -> Point {
+        let columns = usize::from(self.columns);
+        self.place(index % columns, index / columns)
+    }
+
+    /// Lines along an axis: 0 X, 1 Y.
+    pub(super) fn lines(&self, axis: usize) -> usize {
+        usize::from(if axis == 0 { self.columns } else { self.rows })
+    }
+
+    /// Where line `index` crosses the axis.
+    pub(super) fn line(&self, axis: usize, index: usize) -> Length {
+        let (low, high) = if axis == 0 { (self.low.x, self.high.x) } else { (self.low.y, self.high.y) };
+        let spans = self.lines(axis) as i64 - 1;
+        low + Length::from_nm((high - low).nm() * index as i64 / spans.max(1))
+    }
+
+    /// The cell in which `at` lies; the outermost ones go on beyond the grid.
+    pub(super) fn cell(&self, axis: usize, at: Length) -> usize {
+        let (low, high) = (self.line(axis, 0), self.line(axis, self.lines(axis) - 1));
+        let cells = self.lines(axis) - 1;
+        let share = (at - low).mm() / (high - low).mm() * cells as f64;
+        let near = libm::floor(share).clamp(0.0, cells as f64 - 1.0) as usize;
+        // The lines lie on whole nanometres, not on exact shares.
+        if near + 1 < cells && self.line(axis, near + 1) <= at {
+            return near + 1;
+        }
+        if near > 0 && self.line(axis, near) > at { near - 1 } else { near }
+    }
+}

@@ -1,0 +1,242 @@
+//! Touching a board with a GRBL of our own: heights, hold, stop, what stands in the way, damaged lines.
+
+use super::{Bench, Faults, ZERO, routine};
+use annulus_core::align::{Alignment, FoundHole};
+use annulus_core::control::Trust;
+use annulus_core::controller::{
+    Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyStart,
+    aligned_routine, cut_bounds, level_routine, read,
+};
+use annulus_core::geometry::Point;
+use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE, job_key};
+use annulus_core::units::Length;
+
+/// Height over the work zero at a physical place: it bows, and it is askew.
+fn bow(x: f64, y: f64) -> f64 {
+    let (x, y) = (x - ZERO[0], y - ZERO[1]);
+    ZERO[2] + 0.02 * x - 0.3 + 0.001 * (14.0 - x) * x + 0.002 * (18.0 - y) * y
+}
+
+fn start() -> SurveyStart {
+    let grid = ProbeGrid::over(cut_bounds(&routine()).unwrap(), Length::from_mm(4.0), Length::from_mm(1.0));
+    SurveyStart {
+        grid: grid.unwrap(),
+        clear_mm: 1.0,
+        depth_mm: 3.0,
+        mm_per_min: 60.0,
+        over_mm_per_min: 800.0,
+    }
+}
+
+fn survey_of(bench: &Bench) -> Option<Option<Box<Survey>>> {
+    bench.told.iter().find_map(|action| {
+        if let EngineAction::Surveyed { survey } = action { Some(survey.clone()) } else { None }
+    })
+}
+
+fn found(bench: &Bench) -> Vec<String> {
+    let code = |action: &EngineAction| {
+        if let EngineAction::Found(found) = action { Some(found.code.clone()) } else { None }
+    };
+    bench.told.iter().filter_map(code).collect()
+}
+
+fn bench(surface: Option<fn(f64, f64) -> f64>) -> Bench {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.surface = surface;
+    assert!(bench.ready());
+    bench.told.clear();
+    bench
+}
+
+fn map(survey: &Survey) -> HeightMap {
+    HeightMap {
+        grid: *survey.grid(),
+        heights: survey.done().unwrap(),
+        job: job_key("board", Default::default()),
+        zero: [Length::from_mm(ZERO[0]), Length::from_mm(ZERO[1])],
+        homed: true,
+        measured_s: 0,
+    }
+}
+
+#[test]
+fn a_board_is_touched_at_every_place_and_followed() {
+    let mut bench = bench(Some(bow));
+    bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
+    assert!(bench.until(600_000, |bench| survey_of(bench).is_some()), "{:?}", bench.words());
+    assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready), "{:?}", bench.words());
+    assert_eq!(found(&bench), Vec::<String>::new());
+    let survey = survey_of(&bench).unwrap().unwrap();
+    let map = map(&survey);
+    for (index, height) in map.heights.iter().enumerate() {
+        let place = map.grid.nth(index);
+        let wanted = bow(place.x.mm() + ZERO[0], place.y.mm() + ZERO[1]) - ZERO[2];
+        assert!((height.mm() - wanted).abs() < 0.003, "{index}: {height:?} not {wanted}");
+    }
+    let (levelled, correction) = level_routine(&routine(), &map, TOLERANCE).unwrap();
+    assert!(correction.largest().mm() > 0.2, "{correction:?}");
+    assert_eq!(levelled.levelled, Some(map.key()));
+    assert_eq!(level_routine(&levelled, &map, TOLERANCE).unwrap_err().code, "level.twice");
+    // The same sections, each begun where the one before leaves off.
+    assert_eq!(levelled.sections.len(), routine().sections.len());
+    assert_eq!((levelled.counted(99), &levelled.key), (routine().counted(99), &routine().key));
+    for (before, section) in levelled.sections.iter().zip(levelled.sections.iter().skip(1)) {
+        let entry = |section: &Section| {
+            let last = section.actions.iter().take(section.approach).rev();
+            let mut moves = last
+                .filter_map(|action| if let RoutineAction::Go(step) = action { Some(step.to) } else { None });
+            moves.next()
+        };
+        assert_eq!(entry(section).unwrap_or(before.end()), section.entry, "{:?}", section.kind);
+    }
+    // Run, every bottom is as deep below the board as it was planned.
+    bench.told.clear();
+    let start = annulus_core::controller::EngineStart {
+        routine: std::sync::Arc::new(levelled),
+        from: 0,
+        zero_mm: None,
+        spin_up_s: 0.1,
+        accepted: Vec::new(),
+    };
+    bench.board.cuts.clear();
+    bench.event(EngineEvent::Ask(EngineAsk::Start(start)));
+    assert!(bench.run(), "{:?}", bench.words());
+    assert_eq!(bench.ended(), Some(annulus_core::control::Ending::Done), "{:?}", bench.words());
+    let deep = |place: &[f64; 3]| bow(place[0], place[1]) - place[2];
+    for hole in 0..9 {
+        let at = [ZERO[0] + f64::from(hole % 3 * 4), ZERO[1] + f64::from(hole / 3 * 4)];
+        let there = |place: &&[f64; 3]| (place[0] - at[0]).abs() < 0.02 && (place[1] - at[1]).abs() < 0.02;
+        let depth = bench.board.cuts.iter().filter(there).map(deep).fold(0.0, f64::max);
+        assert!((depth - 1.7).abs() < 0.01, "hole {hole}: {depth}");
+    }
+    let path = |place: &&[f64; 3]| {
+        let (x, y) = (place[0] - ZERO[0], place[1] - ZERO[1]);
+        (0.05..9.9).contains(&x) && (y - 14.0).abs() < 0.01 && deep(place) > 0.0
+    };
+    let depths: Vec<f64> = bench.board.cuts.iter().filter(path).map(deep).collect();
+    assert!(depths.len() > 100 && depths.iter().all(|depth| (depth - 0.1).abs() < 0.015), "{depths:?}");
+}
+
+#[test]
+fn it_holds_between_two_touches_and_goes_on_and_stops_where_it_is_told() {
+    let mut bench = bench(Some(bow));
+    bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
+    let touches =
+        |bench: &Bench| bench.told.iter().filter(|told| matches!(told, EngineAction::Touched { .. })).count();
+    assert!(bench.until(100_000, |bench| touches(bench) == 3));
+    bench.event(EngineEvent::Ask(EngineAsk::Hold));
+    assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Held));
+    let place = bench.board.place();
+    assert!(place[2] > bow(place[0], place[1]) + 0.9, "the tip is up");
+    let before = touches(&bench);
+    bench.until(30_000, |_| false);
+    assert_eq!((bench.board.place(), touches(&bench)), (place, before));
+    bench.event(EngineEvent::Ask(EngineAsk::Resume));
+    assert!(bench.until(100_000, |bench| touches(bench) == before + 2));
+    bench.event(EngineEvent::Ask(EngineAsk::Stop));
+    assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready), "{:?}", bench.words());
+    assert_eq!((survey_of(&bench), bench.engine().trust), (Some(None), Trust::Trusted));
+    let place = bench.board.place();
+    bench.until(5_000, |_| false);
+    assert_eq!(bench.board.place(), place);
+}
+
+#[test]
+fn what_is_not_as_it_should_be_ends_it_with_a_sentence() {
+    fn wall(x: f64, _: f64) -> f64 {
+        if x - ZERO[0] > 6.0 { ZERO[2] + 5.0 } else { ZERO[2] }
+    }
+    fn always(_: f64, _: f64) -> f64 {
+        1e9
+    }
+    type Row = (&'static str, Option<fn(f64, f64) -> f64>);
+    let rows: [Row; 3] =
+        [("level.no_board", None), ("level.in_the_way", Some(wall)), ("grbl.alarm_4", Some(always))];
+    for (code, surface) in rows {
+        let mut bench = bench(surface);
+        bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
+        assert!(bench.until(100_000, |bench| survey_of(bench).is_some()), "{code} {:?}", bench.words());
+        assert_eq!((survey_of(&bench), found(&bench)), (Some(None), vec![code.to_owned()]));
+        assert_eq!(bench.engine().trust, Trust::Trusted, "{code}");
+    }
+    // Beyond the travel, or with numbers that are none: nothing is sent.
+    let mut bench = bench(Some(bow));
+    let wide = ProbeGrid { low: annulus_core::geometry::Point::from_mm(-200.0, 0.0), ..start().grid };
+    for (code, start) in [
+        ("level.no_room", SurveyStart { grid: wide, ..start() }),
+        ("level.bad_survey", SurveyStart { clear_mm: 0.0, ..start() }),
+        ("level.bad_survey", SurveyStart { depth_mm: f64::NAN, ..start() }),
+    ] {
+        bench.told.clear();
+        bench.event(EngineEvent::Ask(EngineAsk::Survey(start)));
+        assert_eq!((found(&bench), bench.engine().phase), (vec![code.to_owned()], EnginePhase::Ready));
+    }
+}
+
+#[test]
+fn no_damaged_line_leaves_a_wrong_height() {
+    let (mut whole, mut ended) = (0, 0);
+    for seed in 0..24 {
+        let faults = Faults { lost: 1e-4, damaged: 1e-4, back: 1e-4 };
+        let mut bench = Bench::new(seed, faults);
+        bench.board.surface = Some(bow);
+        if !bench.ready() {
+            continue;
+        }
+        bench.told.clear();
+        bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
+        let over = bench.until(600_000, |bench| {
+            survey_of(bench).is_some() || bench.engine().phase == EnginePhase::Closed
+        });
+        assert!(over, "seed {seed}: {:?}", bench.words());
+        let Some(survey) = survey_of(&bench).flatten() else {
+            ended += 1;
+            continue;
+        };
+        whole += 1;
+        let map = map(&survey);
+        for (index, height) in map.heights.iter().enumerate() {
+            let place = map.grid.nth(index);
+            let wanted = bow(place.x.mm() + ZERO[0], place.y.mm() + ZERO[1]) - ZERO[2];
+            assert!((height.mm() - wanted).abs() < 0.01, "seed {seed}: {index}: {height:?} not {wanted}");
+        }
+    }
+    assert!(whole > 2 && ended > 2, "{whole} whole, {ended} ended");
+}
+
+#[test]
+fn a_job_goes_along_with_a_board_that_lies_elsewhere() {
+    let hole = |planned: [f64; 2], found: [f64; 2]| FoundHole {
+        planned: Point::from_mm(planned[0], planned[1]),
+        found: Point::from_mm(found[0], found[1]),
+    };
+    // Three in four: a turn by some 0.57 degrees, and a shift.
+    let fit = Alignment::of(&[hole([0.0, 0.0], [1.0, -2.0]), hole([100.0, 0.0], [100.995, -1.0])]).unwrap();
+    let text =
+        "G21 G90\nG0 Z5\nG0 X2 Y3\nM3 S9000\nG1 Z-0.1 F100\nG2 X6 Y3 I2 J0 F300\nG1 X9 Y7\nG0 Z5\nM5\nM2\n";
+    let planned = read("arc", &[("arc.nc".to_owned(), text.to_owned())]).unwrap();
+    let moved = aligned_routine(&planned, &fit);
+    assert_ne!(moved.key, planned.key);
+    assert_eq!(aligned_routine(&planned, &fit), moved);
+    let place = |[x, y, z]: [Length; 3]| {
+        let at = fit.moved(Point::new(x, y));
+        [at.x, at.y, z]
+    };
+    let mut arcs = 0;
+    for (before, after) in planned.sections.iter().zip(&moved.sections) {
+        assert_eq!(after.entry, place(before.entry));
+        for (before, after) in before.actions.iter().zip(&after.actions) {
+            let (RoutineAction::Go(before), RoutineAction::Go(after)) = (before, after) else { continue };
+            assert_eq!((after.to, after.line), (place(before.to), before.line));
+            if let (Course::Arc { centre, ccw }, Course::Arc { centre: moved, ccw: same }) =
+                (before.course, after.course)
+            {
+                let at = fit.moved(Point::new(centre[0], centre[1]));
+                assert_eq!((moved, same), ([at.x, at.y], ccw));
+                arcs += 1;
+            }
+        }
+    }
+    assert_eq!(arcs, 1);
+}

@@ -1,0 +1,172 @@
+//! A height map by the page: touched, followed, refused where it does not fit, forgotten.
+
+use super::*;
+use annulus_core::geometry::Bounds;
+use annulus_core::job::touched;
+use annulus_core::level::{ProbeGrid, key_of};
+use annulus_core::units::Length;
+use annulus_core::wire::HeightMapReport;
+
+/// The physical height of the board: it is askew and bows, and lies at the work zero where that is.
+fn bowed(x: f64, y: f64) -> f64 {
+    let (x, y) = (x - ZERO[0], y - ZERO[1]);
+    ZERO[2] + 0.004 * x - 0.003 * y + 0.000_2 * x * (40.0 - x)
+}
+
+fn one_bit(count: usize) -> Program {
+    drilled::holes(&hobby_3018(), count, 4, |_| 800)
+}
+
+fn wish(program: &Program) -> Ask {
+    let bounds: Bounds = touched(program).unwrap();
+    let grid = ProbeGrid::over(bounds, Length::from_mm(6.0), Length::from_mm(1.0)).unwrap();
+    Ask::Survey { grid, job: key_of(program), clear_um: 1_000, depth_um: 2_000, now_s: 1_764_000_000 }
+}
+
+impl Bench {
+    fn report(&self) -> HeightMapReport {
+        let mut told = self.heard.iter().rev();
+        let report =
+            told.find_map(|tell| if let Tell::HeightMap(report) = tell { Some(report) } else { None });
+        report.map(|report| report.as_ref().clone()).unwrap_or_default()
+    }
+
+    fn survey(&mut self, program: &Program) {
+        assert_eq!(self.refused(&wish(program)), None);
+        self.state(State::Jogging);
+        self.state(State::Ready);
+        (0..500).for_each(|_| self.millisecond());
+    }
+
+    fn warned(&mut self, key: &str, from_leg: u32) -> Vec<String> {
+        assert_eq!(self.fails(key, from_leg), Vec::<String>::new());
+        let armed = self.heard.iter().rev().find_map(|tell| match tell {
+            Tell::Armed { checks, .. } => Some(checks.clone()),
+            _ => None,
+        });
+        let warned = armed.unwrap().into_iter().filter(|row| row.verdict == RowVerdict::Warn);
+        warned.map(|row| row.finding.code).filter(|code| code.starts_with("level.")).collect()
+    }
+}
+
+#[test]
+fn a_board_is_touched_and_the_job_follows_it() {
+    let (files, program) = (Memory::default(), one_bit(10));
+    let mut bench = Bench::ready(&files);
+    bench.board.surface = Some(bowed);
+    let key = bench.upload(&program);
+    assert_eq!((bench.report().grid, bench.warned(&key, 0)), (None, vec![]));
+    // The tip stands on the board: the lead speaks before it is lifted.
+    bench.survey(&program);
+    let report = bench.report();
+    let grid = report.grid.unwrap();
+    assert_eq!((report.goes, report.done, report.heights.len()), (false, report.of, grid.count()));
+    assert_eq!((report.refused, report.job), (None, key_of(&program)));
+    for (index, height) in report.heights.iter().enumerate() {
+        let place = grid.nth(index);
+        let wanted = bowed(place.x.mm() + ZERO[0], place.y.mm() + ZERO[1]) - ZERO[2];
+        assert!((height.unwrap().mm() - wanted).abs() < 0.004, "{index}: {height:?} not {wanted}");
+    }
+    assert_eq!(bench.warned(&key, 0), ["level.follows"]);
+    bench.board.cuts.clear();
+    bench.start(&key, 0);
+    assert_eq!(bench.finish(), (Ending::Done, 10));
+    for bottom in bottoms(&program) {
+        let at = [bottom[0] + ZERO[0], bottom[1] + ZERO[1]];
+        let cuts =
+            bench.board.cuts.iter().filter(|cut| (0..2).all(|axis| (cut[axis] - at[axis]).abs() < NEAR));
+        let lowest = cuts.map(|cut| cut[2] - bowed(cut[0], cut[1])).fold(f64::MAX, f64::min);
+        assert!((lowest - bottom[2]).abs() < 0.02, "{lowest} not {}", bottom[2]);
+    }
+}
+
+#[test]
+fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
+    let (files, program) = (Memory::default(), one_bit(6));
+    let mut bench = Bench::ready(&files);
+    bench.board.surface = Some(bowed);
+    bench.survey(&program);
+    let before = bench.report();
+    let mut again = bench.replug();
+    again.ask(&Ask::Home);
+    again.state(State::Ready);
+    (0..500).for_each(|_| again.millisecond());
+    let key = again.upload(&program);
+    assert_eq!(again.report().heights, before.heights);
+    assert_eq!(again.fails(&key, 0), ["grbl.no_height"]);
+    // Zero of Z is set elsewhere on the board: it becomes what the map says there, not 0.
+    for (axis, mm) in [(0, 12.0), (1, 9.0)] {
+        let place = again.status().unwrap().work_mm[usize::from(axis)];
+        again.jog(axis, mm - place);
+    }
+    let at = again.status().unwrap().machine_mm;
+    again.jog(2, bowed(at[0], at[1]) - at[2]);
+    assert_eq!(again.refused(&Ask::SetHeight), None);
+    (0..500).for_each(|_| again.millisecond());
+    let height_mm = again.status().unwrap().work_mm[2];
+    assert!((height_mm - (bowed(at[0], at[1]) - ZERO[2])).abs() < 0.01, "{height_mm}");
+    assert_eq!(again.warned(&key, 0), ["level.follows"]);
+    // Another job of another zero in its files does not follow it.
+    let mut other = program.clone();
+    other.origin.x += Length::from_mm(1.0);
+    let other = again.upload(&other);
+    assert_eq!(again.warned(&other, 0), ["level.not_used"]);
+    // The zero moves: the map does not fit any more.
+    again.jog(2, 3.0);
+    again.jog(0, 1.0);
+    assert_eq!(again.refused(&Ask::SetZero), None);
+    (0..500).for_each(|_| again.millisecond());
+    assert_eq!(again.fails(&key, 0), ["level.other_zero"]);
+    assert_eq!(again.report().refused.unwrap().code, "level.other_zero");
+    assert_eq!(again.refused(&Ask::ForgetHeightMap), None);
+    assert_eq!((again.report().grid, again.warned(&key, 0)), (None, vec![]));
+    assert_eq!(again.replug().report().grid, None);
+}
+
+#[test]
+fn a_job_that_was_broken_off_goes_on_with_its_map_alone() {
+    let (files, program) = (Memory::default(), one_bit(8));
+    let mut bench = Bench::ready(&files);
+    bench.board.surface = Some(bowed);
+    bench.survey(&program);
+    let key = bench.upload(&program);
+    bench.start(&key, 0);
+    bench.state(State::ToolChange);
+    bench.ask(&Ask::ToolChanged);
+    bench.until(|status| status.holes_done == 3);
+    let mut again = bench.replug();
+    again.ask(&Ask::Home);
+    again.state(State::Ready);
+    (0..500).for_each(|_| again.millisecond());
+    let (job, next_leg, _) = again.offer().unwrap();
+    assert_eq!(again.warned(&job, next_leg), ["level.follows"]);
+    assert_eq!(again.refused(&Ask::ForgetHeightMap), None);
+    assert_eq!(again.fails(&job, next_leg), ["level.other_map"]);
+}
+
+#[test]
+fn nothing_is_touched_before_the_height_is_known_and_stop_ends_it() {
+    let (files, program) = (Memory::default(), one_bit(6));
+    let mut bench = Bench::plug(&files, Automaton::new([-20.0, -30.0, -10.0]));
+    bench.ask(&Ask::Home);
+    bench.state(State::Ready);
+    assert_eq!(bench.refused(&wish(&program)).as_deref(), Some("grbl.no_height"));
+    let mut bench = Bench::ready(&Memory::default());
+    bench.board.surface = Some(bowed);
+    assert_eq!(bench.refused(&wish(&program)), None);
+    bench.state(State::Jogging);
+    while bench.report().done < 2 {
+        bench.millisecond();
+    }
+    bench.ask(&Ask::Pause);
+    bench.state(State::Paused);
+    bench.ask(&Ask::Resume);
+    bench.state(State::Jogging);
+    bench.ask(&Ask::Stop);
+    bench.state(State::Ready);
+    (0..500).for_each(|_| bench.millisecond());
+    assert_eq!((bench.report().grid, bench.report().goes), (None, false));
+    let place = bench.board.place();
+    (0..2_000).for_each(|_| bench.millisecond());
+    assert_eq!(bench.board.place(), place);
+}
