@@ -2,6 +2,8 @@
 
 use super::world::World;
 use super::*;
+use annulus_core::geometry::Point;
+use annulus_core::job::{Command, Cutter, Mark};
 
 fn machine() -> Machine {
     Machine { output: Output::Adapter, ..virtual_drill() }
@@ -78,6 +80,53 @@ fn a_board_is_drilled_whole_over_a_bad_cable_too() {
         assert_eq!(real[..], status.steps[..3], "what it counts is where it is");
         let (missing, doubled) = against(&files, &program, status.zero_mm.unwrap());
         assert_eq!((missing, doubled), (0, if garbled { 40 } else { 0 }));
+    }
+}
+
+/// Circles and lines, milled one behind the other.
+fn milled() -> Program {
+    let mut program = program(1);
+    let (height, feed_um_per_s) = (Length::from_um(-100), 10_000);
+    let mill = |x, y| Command::Mill { to: Point::from_mm(x, y), height, feed_um_per_s };
+    let circle = |x, y, r| Command::MillArc {
+        to: Point::from_mm(x, y),
+        height,
+        center: Point::from_mm(x + r, y),
+        ccw: true,
+        feed_um_per_s,
+    };
+    program.bits[0].cutter = Cutter::Mill;
+    for leg in program.legs.iter_mut().filter(|leg| matches!(leg.mark, Mark::Hole(_))) {
+        leg.mark = Mark::Toolpath(0);
+        leg.commands = vec![
+            Command::Rapid { to: Point::from_mm(2.0, 2.0) },
+            Command::Plunge { to: height, feed_um_per_s: 1_000, gate: None },
+            circle(2.0, 2.0, 5.0),
+            mill(20.0, 7.0),
+            circle(20.0, 7.0, 1.0),
+            mill(2.0, 12.0),
+            mill(2.0, 2.0),
+            Command::Retract { to: program.safe_height },
+        ];
+    }
+    program
+}
+
+#[test]
+fn a_step_costs_few_bytes_of_the_cable() {
+    for (what, program, most) in [("drilling", program(40), 0.25), ("milling", milled(), 1.0)] {
+        let mut bench = ready(&Memory::default());
+        let before = (bench.world().steps, bench.world().bytes);
+        bench.start(&program, 0);
+        bench.until(|status| status.state == State::ToolChange);
+        let change = bench.world().bytes;
+        bench.ask(&Ask::ToolChanged);
+        bench.finish();
+        let world = bench.world();
+        let (steps, bytes) = (world.steps - before.0, world.bytes - before.1);
+        let each = bytes as f64 / steps as f64;
+        println!("{what}: {bytes} bytes for {steps} steps, {each:.3} a step; until the bit is in {}", change - before.1);
+        assert!(each <= most, "{what}: {each}");
     }
 }
 

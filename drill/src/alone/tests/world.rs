@@ -84,8 +84,9 @@ pub(super) struct World {
     plugged: bool,
     /// Turns a bit of one of so many bytes.
     pub(super) garble: Option<(Chance, usize)>,
-    /// Pulses that were given.
+    /// Pulses that were given, and bytes that came.
     pub(super) steps: u64,
+    pub(super) bytes: u64,
 }
 
 fn fresh() -> Adapter<'static> {
@@ -121,6 +122,7 @@ impl World {
             plugged: true,
             garble: None,
             steps: 0,
+            bytes: 0,
         }
     }
 
@@ -152,6 +154,7 @@ impl World {
     pub(super) fn go_on(&mut self) {
         let until_us = now().as_micros() as u64;
         let bytes = self.port.written();
+        self.bytes += bytes.len() as u64;
         let bytes = if self.plugged { self.spoiled(bytes) } else { Vec::new() };
         bytes.iter().for_each(|byte| self.adapter.hear(*byte, self.now_us as u32));
         while self.now_us < until_us {
