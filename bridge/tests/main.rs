@@ -3,6 +3,7 @@
 mod cam;
 mod cli;
 mod faults;
+mod firmware;
 mod kill;
 mod lab;
 mod one_planner;

@@ -10,6 +10,7 @@
 //! Comes in: messages, the time, and an [`Outside`]. Goes out: tells, records, orders. Does not know sockets, sessions, leases, files,
 //! nor whose thread it is.
 
+pub mod adapter;
 mod alone;
 pub mod controller;
 pub mod executor;
@@ -27,7 +28,7 @@ mod recording;
 mod tests;
 mod ticket;
 
-pub use alone::Alone;
+pub use alone::{Alone, Port};
 pub use executor::Time;
 pub use files::{File, Files};
 pub use outside::Outside;

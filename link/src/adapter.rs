@@ -25,8 +25,11 @@ use crate::receiver::Receiver;
 use crate::store::{AROUND, ROOM, Store};
 use crate::{AXES, FULL_RATE, NEWEST, OLDEST};
 
-/// Outputs go off when nothing of the session was heard for so many µs.
+/// When nothing of the session was heard for so many µs, what moves comes to rest on the path, and outputs go off at rest.
 pub const OUTPUTS_US: u32 = 250_000;
+
+/// Outputs go off after so many µs although it still moves.
+pub const OUTPUTS_AT_LAST_US: u32 = 500_000;
 
 /// A status is said this often, in µs.
 pub const STATUS_US: u32 = 10_000;
@@ -80,6 +83,8 @@ pub struct Adapter<'a> {
     input: u8,
     /// Whether it moves for a session that is over.
     is_orphan: bool,
+    /// Whether it comes to rest because nobody was heard.
+    is_deserted: bool,
     player: Player,
     store: &'a mut Store,
     /// Ticks in the store, chunks that came, bytes of them, where they end.
@@ -116,6 +121,7 @@ impl<'a> Adapter<'a> {
             trust: Trust::Lost,
             input: NO_INPUT,
             is_orphan: false,
+            is_deserted: false,
             player: Player::new(),
             store,
             stored: 0,
@@ -378,6 +384,7 @@ impl<'a> Adapter<'a> {
         self.state = match end {
             End::Rested => State::Ready,
             End::Starved => State::Starved,
+            End::Stopped if self.is_deserted => State::Starved,
             End::Stopped => State::Stopped,
         };
         if end != End::Rested || self.store.is_empty() {
@@ -411,15 +418,23 @@ impl<'a> Adapter<'a> {
         if self.is_orphan && matches!(self.state, State::Ready | State::Starved | State::Stopped) {
             self.state = State::Unset;
         }
-        self.is_orphan = false;
+        (self.is_orphan, self.is_deserted) = (false, false);
         self.is_status_due = true;
     }
 
-    /// What the inputs say. Outputs go off when the session fell silent.
+    /// What the inputs say. When the session fell silent it comes to rest, and outputs go off: not before, so that no bit goes
+    /// through a board without its spindle.
     pub fn attend(&mut self, inputs: Inputs, now_us: u32) {
         self.is_status_due |= inputs != self.inputs;
         self.inputs = inputs;
-        if self.outputs != 0 && now_us.wrapping_sub(self.heard) >= OUTPUTS_US {
+        let silent_us = now_us.wrapping_sub(self.heard);
+        let moves = self.state == State::Running;
+        if moves && silent_us >= OUTPUTS_US && !self.player.is_ending() {
+            self.is_deserted = true;
+            self.player.stop();
+        }
+        let patience_us = if moves { OUTPUTS_AT_LAST_US } else { OUTPUTS_US };
+        if self.outputs != 0 && silent_us >= patience_us {
             self.outputs = 0;
             self.is_status_due = true;
         }

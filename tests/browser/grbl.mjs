@@ -142,6 +142,9 @@ export async function startBoard(tools, speed, surface) {
   };
 }
 
+/** The USB number of the bridge chip on many boards. */
+const CH340 = { usbVendorId: 0x1a86, usbProductId: 0x7523 };
+
 /** Gives the pages of `context` a `navigator.serial` with this board at its only port. */
 export async function plugInto(context, board) {
   let port = null;
@@ -159,12 +162,12 @@ export async function plugInto(context, board) {
   });
   await context.exposeFunction("boardHears", (bytes) => port?.write(bytes));
   await context.exposeFunction("boardCloses", close);
-  await context.addInitScript(() => {
+  await context.addInitScript((info) => {
     const lost = () => new DOMException("The device has been lost.", "NetworkError");
     const port = {
       readable: null,
       writable: null,
-      getInfo: () => ({ usbVendorId: 0x1a86, usbProductId: 0x7523 }),
+      getInfo: () => info,
       async open({ baudRate }) {
         if (port.readable) throw new DOMException("The port is already open.", "InvalidStateError");
         if (!Number.isInteger(baudRate) || !(await globalThis.boardOpens())) {
@@ -200,5 +203,5 @@ export async function plugInto(context, board) {
       getPorts: async () => (granted() && (await globalThis.boardPlugged()) ? [port] : []),
     });
     Object.defineProperty(navigator, "serial", { value: serial, configurable: true });
-  });
+  }, board.usb ?? CH340);
 }

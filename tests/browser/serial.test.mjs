@@ -1,8 +1,9 @@
-// A mill with GRBL at a port of this computer, driven by the page alone through Web Serial: no bridge is anywhere. Judged by the
-// step pins of the firmware.
+// A mill with GRBL, or a drill behind the USB step adapter, at a port of this computer, driven by the page alone through Web Serial: no
+// bridge is anywhere. Judged by the step pins of the firmware.
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
+import { firmware, startAdapter } from "./adapter.mjs";
 import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
 import { openBrowser, openPage, picture, planned, press, serveFiles, settled, startBridge, tab, until } from "./harness.mjs";
 
@@ -247,6 +248,74 @@ test("a reload has the controller again without a dialog; a page of the bridge h
   } finally {
     await context.close();
     await bridge.stop();
+    board.kill();
+  }
+});
+
+/** Three holes, mm from the work zero. */
+const THREE = [[0, 0], [2, 0], [4, 1]];
+/** Steps in a millimetre of the drill that a page without a machine file has: plane and Z; its board from the top of Z, mm. */
+const [PLANE, HEIGHT, BOARD] = [80, 400, -30];
+
+test("the page alone drills a board through the USB step adapter, over a pulled cable", async (t) => {
+  const built = firmware();
+  if (!built) return t.skip("no firmware");
+  const [server, board] = [await serveFiles(), await startAdapter(built)];
+  const { page, context, problems } = await openPage(browser, "about:blank");
+  try {
+    await plugInto(context, board);
+    await page.goto(server.url);
+    const chooser = page.waitForEvent("filechooser");
+    await page.getByRole("button", { name: "Open files…" }).click();
+    const drill = ["M48", "METRIC", "T1C0.8", "%", "T1", ...THREE.map(([x, y]) => `X${x}.0Y${y}.0`), "M30", ""].join("\n");
+    await (await chooser).setFiles({ name: "three.drl", mimeType: "text/plain", buffer: Buffer.from(drill) });
+    await page.getByText(/^Planned .* m,/).waitFor();
+    await tab(page, "Machine").click();
+    await press(page, connect(page));
+    await shown(page, /^USB step adapter/);
+    await shown(page, "The position is not known. Home first.");
+    await page.screenshot({ path: picture("adapter-connected-1440") });
+    await home(page);
+    const rest = board.place();
+    await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
+    await page.getByText(/Zero at/).waitFor();
+    await planned(page);
+    await press(page, page.getByRole("button", { name: "Start…" }));
+    const rows = await begin(page, "Start the job");
+    assert.ok(rows.some((row) => /same steps/i.test(row)), `page and adapter play the same steps: ${rows.join("\n")}`);
+    const bit = page.getByRole("button", { name: "Continue: the bit is in" });
+    await press(page, bit);
+    await shown(page, /^Hole [23] of 3/);
+    board.replug();
+    const rests = await settled(async () => board.steps(), "a carriage that rests", 3000);
+    assert.equal(board.spindle(), false, "nobody is heard: the spindle is off");
+    board.replug();
+    await page.evaluate(() => navigator.serial.dispatchEvent(new Event("connect")));
+    await shown(page, /The adapter got no more path in time/);
+    await page.screenshot({ path: picture("adapter-ran-dry-1440") });
+    assert.equal(board.steps(), rests, "nothing moves by itself");
+    await press(page, page.getByRole("button", { name: /Acknowledge/ }));
+    await shown(page, "At rest, position known.");
+    await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
+    await begin(page, "Resume the job");
+    await press(page, bit);
+    await shown(page, /^The job is done\./);
+    await page.screenshot({ path: picture("adapter-done-1440") });
+    const bottom = rest[2] + HEIGHT * (BOARD + 1 - 1.6);
+    const made = board.holes(bottom);
+    for (const [x, y] of THREE) {
+      const here = made.filter(({ at }) => Math.abs(at[0] - rest[0] - x * PLANE) <= 2 && Math.abs(at[1] - rest[1] - y * PLANE) <= 2);
+      assert.ok(here.length >= 1, `a hole at ${x}, ${y}: ${JSON.stringify(made)}`);
+    }
+    assert.ok(made.length <= THREE.length + 1, `at most one twice: ${JSON.stringify(made)}`);
+    assert.ok(made.every(({ turned }) => turned), "no hole without the spindle");
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    await page.screenshot({ path: picture("adapter-failed-1440") });
+    throw error;
+  } finally {
+    await context.close();
+    server.stop();
     board.kill();
   }
 });

@@ -43,10 +43,16 @@ pub(crate) fn build() -> Done<PathBuf> {
     Ok(elf)
 }
 
-/// What runs the tests of the real firmware in the emulator.
-pub(crate) fn tests() -> Done<Command> {
+/// The firmware, and the emulator that runs it for tests.
+pub(crate) fn emulated() -> Done<PathBuf> {
     let elf = build()?;
     npm::ensure_in(&folder().join("emulator"))?;
+    Ok(elf)
+}
+
+/// What runs the tests of the real firmware in the emulator.
+pub(crate) fn tests() -> Done<Command> {
+    let elf = emulated()?;
     // All packages are named so that what was built for the other suites serves here too.
     let mut tests = command("cargo", &["test"]);
     tests.args(ALL).args(["--test", "adapter", "--test", "usb", "--", "--show-output"]);

@@ -139,6 +139,7 @@ fn pages() -> Done<Command> {
     let browser = browser::ensure()?;
     npm::ensure()?;
     grbl::ensure()?;
+    let firmware = firmware::emulated()?;
     // Two files at a time: each has a bridge, a home and a browser of its own.
     let mut pages = command("node", &["--test", "--test-concurrency=2"]);
     for reporter in ["tap", "./tests/browser/seconds.mjs"] {
@@ -146,5 +147,6 @@ fn pages() -> Done<Command> {
     }
     pages.args(npm::tests());
     pages.env("ANNULUS_BIN", target().join("debug/annulus")).env("ANNULUS_CHROMIUM", &browser.chromium);
+    pages.env("ANNULUS_FIRMWARE", firmware);
     Ok(pages)
 }

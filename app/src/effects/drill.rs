@@ -79,6 +79,11 @@ pub(super) fn begin(worker: &Worker) -> bool {
     worker.post_message(&speed().into()).is_ok()
 }
 
+/// Has the machine of the adapter at the port begin, or says that it is there again.
+pub(super) fn begin_adapter(worker: &Worker) -> bool {
+    worker.post_message(&true.into()).is_ok()
+}
+
 /// A worker that has the virtual drill.
 pub(super) fn open() -> Option<Drill> {
     let drill = hire(drill::VIRTUAL, |_| ())?;

@@ -1,5 +1,5 @@
-//! Web Serial: a port is chosen by the person or known from before, opened, its bytes carried to the worker that attends the controller
-//! and back. Time is the worker's, whose timers a hidden page does not slow; here nothing waits for a timer.
+//! Web Serial: a port is chosen by the person or known from before, opened, its bytes carried to the worker that attends what is there
+//! and back: a controller, or a USB step adapter, which is known by its USB number and waited for when its cable was pulled. Time is the worker's, whose timers a hidden page does not slow; here nothing waits for a timer.
 //!
 //! ```text
 //! click ─▶ requestPort ─▶ open 115200 ─▶ read ══ bytes ══▶ worker        nobody answers: the next speed
@@ -15,6 +15,7 @@ use crate::engine::drill::CONTROLLER;
 use crate::model::{ControllerEvent, LinkEvent, Support};
 use crate::page::send;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_drill::adapter::USB;
 use js_sys::{Array, Object, Reflect, Uint8Array};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
@@ -47,6 +48,8 @@ extern "C" {
     async fn open(this: &Port, options: &JsValue) -> Result<JsValue, JsValue>;
     #[wasm_bindgen(method, catch)]
     async fn close(this: &Port) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, js_name = getInfo)]
+    fn info(this: &Port) -> JsValue;
     #[wasm_bindgen(method, getter)]
     fn readable(this: &Port) -> Option<Stream>;
     #[wasm_bindgen(method, getter)]
@@ -94,6 +97,15 @@ pub(super) struct Serial {
     /// Which of the speeds is tried, and whether it was the right one.
     speed: Cell<usize>,
     guards: Cell<bool>,
+    /// The worker of an adapter whose cable was pulled.
+    waits: RefCell<Option<Worker>>,
+}
+
+/// Whether what is at a port says by its USB number that it is an adapter.
+fn is_adapter(port: &Port) -> bool {
+    let info = port.info();
+    let number = |name: &str| Reflect::get(&info, &name.into()).ok().and_then(|number| number.as_f64());
+    [number("usbVendorId"), number("usbProductId")] == [Some(f64::from(USB.0)), Some(f64::from(USB.1))]
 }
 
 fn ports() -> Option<Ports> {
@@ -143,7 +155,8 @@ impl Serial {
     /// Listens to plugs, and to the page being left. Called once.
     pub(super) fn listen(self: &Rc<Self>) {
         if let Some(ports) = ports() {
-            let plugged = Closure::<dyn FnMut()>::new(|| tell(ControllerEvent::Plugged));
+            let this = Rc::clone(self);
+            let plugged = Closure::<dyn FnMut()>::new(move || this.plugged());
             ports.add_event_listener("connect", plugged.as_ref());
             plugged.forget();
         }
@@ -159,6 +172,13 @@ impl Serial {
         let _ = page.add_event_listener_with_callback("pagehide", gone.as_ref().unchecked_ref());
         leaves.forget();
         gone.forget();
+    }
+
+    /// A device that is known was plugged in: perhaps the adapter that is waited for.
+    fn plugged(self: &Rc<Self>) {
+        let Some(worker) = self.waits.take() else { return tell(ControllerEvent::Plugged) };
+        let (this, count) = (Rc::clone(self), self.next());
+        spawn_local(async move { this.carry(worker, count).await });
     }
 
     /// Has the browser ask before the page is left, or not.
@@ -208,6 +228,7 @@ impl Serial {
     }
 
     fn next(&self) -> u32 {
+        self.waits.take();
         self.count.set(self.count.get() + 1);
         self.count.get()
     }
@@ -258,6 +279,7 @@ impl Serial {
         if self.count.get() != count {
             return;
         }
+        let adapter = is_adapter(&port);
         let reader = match self.open(port).await {
             Ok(reader) => reader,
             Err(error) => {
@@ -267,7 +289,12 @@ impl Serial {
         if self.count.get() != count {
             return self.close().await;
         }
-        drill::begin(&worker);
+        tell(ControllerEvent::Opened { adapter });
+        if adapter {
+            drill::begin_adapter(&worker);
+        } else {
+            drill::begin(&worker);
+        }
         while let Ok(read) = reader.read().await {
             let done = Reflect::get(&read, &"done".into()).is_ok_and(|done| done.is_truthy());
             if done || self.count.get() != count {
@@ -279,6 +306,8 @@ impl Serial {
         }
         if self.count.get() == count {
             let _ = worker.post_message(&JsValue::NULL);
+            // It knows where it is: the same worker goes on when it is plugged in again.
+            self.waits.replace(adapter.then_some(worker));
         }
     }
 

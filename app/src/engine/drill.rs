@@ -1,20 +1,20 @@
-//! The machine of a page that has no bridge behind it, in a worker of its own, which gives it the time: the virtual drill, or a
-//! controller at a port whose bytes the page carries.
+//! The machine of a page that has no bridge behind it, in a worker of its own, which gives it the time: the virtual drill, or what is
+//! at a port whose bytes the page carries: a controller, or a USB step adapter.
 //!
 //! ```text
 //! page ── speed, frames, programs, bytes ──▶ worker ── Alone or Station ──▶ files of this site
 //!      ◀── frames, answers, bytes ──────────    └─ a turn every 8 ms while something moves
 //! ```
 //!
-//! Comes in: what the page posts: first the speed, then frames as text, `[number, key]` and `[number, key, bytes]` for programs, bytes
-//! of the port, `null` when that is gone. Goes out: bytes for the port; frames as text; `[number, reason, bytes]` for programs; `true`
+//! Comes in: what the page posts: first the speed, or `true` where an adapter is at the port; then frames as text, `[number, key]` and
+//! `[number, key, bytes]` for programs, bytes of the port, `null` when that is gone, `true` when it is there again. Goes out: bytes for the port; frames as text; `[number, reason, bytes]` for programs; `true`
 //! where nothing is kept, `false` where nobody answers at the port, `null` when it is over. Does not know what a frame says.
 
 use super::files::{self, Store};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::Tell;
 use annulus_drill::controller::Station;
-use annulus_drill::{Alone, File};
+use annulus_drill::{Alone, File, Port};
 use js_sys::{Array, Uint8Array};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -26,7 +26,7 @@ use web_sys::{DedicatedWorkerGlobalScope, MessageEvent};
 /// The name of the worker that is the virtual drill.
 pub const VIRTUAL: &str = "annulus drill";
 
-/// The name of the worker that attends a controller.
+/// The name of the worker that attends what is at a port.
 pub const CONTROLLER: &str = "annulus controller";
 
 /// Longest time between two turns.
@@ -36,40 +36,50 @@ const LONGEST_MS: u128 = 1_000;
 enum Served {
     Virtual(Box<Alone<Store>>),
     Controller(Box<Station<Store>>),
+    Adapter(Box<Alone<Store>>, Port),
+}
+
+/// What the page has begin.
+#[derive(Clone, Copy)]
+enum Wanted {
+    /// What the worker's name says, so many times faster than life.
+    Named(f64),
+    /// The machine of the adapter at the port.
+    Adapter,
 }
 
 impl Served {
     fn hear(&mut self, text: &str) {
         match self {
-            Self::Virtual(drill) => drill.hear(text),
+            Self::Virtual(drill) | Self::Adapter(drill, _) => drill.hear(text),
             Self::Controller(station) => station.hear(text),
         }
     }
 
     fn frames(&mut self) -> Vec<String> {
         match self {
-            Self::Virtual(drill) => drill.frames(),
+            Self::Virtual(drill) | Self::Adapter(drill, _) => drill.frames(),
             Self::Controller(station) => station.frames(),
         }
     }
 
     fn upload(&mut self, key: &str, bytes: Vec<u8>) -> Result<(), Diagnostic> {
         match self {
-            Self::Virtual(drill) => drill.upload(key, bytes),
+            Self::Virtual(drill) | Self::Adapter(drill, _) => drill.upload(key, bytes),
             Self::Controller(station) => station.upload(key, bytes),
         }
     }
 
     fn job(&self, key: &str) -> Option<&[u8]> {
         match self {
-            Self::Virtual(drill) => drill.job(key),
+            Self::Virtual(drill) | Self::Adapter(drill, _) => drill.job(key),
             Self::Controller(station) => station.job(key),
         }
     }
 
     fn advance(&mut self) -> Duration {
         match self {
-            Self::Virtual(drill) => drill.advance(),
+            Self::Virtual(drill) | Self::Adapter(drill, _) => drill.advance(),
             Self::Controller(station) => station.advance(),
         }
     }
@@ -116,10 +126,10 @@ pub fn serve() {
     room.borrow_mut().turns = Some(Closure::new(move || turn(&again)));
     let listener = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
         let data = event.data();
-        if let Some(speed) = data.as_f64() {
-            spawn_local(begin(Rc::clone(&room), speed));
-        } else {
-            hear(&room, data);
+        let adapter = data.as_bool().filter(|adapter| *adapter && room.borrow().served.is_none());
+        match data.as_f64().map(Wanted::Named).or(adapter.map(|_| Wanted::Adapter)) {
+            Some(wanted) => spawn_local(begin(Rc::clone(&room), wanted)),
+            None => hear(&room, data),
         }
     });
     scope.set_onmessage(Some(listener.as_ref().unchecked_ref()));
@@ -132,26 +142,41 @@ fn post(message: &JsValue) {
     }
 }
 
-async fn open(scope: &DedicatedWorkerGlobalScope, speed: f64) -> Result<Served, Diagnostic> {
+async fn open(scope: &DedicatedWorkerGlobalScope, wanted: Wanted) -> Result<Served, Diagnostic> {
     let controls = scope.name() == CONTROLLER;
-    let store = files::open(scope, if controls { &File::CONTROLLER } else { &File::DRILL }).await?;
+    let names = if controls { &File::CONTROLLER } else { &File::DRILL };
+    let store = match wanted {
+        Wanted::Named(_) => files::open(scope, files::DRILL, names).await?,
+        Wanted::Adapter => files::open(scope, files::ADAPTER, &File::DRILL).await?,
+    };
     if matches!(store, Store::Memory(_)) {
         post(&true.into());
     }
-    Ok(if controls {
-        let mut station = Station::open(store, speed, time)?;
-        station.connect();
-        Served::Controller(Box::new(station))
-    } else {
-        let mut drill = Alone::open(store, speed, js_sys::Date::now() as u64, time)?;
-        drill.connect();
-        Served::Virtual(Box::new(drill))
+    let seed = js_sys::Date::now() as u64;
+    Ok(match wanted {
+        Wanted::Adapter => {
+            let port = Port::default();
+            port.opened();
+            let mut drill = Alone::at_port(store, port.clone(), seed, time)?;
+            drill.connect();
+            Served::Adapter(Box::new(drill), port)
+        }
+        Wanted::Named(speed) if controls => {
+            let mut station = Station::open(store, speed, time)?;
+            station.connect();
+            Served::Controller(Box::new(station))
+        }
+        Wanted::Named(speed) => {
+            let mut drill = Alone::open(store, speed, seed, time)?;
+            drill.connect();
+            Served::Virtual(Box::new(drill))
+        }
     })
 }
 
-async fn begin(room: Shared, speed: f64) {
+async fn begin(room: Shared, wanted: Wanted) {
     let scope = room.borrow().scope.clone();
-    match open(&scope, speed).await {
+    match open(&scope, wanted).await {
         Ok(served) => {
             let early = {
                 let mut room = room.borrow_mut();
@@ -178,6 +203,11 @@ fn hear(room: &Shared, data: JsValue) {
             (None, Served::Controller(station)) if data.is_null() => station.unplugged(),
             (None, Served::Controller(station)) if data.is_instance_of::<Uint8Array>() => {
                 station.bytes(Uint8Array::new(&data).to_vec());
+            }
+            (None, Served::Adapter(_, port)) if data.is_null() => port.gone(),
+            (None, Served::Adapter(_, port)) if data.is_truthy() && data.as_bool().is_some() => port.opened(),
+            (None, Served::Adapter(_, port)) if data.is_instance_of::<Uint8Array>() => {
+                port.bytes(&Uint8Array::new(&data).to_vec());
             }
             (None, served) => program(served, &data.unchecked_into()),
         }
@@ -207,11 +237,15 @@ fn turn(room: &Shared) {
     let Some(served) = &mut room.served else { return };
     let next = served.advance();
     let mut over = None;
+    let bytes = match served {
+        Served::Virtual(_) => Vec::new(),
+        Served::Controller(station) => station.written(),
+        Served::Adapter(_, port) => port.written(),
+    };
+    if !bytes.is_empty() {
+        post(&Uint8Array::from(bytes.as_slice()));
+    }
     if let Served::Controller(station) = served {
-        let bytes = station.written();
-        if !bytes.is_empty() {
-            post(&Uint8Array::from(bytes.as_slice()));
-        }
         over = station.is_over().then(|| if station.greeted() { JsValue::NULL } else { false.into() });
     }
     for frame in served.frames() {

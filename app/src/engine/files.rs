@@ -14,8 +14,11 @@ use web_sys::{
     FileSystemSyncAccessHandle,
 };
 
-/// The folder of the drill.
-const FOLDER: &str = "annulus-drill";
+/// The folder of the virtual drill and of controllers.
+pub(super) const DRILL: &str = "annulus-drill";
+
+/// The folder of the machine behind a USB step adapter.
+pub(super) const ADAPTER: &str = "annulus-adapter";
 
 /// Where the files are.
 pub(super) enum Store {
@@ -30,9 +33,13 @@ fn words(error: JsValue) -> String {
     message.unwrap_or_else(|| format!("{error:?}"))
 }
 
-/// The files of this site. Refused where another tab has them; in memory where the browser keeps none.
-pub(super) async fn open(scope: &DedicatedWorkerGlobalScope, files: &[File]) -> Result<Store, Diagnostic> {
-    let Ok(folder) = folder(scope).await else { return Ok(Store::Memory(BTreeMap::new())) };
+/// The files in a `folder` of this site. Refused where another tab has them; in memory where the browser keeps none.
+pub(super) async fn open(
+    scope: &DedicatedWorkerGlobalScope,
+    folder: &str,
+    files: &[File],
+) -> Result<Store, Diagnostic> {
+    let Ok(folder) = folder_of(scope, folder).await else { return Ok(Store::Memory(BTreeMap::new())) };
     let mut kept = BTreeMap::new();
     for &file in files {
         match handle(&folder, file).await {
@@ -52,7 +59,10 @@ pub(super) async fn open(scope: &DedicatedWorkerGlobalScope, files: &[File]) -> 
     Ok(Store::Kept(kept))
 }
 
-async fn folder(scope: &DedicatedWorkerGlobalScope) -> Result<FileSystemDirectoryHandle, JsValue> {
+async fn folder_of(
+    scope: &DedicatedWorkerGlobalScope,
+    name: &str,
+) -> Result<FileSystemDirectoryHandle, JsValue> {
     let storage = Reflect::get(&scope.navigator(), &"storage".into())?;
     if storage.is_undefined() {
         return Err(storage);
@@ -61,7 +71,7 @@ async fn folder(scope: &DedicatedWorkerGlobalScope) -> Result<FileSystemDirector
     let made = FileSystemGetDirectoryOptions::new();
     made.set_create(true);
     let root: FileSystemDirectoryHandle = root.dyn_into()?;
-    JsFuture::from(root.get_directory_handle_with_options(FOLDER, &made)).await?.dyn_into()
+    JsFuture::from(root.get_directory_handle_with_options(name, &made)).await?.dyn_into()
 }
 
 async fn handle(

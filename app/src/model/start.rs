@@ -199,7 +199,7 @@ fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
     (model.link.armed, model.link.refused) = (None, None);
     model.start.ticked = BTreeSet::new();
     let (key, own_digest) = (job.key.clone(), job.stream_digest.clone());
-    let own_motion = model.link.controller.chosen;
+    let own_motion = model.link.controller.plans();
     model.start.preflight = Some(Preflight { job: key, from_leg, own_digest, own_motion });
     let number = model.next_request();
     model.start.upload = Some(number);

@@ -9,6 +9,8 @@
 import fs from 'node:fs';
 import { RP2040, USBCDC } from 'rp2040js';
 
+const [SET_LINE_CODING, TO_INTERFACE] = [0x20, 0x21]; // of USB CDC
+
 export const CLOCK_HZ = 120e6;
 const NANOS = 1e9 / CLOCK_HZ;
 const FLASH = 0x10000000;
@@ -43,6 +45,8 @@ function bootCheck(bytes) {
 }
 
 const CHAN_ABORT = 0x444;
+const LOOK_UP = 0x200; // the boot memory's function that finds others, and the only one that there is here
+const BOOT_MODE = 0x220;
 
 class Reset extends Error {}
 
@@ -64,6 +68,25 @@ class Host extends USBCDC {
   put(bytes) {
     for (const byte of bytes) this.waiting.push(byte);
     this.pump();
+  }
+  /** Somebody opens the port at so many bits a second and lets go of it. */
+  touch(bitsPerS) {
+    const coding = new Uint8Array(7);
+    new DataView(coding.buffer).setUint32(0, bitsPerS, true);
+    coding[6] = 8;
+    const { usb } = this;
+    const before = usb.onEndpointRead;
+    usb.onEndpointRead = (endpoint, size) => {
+      if (endpoint !== 0) return before(endpoint, size);
+      usb.onEndpointRead = before;
+      usb.endpointReadDone(0, coding);
+      this.lets = true;
+    };
+    usb.sendSetupPacket(Uint8Array.of(TO_INTERFACE, SET_LINE_CODING, 0, 0, 0, 0, coding.length, 0));
+  }
+  letGo() {
+    if (this.lets) this.cdcSetControlLineState(0);
+    this.lets = false;
   }
   pump() {
     const room = this.rooms[this.outEndpoint];
@@ -94,6 +117,9 @@ export class Machine {
       throw new Error('The check of the second stage is wrong: a real chip would not start.');
     }
     chip.sram.set(chip.flash.subarray(0, 256), SECOND_STAGE - RAM);
+    // ldr r0, [pc]; bx lr; and the function that it finds: b .
+    [[0x14, 0x0100], [0x18, LOOK_UP | 1], [LOOK_UP, 0x47704800], [LOOK_UP + 4, BOOT_MODE | 1], [BOOT_MODE, 0xe7fee7fe]]
+      .forEach(([at, word]) => { chip.bootrom[at / 4] = word; });
     Object.assign(chip.core, { SP: SECOND_STAGE, LR: 0, PC: SECOND_STAGE });
     const watchdog = chip.peripherals[0x40058];
     watchdog.onWatchdogTrigger = () => { throw new Reset(); };
@@ -258,6 +284,9 @@ export class Machine {
     }
     return null;
   }
+
+  /** Whether the chip's own boot program has it. */
+  get inBootMode() { return this.chip.core.PC === BOOT_MODE; }
 
   /** The program hangs: the processor goes round in one instruction, interrupts still come. */
   hang() {

@@ -5,7 +5,8 @@
 //   {"do": "send", "bytes": [...]}                bytes into the cable
 //   {"do": "pin", "pin": n, "level": true}        a level from outside
 //   {"do": "hang"} {"do": "unplug"} {"do": "peek"}
-//   answer: {"cycle", "bytes", "edges": [cycle, pin * 2 + level, ...], "reset": cycle or null, "connected", "waiting"}
+//   {"do": "touch", "bits": n}                    the port is opened at so many bits a second and let go
+//   answer: {"cycle", "bytes", "edges": [cycle, pin * 2 + level, ...], "reset": cycle or null, "connected", "waiting", "boots"}
 import readline from 'node:readline';
 import { Machine, image } from './machine.mjs';
 
@@ -24,6 +25,12 @@ const orders = {
   pin({ pin, level }) { machine.pin(pin, level); return null; },
   hang() { machine.hang(); return null; },
   unplug() { machine.host.plugged = false; machine.host.waiting = []; return null; },
+  touch({ bits }) {
+    machine.host.touch(bits);
+    machine.run(120_000);
+    machine.host.letGo();
+    return machine.run(120_000);
+  },
   peek() { return null; },
 };
 
@@ -32,7 +39,7 @@ for await (const line of readline.createInterface({ input: process.stdin })) {
   const reset = orders[order.do](order);
   const { cycle, bytes, edges, connected } = machine;
   const driven = machine.chip.gpio.map((pin) => (pin.outputEnable ? Number(pin.outputValue) : 2));
-  process.stdout.write(`${JSON.stringify({ cycle, bytes, edges, reset, connected, waiting: machine.host.waiting.length, driven })}\n`);
+  process.stdout.write(`${JSON.stringify({ cycle, bytes, edges, reset, connected, waiting: machine.host.waiting.length, driven, boots: machine.inBootMode })}\n`);
   machine.bytes = [];
   machine.edges = [];
 }

@@ -46,6 +46,13 @@ pub static SECOND_STAGE: [u8; 256] = rp2040_boot2::BOOT_LOADER_W25Q080;
 /// Words are made so far ahead, in ticks: 2 ms. A hold is obeyed that much later at most.
 const AHEAD: u32 = 20_000;
 
+/// What a file of this firmware is known by: `annulus firmware flash` looks for it.
+#[used]
+static ABOUT: &str = concat!("Annulus step adapter, sources ", env!("ANNULUS_SOURCES"), ".");
+
+/// Whoever opens the port at this speed and lets go of it wants the boot mode.
+const BOOT_BITS_PER_S: u32 = 1200;
+
 /// The clock: 12 MHz · 100 / 10, a whole number of cycles to a tick.
 const CLOCK: PLLConfig = PLLConfig { vco_freq: HertzU32::MHz(1200), refdiv: 1, post_div1: 5, post_div2: 2 };
 
@@ -99,6 +106,11 @@ impl Usb {
             .device_class(usbd_serial::USB_CLASS_CDC)
             .build();
         Self { device, serial, frame: [0; ON_LINE], length: 0, gone: 0 }
+    }
+
+    /// Whether the boot mode is wanted: at other speeds, and while somebody has the port, never.
+    fn wants_boot(&self) -> bool {
+        self.serial.line_coding().data_rate() == BOOT_BITS_PER_S && !self.serial.dtr()
     }
 
     /// Takes in what came, gives out what is to be said.
@@ -286,6 +298,17 @@ fn welcome(by_watchdog: u8) -> Welcome {
     }
 }
 
+/// Everything off, then the chip's own boot program, which takes a new firmware as if it were a disk.
+fn boot() -> ! {
+    cortex_m::interrupt::disable();
+    machines::stop_by_force();
+    rp2040_hal::rom_data::reset_to_usb_boot(0, 0);
+    // It does not come back; if it did, the watchdog is not fed any more.
+    loop {
+        cortex_m::asm::nop();
+    }
+}
+
 fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
     let (mut motion, mut alive) = (Motion::Rest, 0);
     loop {
@@ -295,6 +318,9 @@ fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
             obey(&mut adapter, order, &mut motion);
         }
         go_on(&mut adapter, &mut motion);
+        if matches!(motion, Motion::Rest) && usb.wants_boot() {
+            boot();
+        }
         adapter.attend(inputs(&adapter), now);
         show(&adapter);
         if now.wrapping_sub(alive) >= 500 {

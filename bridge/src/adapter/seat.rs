@@ -3,16 +3,19 @@
 //! Comes in: a machine. Goes out: a seat; reports, and at most once that the adapter is of no use any more. Nothing has to be made
 //! safe for it then: an adapter that hears nothing comes to rest and turns its outputs off by itself.
 
-use super::connect::connect;
-use super::hand;
-use super::play::Adapter;
+use super::image;
+use super::port::Plug;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
-use annulus_drill::executor::{Heard, Instruction, Seat, Shared};
+use annulus_core::pins::through;
+use annulus_drill::adapter::{Line, attend, greeted};
+use annulus_drill::executor::{Heard, Instruction, Seat, Shared, Time};
+use annulus_drill::{Next, Orders};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Sender, channel};
+use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 /// The owner's end.
 struct Thread {
@@ -24,15 +27,29 @@ struct Thread {
 /// Finds the adapter of `machine`, makes it ready and starts the thread that owns it. `hear` is called from that thread.
 pub(crate) fn start(
     machine: &Machine,
+    time: Time,
     shared: &Arc<Shared>,
     hear: impl Fn(Heard) + Send + 'static,
 ) -> Result<Box<dyn Seat>, Diagnostic> {
-    let mut adapter = Adapter::new(machine, connect(machine)?, Arc::clone(shared));
+    let session = getrandom::u32().unwrap_or(std::process::id());
+    let mut line = Line::new(Box::new(Plug::open(&machine.adapter.port)?), session, time);
+    let welcome = through(greeted(&mut line, machine))?;
+    tracing::info!(
+        "USB step adapter: firmware {:08x}, version {} of the link",
+        welcome.firmware,
+        welcome.version
+    );
+    if welcome.firmware != image::own() {
+        let why = Diagnostic::warning("firmware.other").with("found", format!("{:08x}", welcome.firmware));
+        let why = why.with("wanted", format!("{:08x}", image::own()));
+        tracing::warn!("{} {}", why.message("en"), why.advice("en"));
+    }
+    let (machine, shared) = (machine.clone(), Arc::clone(shared));
     let ((orders, ordered), gone) = (channel(), Arc::new(AtomicBool::new(false)));
     let over = Arc::clone(&gone);
     let body = move || {
-        let ended = hand::run(&mut adapter, &ordered, &|report| hear(Heard::Report(report)));
-        adapter.rest();
+        let report = |report| hear(Heard::Report(report));
+        let ended = through(attend(line, &machine, &shared, Ordered(ordered), report));
         over.store(true, Ordering::SeqCst);
         if let Err(why) = ended {
             tracing::error!("{}", why.message("en"));
@@ -42,6 +59,19 @@ pub(crate) fn start(
     let thread = thread::Builder::new().name("adapter".to_owned()).spawn(body);
     let thread = thread.map_err(|error| Diagnostic::error("control.no_thread").with("reason", error))?;
     Ok(Box::new(Thread { orders: Some(orders), thread: Some(thread), gone }))
+}
+
+/// The thread's end of its orders: it waits at the port, not here.
+struct Ordered(Receiver<Instruction>);
+
+impl Orders for Ordered {
+    fn next(&mut self, _: Option<Duration>) -> Next {
+        match self.0.try_recv() {
+            Ok(message) => Next::Order(message),
+            Err(TryRecvError::Empty) => Next::None,
+            Err(TryRecvError::Disconnected) => Next::Over,
+        }
+    }
 }
 
 impl Seat for Thread {

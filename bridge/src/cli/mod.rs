@@ -13,6 +13,7 @@ mod executor;
 pub(crate) mod export;
 pub(crate) mod files;
 mod findings;
+mod firmware;
 mod grbl;
 mod inspect;
 pub(crate) mod job;
@@ -80,6 +81,8 @@ pub(crate) enum Command {
     Run(run::RunArgs),
     /// Controllers of the GRBL family at a serial port: ports, info, run, resume.
     Grbl(grbl::GrblArgs),
+    /// Firmware of the USB step adapter: info, flash.
+    Firmware(firmware::FirmwareArgs),
     /// Check or run a queue of work commands.
     Queue(queue::QueueArgs),
     /// Serve the page on this computer (the default).
@@ -383,6 +386,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Level(args)) => level::run(&args, json),
         Some(Command::Run(args)) => run::run(&args, json),
         Some(Command::Grbl(args)) => grbl::run(&args, json),
+        Some(Command::Firmware(args)) => firmware::run(&args),
         Some(Command::Queue(args)) => queue::run(&args),
         Some(Command::Serve(args)) => serve::run(&args, json),
         Some(Command::Link(args)) => link::run(&args),

@@ -6,7 +6,7 @@
 use super::RECORD;
 use super::recorder::Recorder;
 use crate::adapter;
-use crate::executor::{self, Heard, process};
+use crate::executor::{self, Heard, clock, process};
 use crate::machine_file;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
@@ -97,7 +97,7 @@ impl Outside for Here {
         shared: &Arc<Shared>,
     ) -> Result<(Box<dyn Seat>, Option<Timing>), Diagnostic> {
         if machine.output == Output::Adapter {
-            return Ok((adapter::start(machine, shared, self.hear())?, None));
+            return Ok((adapter::start(machine, clock::time, shared, self.hear())?, None));
         }
         let record = self.folder.join(EXECUTED);
         let (process, timing) = process::start(machine, &record, measured, shared, self.hear())?;

@@ -1,20 +1,23 @@
-//! The virtual drill without threads: the same owner, the same executor, taken by turns by whoever has it, a page's worker.
+//! A drill without threads, virtual or behind a USB step adapter: the same owner, the same executor, taken by turns by whoever has
+//! it, a page's worker.
 //!
 //! ```text
-//! page ── text ──▶ line ── Message ──▶ owner ── orders ──▶ place (a coroutine: as far as time is granted)
+//! page ── text ──▶ line ── Message ──▶ owner ── orders ──▶ place (a coroutine: as far as time is granted), or adapter ══▶ port
 //!   ◀── frames ────┘                     │ left behind: tells, records, settings, holes
 //!                                        └──▶ advance: journal in two slots, drilled-board record, settings
 //! ```
 //!
 //! Comes in: frames of `wire`, programs, files, the time. Goes out: frames of `wire`, and how long it needs nothing. Stream time
-//! passes as [`Alone::advance`] is called: while nobody calls, because a page is hidden or a computer sleeps, none passes. Does not
-//! know a browser.
+//! of the virtual drill passes as [`Alone::advance`] is called: while nobody calls, because a page is hidden or a computer sleeps, none
+//! passes. An adapter has a time of its own: while nobody calls, it comes to rest. Does not know a browser.
 
 mod outside;
+mod port;
 mod slots;
 #[cfg(test)]
 mod tests;
 
+use crate::adapter::{attend, greeted};
 use crate::executor::{Report, Shared, Time};
 use crate::files::{File, Files};
 use crate::journal::{sealed, unsealed};
@@ -24,14 +27,17 @@ use crate::prepare::{at_feed, prepare};
 use crate::programs::Programs;
 use crate::recording::Recording;
 use crate::ticket::{Ticket, Tickets};
+use annulus_core::chance::Chance;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Machine, Output, Value};
 use annulus_core::steps::TICK_HZ;
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
-use outside::Letters;
+use outside::{Fresh, Letters, Plugged, Ring};
+pub use port::Port;
 use slots::Slots;
 use std::pin::Pin;
 use std::sync::Arc;
+use std::sync::atomic::AtomicU32;
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::task::{Context, Waker};
 use std::time::Duration;
@@ -74,11 +80,31 @@ pub struct Alone<F> {
 impl<F: Files> Alone<F> {
     /// The drill whose journal, settings and record lie in `files`. Nothing moves. `speed` is how many times faster than life it
     /// runs.
-    pub fn open(mut files: F, speed: f64, seed: u64, time: Time) -> Result<Self, Diagnostic> {
+    pub fn open(files: F, speed: f64, seed: u64, time: Time) -> Result<Self, Diagnostic> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
             return Err(Diagnostic::error("control.speed_range").with("speed", speed));
         }
-        let machine = machine_in(&mut files);
+        Self::with(files, Letters::default(), speed, seed, time)
+    }
+
+    /// The machine whose adapter is at `port`, with the same files. Nothing moves; who is at the port is asked in the first turns.
+    /// `seed` is never the same twice.
+    pub fn at_port(files: F, port: Port, seed: u64, time: Time) -> Result<Self, Diagnostic> {
+        let session = Arc::new(AtomicU32::new(Chance::new(seed).bits() as u32));
+        let mut letters = Letters::default();
+        letters.plugged = Some(Plugged { port, time, session });
+        Self::with(files, letters, 1.0, seed, time)
+    }
+
+    fn with(
+        mut files: F,
+        letters: Letters,
+        speed: f64,
+        seed: u64,
+        time: Time,
+    ) -> Result<Self, Diagnostic> {
+        let output = if letters.plugged.is_some() { Output::Adapter } else { Output::Virtual };
+        let machine = machine_in(&mut files, output);
         let drilled = files.read(File::Drilled).unwrap_or_default();
         let mut drilled = String::from_utf8_lossy(&drilled).into_owned();
         let (mut slots, contents, program) = Slots::open(files)?;
@@ -91,8 +117,7 @@ impl<F: Files> Alone<F> {
         let job = contents.job.as_ref().map(|(job, _)| job.key.clone());
         let programs = Programs::of(job.zip(program));
         let (messages, inbox) = channel();
-        let (letters, shared, tickets) =
-            (Letters::default(), Arc::new(Shared::new(time)), Arc::<Tickets>::default());
+        let (shared, tickets) = (Arc::new(Shared::new(time)), Arc::<Tickets>::default());
         let written = drilled.len();
         letters.left().drilled = drilled;
         let owner = Owner::new(Parts {
@@ -183,18 +208,16 @@ impl<F: Files> Alone<F> {
         self.clear_up();
         let asked = self.line.answers();
         self.see_to(asked);
-        if self.owner.moves() { TURN } else { self.owner.idle() }
+        if self.owner.moves() || self.letters.plugged.is_some() { TURN } else { self.owner.idle() }
     }
 
     /// Lets the executor go on as far as it may.
     fn poll(&mut self) {
         let fresh = self.letters.left().executor.take();
-        if let Some((place, ring)) = fresh {
+        if let Some((fresh, ring)) = fresh {
             // The one before lets go first.
             self.play_on();
-            let messages = self.messages.clone();
-            let report = move |report: Report| drop(messages.send(Message::Report(report)));
-            self.play = Some(Box::pin(place.run(ring, report)));
+            self.play = Some(Box::pin(play(fresh, ring, self.messages.clone())));
         }
         self.play_on();
     }
@@ -294,12 +317,29 @@ impl<F: Files> Alone<F> {
 
 /// The machine as it was set last. Settings that cannot be believed, or that this version does not know, are those of the
 /// virtual drill.
-fn machine_in(files: &mut impl Files) -> Machine {
+fn machine_in(files: &mut impl Files, output: Output) -> Machine {
     let settings = files.read(File::Settings).unwrap_or_default();
     let settings: Vec<(String, Value)> = unsealed(&settings).unwrap_or_default();
     let machine =
         machine::apply(&machine::virtual_drill(), &settings).unwrap_or_else(|_| machine::virtual_drill());
-    Machine { output: Output::Virtual, ..machine }
+    Machine { output, ..machine }
+}
+
+/// Plays what is ordered until the end.
+async fn play(fresh: Fresh, ring: Ring, messages: Sender<Message>) {
+    let report = |report: Report| drop(messages.send(Message::Report(report)));
+    let (mut line, machine, shared) = match fresh {
+        Fresh::Pins(place) => return place.run(ring, report).await,
+        Fresh::Adapter { line, machine, shared } => (line, machine, shared),
+    };
+    let ended = match greeted(&mut line, &machine).await {
+        Ok(_) => attend(line, &machine, &shared, ring.clone(), report).await,
+        Err(why) => Err(why),
+    };
+    ring.leave();
+    if let Err(why) = ended {
+        let _ = messages.send(Message::ExecutorGone(why));
+    }
 }
 
 /// Writes a hole down the moment it is made.

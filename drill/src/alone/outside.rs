@@ -2,17 +2,19 @@
 //!
 //! Comes in: what the owner wants done. Goes out: the same, for [`super::Alone`]. Does nothing itself, and waits for nothing.
 
-use crate::executor::{Instruction as Order, Seat, Shared};
+use super::port::Port;
+use crate::adapter::Line;
+use crate::executor::{Instruction as Order, Seat, Shared, Time};
 use crate::journal::Record;
 use crate::outside::Outside;
 use crate::place::{Next, Orders, Place};
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Machine;
+use annulus_core::machine::{Machine, Output};
 use annulus_core::pins::{Clock, Pins};
 use annulus_core::wire::Tell;
 use std::collections::VecDeque;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
@@ -26,7 +28,24 @@ pub(super) struct Left {
     /// The drilled-board record, as long as it is known.
     pub(super) drilled: String,
     /// An executor that nobody plays yet.
-    pub(super) executor: Option<(Place, Ring)>,
+    pub(super) executor: Option<(Fresh, Ring)>,
+}
+
+/// What an executor plays on.
+pub(super) enum Fresh {
+    /// Pins of this program.
+    Pins(Place),
+    /// An adapter, nobody has greeted it.
+    Adapter { line: Line, machine: Machine, shared: Arc<Shared> },
+}
+
+/// A port of the page with an adapter at it.
+#[derive(Clone)]
+pub(super) struct Plugged {
+    pub(super) port: Port,
+    pub(super) time: Time,
+    /// Number of the next session.
+    pub(super) session: Arc<AtomicU32>,
 }
 
 /// The box, and how far the executor's clock may go.
@@ -34,6 +53,8 @@ pub(super) struct Left {
 pub(super) struct Letters {
     left: Arc<Mutex<Left>>,
     pub(super) allowance: Arc<Allowance>,
+    /// The way to a machine that is not virtual.
+    pub(super) plugged: Option<Plugged>,
 }
 
 impl Letters {
@@ -88,24 +109,35 @@ impl Clock for Told {
 
 /// Orders on their way to an executor that is played by turns.
 #[derive(Clone, Default)]
-pub(super) struct Ring(Arc<Mutex<VecDeque<Order>>>);
+pub(super) struct Ring {
+    orders: Arc<Mutex<VecDeque<Order>>>,
+    gone: Arc<AtomicBool>,
+}
+
+impl Ring {
+    /// Nobody takes orders from it any more.
+    pub(super) fn leave(&self) {
+        self.gone.store(true, Ordering::Relaxed);
+    }
+}
 
 impl Orders for Ring {
     fn next(&mut self, _: Option<Duration>) -> Next {
-        let mut orders = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut orders = self.orders.lock().unwrap_or_else(PoisonError::into_inner);
         orders.pop_front().map_or(Next::None, Next::Order)
     }
 }
 
 impl Seat for Ring {
     fn order(&self, message: Order) {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).push_back(message);
+        self.orders.lock().unwrap_or_else(PoisonError::into_inner).push_back(message);
     }
 
     fn is_gone(&self) -> bool {
-        false
+        self.gone.load(Ordering::Relaxed)
     }
 
+    /// Pins of this program switch nothing, and an adapter that hears nothing turns its outputs off by itself.
     fn make_safe(&self) -> Result<(), Diagnostic> {
         Ok(())
     }
@@ -153,17 +185,25 @@ impl Outside for Letters {
         self.allowance.granted.store(0, Ordering::Relaxed);
         let place = Place::new(machine, pins, Box::new(clock), Arc::clone(shared));
         let ring = Ring::default();
-        self.left().executor = Some((place, ring.clone()));
+        self.left().executor = Some((Fresh::Pins(place), ring.clone()));
         Ok(Box::new(ring))
     }
 
-    /// There are no wires here.
+    /// There are no wires here but those of an adapter at a port.
     fn real_seat(
         &self,
-        _: &Machine,
+        machine: &Machine,
         _: Option<Lateness>,
-        _: &Arc<Shared>,
+        shared: &Arc<Shared>,
     ) -> Result<(Box<dyn Seat>, Option<Timing>), Diagnostic> {
-        Err(Diagnostic::error("control.in_file_only").with("key", "machine.output"))
+        let Some(plugged) = self.plugged.as_ref().filter(|_| machine.output == Output::Adapter) else {
+            return Err(Diagnostic::error("control.in_file_only").with("key", "machine.output"));
+        };
+        let session = plugged.session.fetch_add(1, Ordering::Relaxed);
+        let line = Line::new(Box::new(plugged.port.clone()), session, plugged.time);
+        let fresh = Fresh::Adapter { line, machine: machine.clone(), shared: Arc::clone(shared) };
+        let ring = Ring::default();
+        self.left().executor = Some((fresh, ring.clone()));
+        Ok((Box::new(ring), None))
     }
 }

@@ -1,5 +1,8 @@
 //! The drill without threads in a time of its own: nothing here waits, and every run is the same run.
 
+mod port;
+mod world;
+
 use super::*;
 use crate::tests as drilled;
 use annulus_core::chance::Chance;
@@ -12,6 +15,7 @@ use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::cell::{Cell, RefCell};
 use std::collections::BTreeMap;
 use std::rc::Rc;
+use world::World;
 
 thread_local! {
     static NOW: Cell<Duration> = const { Cell::new(Duration::ZERO) };
@@ -76,6 +80,8 @@ impl Files for Memory {
 struct Bench {
     drill: Alone<Memory>,
     heard: Vec<Tell>,
+    /// What is at its port, where it is no virtual drill.
+    world: Option<World>,
 }
 
 impl Bench {
@@ -84,8 +90,12 @@ impl Bench {
     }
 
     fn open_at(files: &Memory, speed: f64) -> Self {
-        let drill = Alone::open(files.clone(), speed, 7, now).unwrap();
-        let mut bench = Self { drill, heard: Vec::new() };
+        Self::of(Alone::open(files.clone(), speed, 7, now).unwrap(), None)
+    }
+
+    /// A page that says hello and takes control.
+    fn of(drill: Alone<Memory>, world: Option<World>) -> Self {
+        let mut bench = Self { drill, heard: Vec::new(), world };
         bench.drill.connect();
         let hello =
             Ask::Hello { proto: 1, min: 1, app: String::new(), session: String::new(), proof: String::new() };
@@ -102,6 +112,9 @@ impl Bench {
     /// A turn after so long.
     fn turn(&mut self, after: Duration) {
         NOW.set(NOW.get() + after);
+        if let Some(world) = &mut self.world {
+            world.go_on();
+        }
         self.drill.advance();
         let frames = self.drill.frames();
         self.heard.extend(frames.iter().map(|frame| serde_json::from_str::<Tell>(frame).unwrap()));

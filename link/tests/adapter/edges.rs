@@ -4,7 +4,8 @@ use crate::rig::{MILLI, Rig};
 use crate::support::{PULSE, SETUP, path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::cutter::Rule;
-use annulus_link::message::{Rate, State};
+use annulus_link::frame::ON_LINE;
+use annulus_link::message::{Beat, Place, Rate, State};
 use annulus_link::run::{HALF, Run};
 use annulus_link::{AXES, FULL_RATE};
 
@@ -30,15 +31,48 @@ fn fast(count: u32) -> ([Vec<Run>; AXES], u32) {
 
 #[test]
 fn four_axes_at_half_a_million_steps_a_second_are_exact_to_the_cycle() {
-    let count = if std::env::var_os("ANNULUS_LONG").is_some() { 300_000 } else { 27_000 };
+    // A path at a time, so that what is compared fits into memory: a million steps, in the long tests a hundred million.
+    let (count, paths) = (250_000, if std::env::var_os("ANNULUS_LONG").is_some() { 100 } else { 1 });
     let mut rig = Rig::ready();
     let (runs, ticks) = fast(count);
-    rig.play(&runs, ticks, &Rule::resting_within(100_000), 600_000, |_| false);
-    assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
-    let steps = rig.is_exact(&runs, ticks);
-    rig.is_on_path(&runs, ticks);
-    println!("{steps} steps on four axes, every edge in its cycle");
-    assert!(steps >= 4 * count as usize && steps > 100_000);
+    let mut steps = 0;
+    for _ in 0..paths {
+        rig.say(Place { index: [0; AXES] });
+        rig.forget();
+        rig.play(&runs, ticks, &Rule::resting_within(100_000), 600_000, |_| false);
+        assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
+        rig.is_on_path(&runs, ticks);
+        steps += rig.is_exact(&runs, ticks);
+    }
+    println!("{steps} steps on four axes at half a million a second, every edge in its cycle");
+    assert!(steps >= 1_000_000 * paths);
+}
+
+/// The edges of step and direction pins, counted from the first of them.
+fn edges(rig: &Rig) -> Vec<(u64, u8, bool)> {
+    let own: Vec<_> = rig.edges.iter().filter(|edge| (2..10).contains(&edge.pin)).collect();
+    own.iter().map(|edge| (edge.cycle - own[0].cycle, edge.pin, edge.level)).collect()
+}
+
+#[test]
+fn who_asks_how_it_is_all_the_time_disturbs_no_pulse() {
+    let (runs, ticks) = fast(10_000);
+    let mut seen = Vec::new();
+    for asks in [false, true] {
+        let mut rig = Rig::ready();
+        rig.play(&runs, ticks, &Rule::resting_within(100_000), 600_000, |rig| {
+            let mut line = [0; ON_LINE];
+            for _ in 0..if asks { 8 } else { 0 } {
+                let length = rig.sender.unnumbered(&Beat {}.into(), &mut line).unwrap();
+                rig.put(&line[..length]);
+            }
+            false
+        });
+        assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
+        seen.push((edges(&rig), rig.said));
+    }
+    assert!(seen[0].0.len() > 80_000 && seen[1].1 > 2 * seen[0].1, "{} {}", seen[0].1, seen[1].1);
+    assert!(seen[0].0 == seen[1].0, "the same edges in the same cycles");
 }
 
 #[test]

@@ -66,6 +66,12 @@ pub(crate) struct Rig {
     pub(crate) waiting: u64,
     pub(crate) driven: Vec<u64>,
     connected: bool,
+    /// The chip's own boot program has it.
+    pub(crate) boots: bool,
+    /// So many packets more are said, then nobody says anything any more.
+    pub(crate) packets: Option<u64>,
+    /// Bytes that were said to it.
+    pub(crate) said: u64,
     /// Turns a bit of every so many bytes on their way.
     pub(crate) garble: Option<(Chance, usize)>,
 }
@@ -108,6 +114,9 @@ impl Rig {
             waiting: 0,
             driven: Vec::new(),
             connected: false,
+            boots: false,
+            packets: None,
+            said: 0,
             garble: None,
         };
         rig.connect();
@@ -134,6 +143,7 @@ impl Rig {
         self.connected = answer["connected"].as_bool().unwrap();
         self.waiting = answer["waiting"].as_u64().unwrap();
         self.reset = answer["reset"].as_u64();
+        self.boots = answer["boots"].as_bool().unwrap();
         self.driven = numbers("driven");
         for pair in numbers("edges").chunks(2) {
             let edge = Edge { cycle: pair[0], pin: (pair[1] >> 1) as u8, level: pair[1] & 1 == 1 };
@@ -171,6 +181,11 @@ impl Rig {
         self.order(json!({"do": "unplug"}));
     }
 
+    /// Somebody opens the port at so many bits a second and lets go of it.
+    pub(crate) fn touch(&mut self, bits: u32) {
+        self.order(json!({"do": "touch", "bits": bits}));
+    }
+
     /// So many cycles in which nobody says anything.
     pub(crate) fn pass(&mut self, cycles: u64) {
         self.order(json!({"do": "run", "cycles": cycles}));
@@ -178,6 +193,13 @@ impl Rig {
 
     pub(crate) fn put(&mut self, bytes: &[u8]) {
         let mut bytes = bytes.to_vec();
+        if let Some(left) = &mut self.packets {
+            // USB carries 64 bytes at once.
+            let whole = 64 * usize::try_from(*left).unwrap();
+            *left = left.saturating_sub(bytes.len().div_ceil(64) as u64);
+            bytes.truncate(whole);
+        }
+        self.said += bytes.len() as u64;
         if let Some((chance, every)) = &mut self.garble {
             for byte in &mut bytes {
                 if chance.below(*every) == 0 {

@@ -1,7 +1,7 @@
 //! It always stops: a dead bridge, a bad cable, the emergency stop, an end sensor, a program that hangs.
 
 use crate::rig::{INPUT_PIN, MICRO, MILLI, Rig, SETTINGS, SPINDLE_PIN, STOP_PIN};
-use crate::support::seeds;
+use crate::support::{path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::AXES;
 use annulus_link::cutter::Rule;
@@ -28,36 +28,48 @@ fn way() -> ([Vec<Run>; AXES], u32) {
 
 const RULE: Rule = Rule { ticks: 20_000, fall: 2000, rise: 2000 };
 
+/// A bridge that died when so many packets had been said: whether it was amid the path, and how far the latest index was from the
+/// pins.
+fn dies_after(kill: u64, runs: &[Vec<Run>; AXES], ticks: u32) -> Option<bool> {
+    let mut rig = Rig::ready();
+    rig.packets = Some(kill);
+    rig.play(runs, ticks, &RULE, 50_000, |rig| rig.packets == Some(0));
+    let is_over = rig.packets != Some(0);
+    rig.unplug();
+    rig.until_silent();
+    let made = rig.is_on_path(runs, ticks);
+    rig.rests_at_one_moment(runs, ticks);
+    let status = rig.status.unwrap();
+    assert!(rig.are_steps_low());
+    assert_eq!(status.trust, Trust::Trusted, "{status:?}");
+    assert!(matches!(status.state, State::Starved | State::Ready), "{status:?}");
+    (!is_over).then_some(status.state == State::Starved && made > 0)
+}
+
 #[test]
 fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
     let (runs, ticks) = way();
-    let packets = if std::env::var_os("ANNULUS_LONG").is_some() { 1 } else { 3 };
-    let (mut starved, mut kill) = (0, 1_u64);
-    loop {
-        let mut rig = Rig::ready();
-        let mut sent = 0;
-        let mut dead = false;
-        rig.play(&runs, ticks, &RULE, 50_000, |rig| {
-            sent += u64::from(rig.state() == State::Running);
-            dead = sent >= kill;
-            dead
-        });
-        if !dead {
-            break;
-        }
-        rig.unplug();
-        rig.until_silent();
-        let made = rig.is_on_path(&runs, ticks);
-        rig.rests_at_one_moment(&runs, ticks);
-        let status = rig.status.unwrap();
-        assert!(rig.are_steps_low());
-        assert_eq!(status.trust, Trust::Trusted, "{status:?}");
-        assert!(matches!(status.state, State::Starved | State::Ready), "{status:?}");
-        starved += u32::from(status.state == State::Starved && made > 0);
-        kill += packets;
+    let (mut starved, mut kill) = (0, 0_u64);
+    while let Some(amid) = dies_after(kill, &runs, ticks) {
+        starved += u32::from(amid);
+        kill += 1;
     }
-    println!("killed at {kill} moments, {starved} times with path left");
+    println!("a bridge that dies at every one of {kill} packets: {starved} times amid the path, index exact each time");
     assert!(starved >= 8, "{starved}");
+}
+
+#[test]
+fn a_bridge_that_dies_at_packets_of_chance_of_paths_of_chance_leaves_it_at_rest_on_the_path() {
+    let many = std::env::var_os("ANNULUS_LONG").is_some();
+    let mut starved = 0;
+    for seed in 1..=if many { 1_000 } else { 4 } {
+        let mut chance = Chance::new(seed);
+        let (runs, ticks) = path(&mut chance, 400_000);
+        let amid = dies_after(chance.below(60) as u64, &runs, ticks);
+        starved += u32::from(amid == Some(true));
+    }
+    println!("{starved} deaths amid the path");
+    assert!(starved > 0);
 }
 
 impl Rig {
@@ -241,4 +253,28 @@ fn outputs_go_off_a_quarter_of_a_second_after_the_bridge_fell_silent() {
     assert_eq!(rig.driven[usize::from(SPINDLE_PIN)], 1);
     rig.pass(15 * MILLI);
     assert_eq!(rig.driven[usize::from(SPINDLE_PIN)], 0, "{} ms", (rig.cycle - since) / MILLI);
+}
+
+#[test]
+fn a_port_opened_at_1200_bits_and_let_go_brings_the_boot_mode_at_rest_alone() {
+    let (runs, ticks) = way();
+    let mut rig = Rig::ready();
+    rig.say(Outputs { on: 1 });
+    let mut turns = 0;
+    rig.play(&runs, ticks, &RULE, 200_000, |rig| {
+        turns += u32::from(rig.state() == State::Running);
+        if turns == 10 {
+            rig.touch(1200);
+            assert!(!rig.boots, "while it moves");
+            // Whoever has the port again has it at another speed.
+            rig.touch(115_200);
+        }
+        false
+    });
+    rig.is_exact(&runs, ticks);
+    assert!(!rig.boots);
+    rig.touch(1200);
+    assert!(rig.boots);
+    assert_eq!(rig.driven[usize::from(SPINDLE_PIN)], 0);
+    assert!(rig.are_steps_low());
 }

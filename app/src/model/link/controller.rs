@@ -1,5 +1,5 @@
-//! A controller of the GRBL family at a port of this computer, which the page drives itself: what the browser can, whether this page
-//! chose one, who it is.
+//! A controller of the GRBL family, or a USB step adapter, at a port of this computer, which the page drives itself: what the browser
+//! can, whether this page chose one, who it is.
 //!
 //! ```text
 //! bridge or virtual drill ── a click, the browser's dialog ──▶ chosen ─▶ ConnectController ─▶ the same line, the same messages
@@ -48,6 +48,8 @@ pub struct Controller {
     pub known: bool,
     /// This page speaks with a controller, in place of the bridge or of its own virtual drill.
     pub chosen: bool,
+    /// What is there is a USB step adapter: it plays what the page planned, as the virtual drill does.
+    pub is_adapter: bool,
     /// Who it is, once it said so.
     pub who: Option<Arc<Who>>,
     /// The browser asks before the page is left.
@@ -55,9 +57,14 @@ pub struct Controller {
 }
 
 impl Controller {
+    /// Whether there is one that plans its own motion.
+    pub fn plans(&self) -> bool {
+        self.chosen && !self.is_adapter
+    }
+
     /// Whether a tool may be touched off by hand now: it waits for that, unlike a drill that knows the heights of its bits.
     pub fn touches_off(&self, state: Option<State>) -> bool {
-        self.chosen && state == Some(State::ToolChange)
+        self.plans() && state == Some(State::ToolChange)
     }
 }
 
@@ -83,6 +90,11 @@ pub enum ControllerEvent {
     },
     /// The person chose a port.
     Chosen,
+    /// The port is open.
+    Opened {
+        /// A USB step adapter is there, by its number.
+        adapter: bool,
+    },
     /// The port could not be chosen or opened, or nobody answers.
     Failed {
         /// Why.
@@ -114,6 +126,10 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
         ControllerEvent::Wanted { .. } if controller.support != Support::Yes || busy => Vec::new(),
         ControllerEvent::Wanted { ask: true } => vec![Effect::ChoosePort],
         ControllerEvent::Wanted { ask: false } | ControllerEvent::Chosen => turn_to(model, true),
+        ControllerEvent::Opened { adapter } => {
+            controller.is_adapter = adapter;
+            Vec::new()
+        }
         ControllerEvent::Failed { why } if controller.chosen => {
             model.link.refused = Some(why);
             closed(model)
@@ -138,7 +154,8 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
         }
         ControllerEvent::LetGo if controller.chosen && !busy => turn_to(model, false),
         ControllerEvent::LetGo => Vec::new(),
-        ControllerEvent::PageLeft if controller.chosen && busy => vec![Effect::HoldPort],
+        // An adapter comes to rest by itself.
+        ControllerEvent::PageLeft if controller.plans() && busy => vec![Effect::HoldPort],
         ControllerEvent::PageLeft => Vec::new(),
     }
 }
@@ -147,7 +164,7 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
 fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     let before = std::mem::take(&mut model.link);
     let known = before.controller.known || chosen;
-    let controller = Controller { chosen, known, who: None, ..before.controller };
+    let controller = Controller { chosen, known, is_adapter: false, who: None, ..before.controller };
     let phase = if chosen || before.session.is_some() { LinkPhase::Connecting } else { LinkPhase::Unpaired };
     let (session, log) = (before.session, before.log);
     model.link = Link { phase, session, log, controller, ..Link::default() };

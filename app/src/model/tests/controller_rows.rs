@@ -95,6 +95,8 @@ fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_i
             ("ready status:Running", ""),
             ("mill page-left", ""),
             ("mill status:Running page-left", "hold-port"),
+            // An adapter comes to rest by itself.
+            ("mill adapter status:Running page-left", ""),
             ("ready status:Running page-left", ""),
         ],
         Line::out,

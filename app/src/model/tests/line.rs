@@ -132,6 +132,7 @@ fn controller_event(word: &str) -> Option<ControllerEvent> {
         "want" => ControllerEvent::Wanted { ask: true },
         "want-known" => ControllerEvent::Wanted { ask: false },
         "chosen" => ControllerEvent::Chosen,
+        "adapter" => ControllerEvent::Opened { adapter: true },
         "port-failed" => ControllerEvent::Failed { why: Diagnostic::error("serial.not_opened") },
         "other-speed" => ControllerEvent::OtherSpeed,
         "plugged" => ControllerEvent::Plugged,

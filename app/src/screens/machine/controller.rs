@@ -1,4 +1,4 @@
-//! A GRBL mill at a port of this computer, driven by the page itself: how to get one, who it is, and what only such a machine is asked.
+//! A GRBL mill or a USB step adapter at a port of this computer, driven by the page itself: how to get one, who it is, and what only such a machine is asked.
 //!
 //! Comes in: what the browser can, what the controller said. Goes out: wishes. The machine moves by none of it but the probe.
 
@@ -23,6 +23,11 @@ fn wish(event: ControllerEvent) {
 /// Whether this page has a controller.
 pub(super) fn chosen(line: Link) -> Memo<bool> {
     Memo::new(move |_| line.controller.with(|controller| controller.chosen))
+}
+
+/// Whether this page has a controller that plans its own motion.
+pub(super) fn plans(line: Link) -> Memo<bool> {
+    Memo::new(move |_| line.controller.with(|controller| controller.plans()))
 }
 
 /// Connect, or the sentence why this browser cannot.
@@ -63,11 +68,12 @@ pub(super) fn controller() -> impl IntoView {
 
 fn connected(line: Link) -> impl IntoView {
     let who = Memo::new(move |_| line.controller.with(|controller| controller.who.clone()));
-    let name = move || {
-        who.get().map_or_else(
-            || say!("page.controller.looking"),
-            |who| say!("page.controller.name", flavour = who.flavour, version = who.version),
-        )
+    let is_adapter = Memo::new(move |_| line.controller.with(|controller| controller.is_adapter));
+    let name = move || match who.get() {
+        _ if is_adapter.get() => say!("page.controller.adapter"),
+        None => say!("page.controller.looking"),
+        Some(who) => { say!("page.controller.name", flavour = who.flavour, version = who.version)
+        }
     };
     let rows = move || {
         let who = who.get()?;
@@ -99,11 +105,11 @@ fn connected(line: Link) -> impl IntoView {
 
 /// What only a controller is asked to get ready: the height of the board, and to be unlocked where it was not homed.
 pub(super) fn set_up(line: Link) -> impl IntoView {
-    let chosen = chosen(line);
+    let plans = plans(line);
     let may = move || line.may_act() && matches!(line.state(), Some(State::Ready | State::ToolChange));
     let locked = Memo::new(move |_| line.state() == Some(State::NotHomed));
     move || {
-        chosen.get().then(|| {
+        plans.get().then(|| {
             (
                 push_if("button large", may, t!("page.controller.height"), |_| link::ask(Ask::SetHeight)),
                 push_if("button", may, t!("page.controller.probe"), |_| {

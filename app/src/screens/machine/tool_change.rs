@@ -54,7 +54,7 @@ pub fn tool_change() -> impl IntoView {
             put_off.set(false);
         }
     });
-    let touches_off = controller::chosen(line);
+    let touches_off = controller::plans(line);
     let body = (
         div().class("change").child((
             div().child((

@@ -1,16 +1,21 @@
 //! Tasks and orders, one after the other, on an adapter.
 //!
-//! Comes in: messages. Goes out: one report a task, at rest; the latest place. Does not know who gives the tasks.
+//! Comes in: a line, messages. Goes out: one report a task, at rest; the latest place. Does not know who gives the tasks.
 
+use super::greet;
+use super::line::Line;
 use super::path::guard;
 use super::play::{Adapter, NO_TASK};
+use crate::executor::{Ended, Instruction, Report, Shared, Task};
+use crate::place::{Next, Orders};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Mark;
+use annulus_core::machine::Machine;
 use annulus_core::motion::cycles;
 use annulus_core::steps::{Segment, Stage, Switching, segment};
-use annulus_drill::executor::{Ended, Instruction, Report, Task};
-use std::sync::mpsc::{Receiver, TryRecvError};
-use std::time::{Duration, Instant};
+use annulus_link::message::Welcome;
+use std::sync::Arc;
+use std::time::Duration;
 
 /// How long a tip in the board waits for the task that was to follow at once.
 const PATIENCE: Duration = Duration::from_secs(2);
@@ -21,29 +26,50 @@ struct Memory {
     /// Where the tip may be lifted to, as the last task said, as long as nothing unforeseen happened.
     lift_to: Option<i64>,
     /// Since when the tip is in the board and another task was to follow at once.
-    follows: Option<Instant>,
+    follows: Option<Duration>,
     /// It did not come: the tip was lifted.
     starved: bool,
 }
 
-/// Does what is ordered until the end. An error means that nothing more can be done.
-pub(super) fn run(
+/// Greets the adapter at the end of `line`, makes it ready for `machine`, and says what it is.
+pub async fn greeted(line: &mut Line, machine: &Machine) -> Result<Welcome, Diagnostic> {
+    greet::ready(line, machine).await
+}
+
+/// Does what is ordered until the end, on the adapter of `machine` behind `line`, which was greeted; `report` is called once a task. An
+/// error means that nothing more can be done: nobody has to make anything safe then, an adapter that hears nothing comes to rest
+/// and turns its outputs off by itself. `orders` are not waited for: the line is.
+pub async fn attend(
+    line: Line,
+    machine: &Machine,
+    shared: &Arc<Shared>,
+    mut orders: impl Orders,
+    report: impl Fn(Report),
+) -> Result<(), Diagnostic> {
+    let mut adapter = Adapter::new(machine, line, Arc::clone(shared));
+    let ended = run(&mut adapter, &mut orders, &report).await;
+    adapter.rest();
+    ended
+}
+
+async fn run(
     adapter: &mut Adapter,
-    orders: &Receiver<Instruction>,
+    orders: &mut impl Orders,
     report: &impl Fn(Report),
 ) -> Result<(), Diagnostic> {
     let mut memory = Memory::default();
     adapter.leave(None);
     loop {
         adapter.task = NO_TASK;
-        let message = match orders.try_recv() {
-            Ok(message) => message,
-            Err(TryRecvError::Disconnected) => break,
-            Err(TryRecvError::Empty) => {
-                adapter.turn()?;
-                if memory.follows.is_some_and(|since| since.elapsed() >= PATIENCE) {
+        let message = match orders.next(None) {
+            Next::Order(message) => message,
+            Next::Over => break,
+            Next::None | Next::Late => {
+                adapter.turn().await?;
+                let now = adapter.line.now();
+                if memory.follows.is_some_and(|since| now.saturating_sub(since) >= PATIENCE) {
                     memory.follows = None;
-                    lift(adapter, memory.lift_to)?;
+                    lift(adapter, memory.lift_to).await?;
                     memory.starved = true;
                 }
                 adapter.leave(None);
@@ -55,7 +81,7 @@ pub(super) fn run(
                 report(report_of(adapter, &given, 0, Ended::Starved));
             }
             Instruction::Task(given) => {
-                let done = task(adapter, &given, &mut memory)?;
+                let done = task(adapter, &given, &mut memory).await?;
                 adapter.leave(None);
                 report(done);
             }
@@ -64,18 +90,18 @@ pub(super) fn run(
                     *place += steps;
                 }
             }
-            Instruction::Spindle { rpm } => adapter.spindle(rpm)?,
-            Instruction::Output { on, .. } => adapter.output(on)?,
+            Instruction::Spindle { rpm } => adapter.spindle(rpm).await?,
+            Instruction::Output { on, .. } => adapter.output(on).await?,
             Instruction::Bit(_) => {}
             Instruction::Abandon => {
-                lift(adapter, memory.lift_to)?;
+                lift(adapter, memory.lift_to).await?;
                 break;
             }
             Instruction::Finish => break,
         }
     }
     // Whether it hears this or nothing: its outputs go off.
-    let _ = adapter.safe();
+    let _ = adapter.safe().await;
     Ok(())
 }
 
@@ -84,20 +110,20 @@ fn report_of(adapter: &Adapter, task: &Task, completed: usize, ended: Ended) -> 
     Report { id: task.id, completed, ended, position, down, inputs, ticks }
 }
 
-fn task(adapter: &mut Adapter, task: &Task, memory: &mut Memory) -> Result<Report, Diagnostic> {
+async fn task(adapter: &mut Adapter, task: &Task, memory: &mut Memory) -> Result<Report, Diagnostic> {
     (adapter.task, adapter.ticks, memory.follows) = (task.id, 0, None);
     let (mut completed, mut ended) = (0, Ended::Completed);
     while let Some(segment) = task.segments.get(completed) {
         if let Switching::Spindle { rpm } = segment.effect {
-            adapter.spindle(rpm)?;
+            adapter.spindle(rpm).await?;
         }
-        if !may_begin(adapter, task, segment)? {
+        if !may_begin(adapter, task, segment).await? {
             ended = Ended::Stopped;
             break;
         }
         let later = task.segments.get(completed..).unwrap_or_default();
         let together = together(adapter, task, later);
-        ended = adapter.play(later.get(..together).unwrap_or_default(), task.granted)?;
+        ended = adapter.play(later.get(..together).unwrap_or_default(), task.granted).await?;
         if ended != Ended::Completed {
             break;
         }
@@ -107,7 +133,7 @@ fn task(adapter: &mut Adapter, task: &Task, memory: &mut Memory) -> Result<Repor
     memory.lift_to = task.lift_to.filter(|_| foreseen);
     let surface = adapter.machine.z.scale.steps(adapter.machine.process.surface);
     let is_low = adapter.position.iter().skip(2).any(|z| *z < surface);
-    memory.follows = (task.follows && foreseen && is_low).then(Instant::now);
+    memory.follows = (task.follows && foreseen && is_low).then(|| adapter.line.now());
     Ok(report_of(adapter, task, completed, ended))
 }
 
@@ -118,7 +144,7 @@ fn is_stroke(segment: &Segment) -> bool {
 }
 
 /// Waits until every earlier leg is durable where the tip is about to go down; whether it was not stopped.
-fn may_begin(adapter: &mut Adapter, task: &Task, segment: &Segment) -> Result<bool, Diagnostic> {
+async fn may_begin(adapter: &mut Adapter, task: &Task, segment: &Segment) -> Result<bool, Diagnostic> {
     loop {
         if adapter.shared.stopped() >= task.id {
             return Ok(false);
@@ -126,7 +152,7 @@ fn may_begin(adapter: &mut Adapter, task: &Task, segment: &Segment) -> Result<bo
         if !is_stroke(segment) || adapter.shared.durable() >= task.needs_durable {
             return Ok(true);
         }
-        adapter.turn()?;
+        adapter.turn().await?;
     }
 }
 
@@ -146,11 +172,11 @@ fn together(adapter: &Adapter, task: &Task, segments: &[Segment]) -> usize {
 }
 
 /// Lifts the tip where the position is trusted, whatever was ordered to stop.
-fn lift(adapter: &mut Adapter, to: Option<i64>) -> Result<(), Diagnostic> {
+async fn lift(adapter: &mut Adapter, to: Option<i64>) -> Result<(), Diagnostic> {
     let Some(top) = to.filter(|top| adapter.position[2] < *top) else { return Ok(()) };
     let Ok(way) = cycles::retract(&adapter.machine, adapter.position, top) else { return Ok(()) };
     let machine = adapter.machine.clone();
     let segments: Vec<Segment> = way.moves.iter().map(|planned| segment(planned, &machine)).collect();
     adapter.task = NO_TASK;
-    adapter.play(&segments, false).map(drop)
+    adapter.play(&segments, false).await.map(drop)
 }

@@ -1,23 +1,20 @@
-//! An adapter is found, greeted and set, or a sentence says why not.
+//! An adapter is greeted and set, or a sentence says why not.
 //!
 //! ```text
-//! port ─ hello ─▶ Welcome: version, clock, axes, fastest steps ─ Configure ─▶ settings in force, at rest, nothing pressed
+//! hello ─▶ Welcome: version, clock, axes, fastest steps ─ Configure ─▶ settings in force, at rest, nothing pressed
 //! ```
 //!
-//! Comes in: a machine. Goes out: a line that is ready. Does not know what will move.
+//! Comes in: a machine, a line. Goes out: a line that is ready. Does not know what will move.
 
-use super::line::Line;
-use crate::serial::{self, Port};
+use super::line::{Line, Lost};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
+use annulus_core::pins::give_way;
 use annulus_link::bytes::{Plain, Writer};
 use annulus_link::crc::crc32c;
 use annulus_link::message::{Ask, Clear, Configure, Refused, State, Status, Welcome};
 use annulus_link::{CYCLES_PER_TICK, NEWEST, OLDEST, TICK_HZ};
-use std::time::{Duration, Instant};
-
-/// USB number of the adapter: one that everybody may use for trials.
-const USB: (u16, u16) = (0x1209, 0x0001);
+use std::time::Duration;
 
 /// How long an adapter may take to say what it is: it may have to come up first.
 const ANSWER: Duration = Duration::from_secs(5);
@@ -25,40 +22,12 @@ const ANSWER: Duration = Duration::from_secs(5);
 /// How long it may take to come to rest, and to do what it is told.
 const OBEY: Duration = Duration::from_secs(10);
 
-/// The speed of a port that has none.
-const BAUD: u32 = 115_200;
-
 /// Ticks in a microsecond.
 const TICKS_PER_US: f64 = 10.0;
 
 /// Why a line is of no use any more.
 pub(super) fn trouble(code: &str, port: &str) -> Diagnostic {
     Diagnostic::error(code).with("port", port)
-}
-
-/// Whether what is at a port says by its USB number that it is an adapter.
-pub(crate) fn is_adapter(listed: &serial::Listed) -> bool {
-    listed.usb == Some(USB)
-}
-
-/// Opens the port of `machine`'s adapter: the one that its file names, or the only one with an adapter's USB number.
-pub(super) fn open(machine: &Machine) -> Result<Port, Diagnostic> {
-    let name = match machine.adapter.port.as_str() {
-        "" => found()?,
-        named => named.to_owned(),
-    };
-    serial::open(&name, BAUD)
-        .map_err(|error| trouble("adapter.port_unopened", &name).with("reason", error.description))
-}
-
-fn found() -> Result<String, Diagnostic> {
-    let mut names: Vec<String> =
-        serial::list().into_iter().filter(is_adapter).map(|listed| listed.name).collect();
-    match names.len() {
-        0 => Err(Diagnostic::error("adapter.not_found")),
-        1 => Ok(names.swap_remove(0)),
-        _ => Err(Diagnostic::error("adapter.several").with("ports", names.join(", "))),
-    }
 }
 
 /// The settings of `machine` as an adapter takes them. No input stops before it is said which.
@@ -86,41 +55,39 @@ pub(super) fn settings_crc(settings: &Configure) -> u32 {
     crc32c(bytes.get(..length).unwrap_or_default()).max(1)
 }
 
-/// The adapter of `machine`, ready: at rest, its settings in force, nothing pressed.
-pub(super) fn connect(machine: &Machine) -> Result<Line, Diagnostic> {
-    let port = open(machine)?;
-    let session = getrandom::u32().unwrap_or(std::process::id());
-    let mut line = Line::new(port, session);
-    let welcome = greet(&mut line)?;
+/// Makes the adapter at the end of `line` ready for `machine`: at rest, its settings in force, nothing pressed. What it is.
+pub(super) async fn ready(line: &mut Line, machine: &Machine) -> Result<Welcome, Diagnostic> {
+    let welcome = who(line).await?;
     fits(&welcome, machine, line.port())?;
     // An adapter that moves for somebody who is gone comes to rest first.
-    until(&mut line, |status| status.state != State::Running)?;
+    until(line, |status| status.state != State::Running).await?;
     let settings = settings(machine);
     let crc = settings_crc(&settings);
-    let status = say(&mut line, settings.into())?;
+    let status = say(line, settings.into()).await?;
     if status.settings != crc {
-        return Err(refused(&line, &status, "Configure"));
+        return Err(refused(line, &status, "Configure"));
     }
     // Where the emergency stop is pressed, it shows as soon as the inputs are watched.
-    let status = until(&mut line, |status| status.settings == crc && status.state != State::Unset)?;
+    let status = until(line, |status| status.settings == crc && status.state != State::Unset).await?;
     if status.inputs >> 15 == 1 {
         return Err(trouble("adapter.emergency_stop", line.port()));
     }
-    if status.state != State::Ready && say(&mut line, Clear {}.into())?.state != State::Ready {
+    if status.state != State::Ready && say(line, Clear {}.into()).await?.state != State::Ready {
         return Err(trouble("adapter.emergency_stop", line.port()));
     }
-    tracing::info!(
-        "USB step adapter at {}: firmware {:08x}, version {} of the link",
-        line.port(),
-        welcome.firmware,
-        welcome.version
-    );
-    Ok(line)
+    Ok(welcome)
 }
 
-/// Who is there.
-fn greet(line: &mut Line) -> Result<Welcome, Diagnostic> {
-    let since = Instant::now();
+/// Hears and says, and gives way.
+async fn turn(line: &mut Line) -> Result<(), Diagnostic> {
+    let turned = line.turn().map_err(|why| lost(line, &why));
+    give_way().await;
+    turned
+}
+
+/// Who is at the end of `line`. An adapter that moves for somebody else comes to rest by being asked.
+pub async fn who(line: &mut Line) -> Result<Welcome, Diagnostic> {
+    let since = line.now();
     loop {
         let turned = line.turn();
         if let Some(Refused { oldest, newest }) = line.refused {
@@ -130,14 +97,14 @@ fn greet(line: &mut Line) -> Result<Welcome, Diagnostic> {
         if let (Some(welcome), Some(_)) = (line.welcome, line.status) {
             return Ok(welcome);
         }
-        let is_over = since.elapsed() >= ANSWER;
+        let is_over = line.now().saturating_sub(since) >= ANSWER;
         match turned {
-            Err(error) if error.kind() != std::io::ErrorKind::TimedOut => return Err(lost(line, &error)),
+            Err(why @ Lost::Cable { .. }) => return Err(lost(line, &why)),
             _ if is_over && line.hears_bytes => {
                 return Err(trouble("adapter.another_program", line.port()));
             }
             _ if is_over => return Err(trouble("adapter.no_answer", line.port())),
-            _ => {}
+            _ => give_way().await,
         }
     }
 }
@@ -156,9 +123,12 @@ fn fits(welcome: &Welcome, machine: &Machine, port: &str) -> Result<(), Diagnost
     Ok(())
 }
 
-/// What a port said when it failed.
-pub(super) fn lost(line: &Line, error: &std::io::Error) -> Diagnostic {
-    trouble("adapter.unplugged", line.port()).with("reason", error)
+/// Why a line is of no use any more.
+pub(super) fn lost(line: &Line, why: &Lost) -> Diagnostic {
+    match why {
+        Lost::Silent => trouble("adapter.no_answer", line.port()),
+        Lost::Cable { reason } => trouble("adapter.unplugged", line.port()).with("reason", reason),
+    }
 }
 
 /// An adapter that will not do what it is asked.
@@ -168,28 +138,28 @@ pub(super) fn refused(line: &Line, status: &Status, what: &str) -> Diagnostic {
 }
 
 /// Waits until the adapter is so.
-fn until(line: &mut Line, so: impl Fn(&Status) -> bool) -> Result<Status, Diagnostic> {
-    let since = Instant::now();
+async fn until(line: &mut Line, so: impl Fn(&Status) -> bool) -> Result<Status, Diagnostic> {
+    let since = line.now();
     loop {
         if let Some(status) = line.status.filter(&so) {
             return Ok(status);
         }
-        if since.elapsed() >= OBEY {
+        if line.now().saturating_sub(since) >= OBEY {
             return Err(trouble("adapter.no_answer", line.port()));
         }
-        line.turn().map_err(|error| lost(line, &error))?;
+        turn(line).await?;
     }
 }
 
 /// Says it, and waits until the adapter has it.
-fn say(line: &mut Line, ask: Ask) -> Result<Status, Diagnostic> {
+async fn say(line: &mut Line, ask: Ask) -> Result<Status, Diagnostic> {
     line.offer(ask);
-    let since = Instant::now();
+    let since = line.now();
     while line.pending() > 0 || line.status.is_none() {
-        if since.elapsed() >= OBEY {
+        if line.now().saturating_sub(since) >= OBEY {
             return Err(trouble("adapter.no_answer", line.port()));
         }
-        line.turn().map_err(|error| lost(line, &error))?;
+        turn(line).await?;
     }
     Ok(line.status.unwrap_or_default())
 }

@@ -9,22 +9,22 @@
 //! Comes in: segments, what is shared with the owner. Goes out: how they ended, at rest, with every step counted. An error means
 //! that nobody knows any more where the machine is. Does not know tasks.
 
-use super::connect::{self, lost, refused, trouble};
 use super::feed::{Feed, Path};
-use super::line::Line;
+use super::greet::{self, lost, refused, trouble};
+use super::line::{Line, Lost};
 use super::path::{guard, last_steps};
+use crate::executor::{Ended, Glimpse, Shared};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps};
-use annulus_core::pins::{AxisSet, Motors, Order};
+use annulus_core::pins::{AxisSet, Motors, Order, give_way};
 use annulus_core::steps::{Segment, Stage};
-use annulus_drill::executor::{Ended, Glimpse, Shared};
 use annulus_link::message::{
     Ask, Begin, Clear, Guard, Outputs, Place, Rate, Refusal, State, Status, Stop, Trust,
 };
 use annulus_link::{AXES, FULL_RATE};
 use std::sync::Arc;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// So much path is there before it begins, and is kept there while it goes, in ticks: 100 ms, 400 ms.
 const FIRST: u32 = 1_000_000;
@@ -33,9 +33,8 @@ const AHEAD: u32 = 4_000_000;
 /// Frames of path on their way at once: what is ordered waits behind them.
 const ON_THE_WAY: u32 = 4;
 
-/// How long an unplugged adapter is waited for, and how often its port is tried.
+/// How long an unplugged adapter is waited for.
 const ABSENT: Duration = Duration::from_secs(20);
-const TRY: Duration = Duration::from_millis(100);
 
 /// The output of the spindle.
 const SPINDLE: u8 = 1;
@@ -72,7 +71,7 @@ impl Adapter {
             line,
             shared,
             motors: Motors::of(machine),
-            settings_crc: connect::settings_crc(&connect::settings(machine)),
+            settings_crc: greet::settings_crc(&greet::settings(machine)),
             position: Steps::default(),
             down: 0,
             task: NO_TASK,
@@ -93,11 +92,12 @@ impl Adapter {
         self.machine.adapter.inputs(self.status().inputs)
     }
 
-    /// Hears what came, sends what is due. An adapter that was unplugged is waited for.
-    pub(super) fn turn(&mut self) -> Result<Status, Diagnostic> {
-        if let Err(error) = self.line.turn() {
-            self.wait_for_it(&error)?;
+    /// Hears what came, sends what is due, gives way. An adapter that was unplugged is waited for.
+    pub(super) async fn turn(&mut self) -> Result<Status, Diagnostic> {
+        if let Err(why) = self.line.turn() {
+            self.wait_for_it(&why).await?;
         }
+        give_way().await;
         let status = self.status();
         let port = self.line.port();
         match status.state {
@@ -109,37 +109,34 @@ impl Adapter {
     }
 
     /// Waits until it is plugged in again, and goes on with the same session: it knows what of it is done.
-    fn wait_for_it(&mut self, error: &std::io::Error) -> Result<(), Diagnostic> {
-        tracing::warn!("the adapter at {} is gone ({error}): waiting for it", self.line.port());
-        self.line.leave();
-        let since = Instant::now();
-        while since.elapsed() < ABSENT && self.shared.stopped() < self.task {
-            std::thread::sleep(TRY);
-            let Ok(port) = connect::open(&self.machine) else { continue };
-            self.line.move_to(port);
-            while self.line.turn().is_ok() {
-                if self.line.status.is_some() {
-                    tracing::info!("the adapter at {} is back", self.line.port());
-                    return Ok(());
+    async fn wait_for_it(&mut self, why: &Lost) -> Result<(), Diagnostic> {
+        let since = self.line.now();
+        while self.line.now().saturating_sub(since) < ABSENT && self.shared.stopped() < self.task {
+            if self.line.again() {
+                while self.line.turn().is_ok() {
+                    if self.line.status.is_some() {
+                        return Ok(());
+                    }
+                    give_way().await;
                 }
             }
-            self.line.leave();
+            give_way().await;
         }
-        Err(lost(&self.line, error))
+        Err(lost(&self.line, why))
     }
 
     /// Says it, and waits until the adapter did it.
-    fn say(&mut self, ask: impl Into<Ask>) -> Result<Status, Diagnostic> {
+    async fn say(&mut self, ask: impl Into<Ask>) -> Result<Status, Diagnostic> {
         let ask = ask.into();
         let number = loop {
             match self.line.offer(ask) {
                 Some(number) => break number,
-                None => self.turn()?,
+                None => self.turn().await?,
             };
         };
-        let mut status = self.turn()?;
+        let mut status = self.turn().await?;
         while self.line.pending() > 0 {
-            status = self.turn()?;
+            status = self.turn().await?;
         }
         if status.refusal != Refusal::None && status.refused == number {
             return Err(refused(&self.line, &status, &format!("{ask:?}")));
@@ -148,27 +145,27 @@ impl Adapter {
     }
 
     /// Sets the spindle's speed: it turns or not.
-    pub(super) fn spindle(&mut self, rpm: u32) -> Result<(), Diagnostic> {
+    pub(super) async fn spindle(&mut self, rpm: u32) -> Result<(), Diagnostic> {
         self.rpm = rpm;
         let others = self.outputs & !SPINDLE;
-        self.switch(others | if rpm > 0 { SPINDLE } else { 0 })
+        self.switch(others | if rpm > 0 { SPINDLE } else { 0 }).await
     }
 
     /// Switches the output that has a name.
-    pub(super) fn output(&mut self, on: bool) -> Result<(), Diagnostic> {
+    pub(super) async fn output(&mut self, on: bool) -> Result<(), Diagnostic> {
         const NAMED: u8 = 2;
-        self.switch(self.outputs & !NAMED | if on { NAMED } else { 0 })
+        self.switch(self.outputs & !NAMED | if on { NAMED } else { 0 }).await
     }
 
-    fn switch(&mut self, on: u8) -> Result<(), Diagnostic> {
+    async fn switch(&mut self, on: u8) -> Result<(), Diagnostic> {
         self.outputs = on;
-        self.say(Outputs { on }).map(drop)
+        self.say(Outputs { on }).await.map(drop)
     }
 
     /// Everything off.
-    pub(super) fn safe(&mut self) -> Result<(), Diagnostic> {
+    pub(super) async fn safe(&mut self) -> Result<(), Diagnostic> {
         self.rpm = 0;
-        self.switch(0)
+        self.switch(0).await
     }
 
     /// Where the adapter is to be: its index is the machine's.
@@ -219,13 +216,13 @@ impl Adapter {
     }
 
     /// Plays segments one behind the other, from rest to rest; only the last may have a gate.
-    pub(super) fn play(&mut self, segments: &[Segment], granted: bool) -> Result<Ended, Diagnostic> {
+    pub(super) async fn play(&mut self, segments: &[Segment], granted: bool) -> Result<Ended, Diagnostic> {
         let status = self.status();
         if status.state == State::Limit {
-            return self.limited(None, &status);
+            return self.limited(None, &status).await;
         }
         if status.outputs != self.outputs {
-            return self.ran_dry();
+            return self.ran_dry().await;
         }
         let gate = segments.last().and_then(|last| last.gate);
         let guarded = segments.iter().fold(0, |guarded, segment| guarded | guard(segment));
@@ -236,18 +233,18 @@ impl Adapter {
         let index = self.place()?;
         let mut status = self.status();
         if status.index != index || status.trust != Trust::Trusted {
-            status = self.say(Place { index })?;
+            status = self.say(Place { index }).await?;
         }
         let limits = self.machine.adapter.wired(watched);
         if self.limits != limits {
             self.limits = limits;
-            status = self.say(Guard { limits })?;
+            status = self.say(Guard { limits }).await?;
         }
         let paths: Vec<Path> = segments.iter().map(|segment| Path::of(segment, &self.motors)).collect();
         let (before, feed) = (self.ticks, Feed::new(&paths, &status));
         let played =
             Play { gate, watched, granted, feed, stopping: false, late: false, dry: false, begun: 0 };
-        let ended = self.run(played, segments)?;
+        let ended = self.run(played, segments).await?;
         if ended == Ended::Completed {
             let all = segments.iter().map(|segment| segment.duration_ticks);
             self.ticks = before.saturating_add(all.sum());
@@ -263,13 +260,13 @@ impl Adapter {
         }
     }
 
-    fn run(&mut self, mut play: Play<'_>, segments: &[Segment]) -> Result<Ended, Diagnostic> {
+    async fn run(&mut self, mut play: Play<'_>, segments: &[Segment]) -> Result<Ended, Diagnostic> {
         let before = self.ticks;
         let shown = segments.iter().find(|segment| segment.stage != Stage::Dwell).or(segments.first());
         loop {
             self.feed(&mut play)?;
             self.order(&mut play);
-            let status = self.turn()?;
+            let status = self.turn().await?;
             self.follow(&status);
             self.leave(shown);
             let passed = play.feed.sent.saturating_sub(u64::from(status.resident));
@@ -278,7 +275,7 @@ impl Adapter {
             play.late |= passed > deadline;
             // Outputs that went off by themselves: nobody was heard for a while. What cuts may stand still.
             play.dry |= self.line.pending() == 0 && status.outputs != self.outputs;
-            if let Some(ended) = self.ended(&play, &status)? {
+            if let Some(ended) = self.ended(&play, &status).await? {
                 return Ok(ended);
             }
         }
@@ -324,30 +321,30 @@ impl Adapter {
     }
 
     /// Whether it came to its end, and how.
-    fn ended(&mut self, play: &Play<'_>, status: &Status) -> Result<Option<Ended>, Diagnostic> {
+    async fn ended(&mut self, play: &Play<'_>, status: &Status) -> Result<Option<Ended>, Diagnostic> {
         let stopped = match (play.late, play.gate) {
             (true, Some(gate)) => Ended::Unmet(gate),
             _ => Ended::Stopped,
         };
         match status.state {
             State::Running => Ok(None),
-            State::Ready => match self.rested(play, status, stopped)? {
-                Some(_) if play.dry => self.ran_dry().map(Some),
+            State::Ready => match self.rested(play, status, stopped).await? {
+                Some(_) if play.dry => self.ran_dry().await.map(Some),
                 ended => Ok(ended),
             },
             State::Stopped | State::Starved => {
-                self.clear()?;
+                self.clear().await?;
                 let is_dry = play.dry || status.state == State::Starved && !play.stopping;
-                if is_dry { self.ran_dry().map(Some) } else { Ok(Some(stopped)) }
+                if is_dry { self.ran_dry().await.map(Some) } else { Ok(Some(stopped)) }
             }
-            State::Limit => self.limited(play.gate, status).map(Some),
+            State::Limit => self.limited(play.gate, status).await.map(Some),
             State::Unset | State::EmergencyStop | State::Fault => {
                 Err(trouble("adapter.restarted", self.line.port()))
             }
         }
     }
 
-    fn rested(
+    async fn rested(
         &mut self,
         play: &Play<'_>,
         status: &Status,
@@ -362,7 +359,7 @@ impl Adapter {
             Refusal::Input if status.refused == play.begun => {
                 let hit = first(play.watched & self.inputs());
                 if let Some(hit) = hit {
-                    self.say(Stop {})?;
+                    self.say(Stop {}).await?;
                     return Ok(Some(self.hit(hit, play.gate)));
                 }
             }
@@ -377,16 +374,16 @@ impl Adapter {
     }
 
     /// A sensor stopped the pulses: at this very step.
-    fn limited(&mut self, gate: Option<Gate>, status: &Status) -> Result<Ended, Diagnostic> {
+    async fn limited(&mut self, gate: Option<Gate>, status: &Status) -> Result<Ended, Diagnostic> {
         let is_it = |input: &Input| self.machine.adapter.sensor(*input) == Some(status.input);
         let Some(input) = Input::ALL.into_iter().find(is_it) else {
             return Err(trouble("adapter.fault", self.line.port()));
         };
-        self.clear()?;
+        self.clear().await?;
         let ended = self.hit(input, gate);
         // The adapter turned everything off: where the sensor was looked for, it goes on.
         if matches!(ended, Ended::Gated(_)) {
-            self.switch(self.outputs)?;
+            self.switch(self.outputs).await?;
         } else {
             (self.outputs, self.rpm) = (0, 0);
         }
@@ -394,9 +391,8 @@ impl Adapter {
     }
 
     /// It came to rest because nothing newer came, or nobody was heard: what is off stays off.
-    fn ran_dry(&mut self) -> Result<Ended, Diagnostic> {
-        tracing::warn!("the adapter at {} ran dry", self.line.port());
-        self.safe()?;
+    async fn ran_dry(&mut self) -> Result<Ended, Diagnostic> {
+        self.safe().await?;
         Ok(Ended::RanDry)
     }
 
@@ -409,10 +405,10 @@ impl Adapter {
     }
 
     /// Ready again after what stopped it: a sensor may still be on.
-    fn clear(&mut self) -> Result<(), Diagnostic> {
+    async fn clear(&mut self) -> Result<(), Diagnostic> {
         self.limits = 0;
-        self.say(Guard { limits: 0 })?;
-        let status = self.say(Clear {})?;
+        self.say(Guard { limits: 0 }).await?;
+        let status = self.say(Clear {}).await?;
         self.follow(&status);
         Ok(())
     }

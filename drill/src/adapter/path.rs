@@ -11,6 +11,7 @@ use annulus_core::job::{Input, Stage};
 use annulus_core::machine;
 use annulus_core::pins::Motors;
 use annulus_core::steps::{PARTS, Segment};
+use annulus_link::chunk::LONGEST;
 use annulus_link::cutter::Rule;
 use annulus_link::run::{HALF, Run};
 use annulus_link::{AXES, FULL_RATE};
@@ -47,7 +48,9 @@ pub(super) fn rule(segment: &Segment, motors: &Motors) -> Rule {
             longest = longest.max(speed / (SHARE * motors.braking_steps_per_tick2[axis]));
         }
     }
-    Rule::resting_within(longest.min(RESTS.1) as u32)
+    // As long as may be: what a chunk and its tail say of themselves is most of the bytes of a slow one. One that is too long
+    // for a frame is cut shorter.
+    Rule { ticks: LONGEST, ..Rule::resting_within(longest.min(RESTS.1) as u32) }
 }
 
 /// The same, twice as steep; none where it is as steep as can be.

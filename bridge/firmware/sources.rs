@@ -1,0 +1,21 @@
+// Which sources a firmware is made of, as one number. Read by the build scripts of the firmware, which says it, and of the bridge, which
+// compares. Comes in: the folder of the firmware. Goes out: CRC-32C of its sources, those of the link among them.
+
+fn firmware_sources(base: &std::path::Path) -> u32 {
+    fn look(base: &std::path::Path, folder: &str, found: &mut Vec<String>) {
+        for entry in std::fs::read_dir(base.join(folder)).into_iter().flatten().flatten() {
+            let name = format!("{folder}/{}", entry.file_name().to_string_lossy());
+            if entry.path().is_dir() { look(base, &name, found) } else { found.push(name) }
+        }
+    }
+    let mut found = vec!["Cargo.lock".to_owned(), "memory.x".to_owned()];
+    look(base, "src", &mut found);
+    look(base, "../../link/src", &mut found);
+    found.sort();
+    let read = |name: &String| {
+        let path = base.join(name);
+        println!("cargo:rerun-if-changed={}", path.display());
+        std::fs::read(path).unwrap_or_default()
+    };
+    annulus_link::crc::crc32c(&found.iter().flat_map(read).collect::<Vec<u8>>())
+}

@@ -1,0 +1,94 @@
+//! A firmware brought into an adapter: it is asked for its boot mode, the file is copied onto the disk that it shows then, and it is
+//! asked who it is.
+//!
+//! Comes in: a port, a disk, bytes. Goes out: who is there afterwards. Does not know who wants it, nor whether they may.
+
+use super::image::boot_disks;
+use super::port::{Plug, named};
+use crate::serial;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::pins::through;
+use annulus_drill::adapter::{Line, who};
+use annulus_drill::executor::Time;
+use annulus_link::cobs::Unstuffer;
+use annulus_link::frame::{FRAME, open};
+use annulus_link::message::{State, Tell, Welcome};
+use std::fs::File;
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use std::thread;
+use std::time::{Duration, Instant};
+
+/// An adapter whose port is opened at this speed and let go of goes into its boot mode, if it rests.
+const BOOT_BITS_PER_S: u32 = 1200;
+/// How long it is listened whether it moves: a status comes every 10 ms.
+const LISTENS: Duration = Duration::from_millis(150);
+/// How long a disk or a port may take to come.
+const COMES: Duration = Duration::from_secs(15);
+const LOOKS: Duration = Duration::from_millis(200);
+
+/// What the file is called on the disk.
+const NAME: &str = "annulus-adapter.uf2";
+
+/// The first that `look` finds, as long as one may take to come.
+fn awaited<T>(mut look: impl FnMut() -> Option<T>) -> Option<T> {
+    let since = Instant::now();
+    loop {
+        let found = look();
+        if found.is_some() || since.elapsed() >= COMES {
+            return found;
+        }
+        thread::sleep(LOOKS);
+    }
+}
+
+/// Who is at the port called `name`, or at the only one with an adapter.
+pub(crate) fn asked(name: &str, time: Time) -> Result<(String, Welcome), Diagnostic> {
+    let plug = Plug::open(name)?;
+    let port = plug.port_name().to_owned();
+    let mut line = Line::new(Box::new(plug), getrandom::u32().unwrap_or(std::process::id()), time);
+    through(who(&mut line)).map(|welcome| (port, welcome))
+}
+
+/// The disk of the adapter at the port called `name`, which is not asked while it moves: saying hello would stop it.
+pub(crate) fn boot_disk_of(name: &str) -> Result<PathBuf, Diagnostic> {
+    let name = named(name)?;
+    let unopened = |error: serialport::Error| {
+        let why = Diagnostic::error("adapter.port_unopened").with("port", &name);
+        why.with("reason", error.description)
+    };
+    let mut port = serial::open(&name, 115_200).map_err(unopened)?;
+    let (since, mut frames) = (Instant::now(), Unstuffer::<FRAME>::new());
+    while since.elapsed() < LISTENS {
+        for byte in port.read().unwrap_or_default() {
+            let Some((header, payload)) = frames.take(byte).and_then(open) else { continue };
+            if let Some((Tell::Status(status), _)) = Tell::take(header.kind, payload)
+                && status.state == State::Running
+            {
+                return Err(Diagnostic::error("firmware.moves").with("port", &name));
+            }
+        }
+    }
+    drop(port);
+    drop(serial::open(&name, BOOT_BITS_PER_S).map_err(unopened)?);
+    awaited(|| boot_disks().pop()).ok_or_else(|| Diagnostic::error("firmware.no_disk").with("port", &name))
+}
+
+/// Copies the file. A board that has all of it lets go of its disk at once: that it is gone then is no failure.
+pub(crate) fn copy(bytes: &[u8], disk: &Path) -> Result<(), Diagnostic> {
+    let path = disk.join(NAME);
+    let copied = File::create(&path).and_then(|mut file| {
+        file.write_all(bytes)?;
+        let _ = file.sync_all();
+        Ok(())
+    });
+    copied.map_err(|error| {
+        let why = Diagnostic::error("firmware.not_copied").with("file", path.display());
+        why.with("reason", error)
+    })
+}
+
+/// Who came back; none where nobody did.
+pub(crate) fn came_back(name: &str, time: Time) -> Option<(String, Welcome)> {
+    awaited(|| asked(name, time).ok())
+}

@@ -1,0 +1,99 @@
+//! The serial port of an adapter: the one that a machine's file names, or the only one with an adapter's USB number.
+//!
+//! Comes in: a machine. Goes out: a cable that waits by itself. Does not know what is said.
+
+use crate::serial::{self, Port};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::Machine;
+use annulus_drill::adapter::{Cable, USB};
+use std::thread;
+use std::time::Duration;
+
+/// The speed of a port that has none.
+const BAUD: u32 = 115_200;
+
+/// How often the port of an unplugged adapter is tried.
+const TRY: Duration = Duration::from_millis(100);
+
+/// Whether what is at a port says by its USB number that it is an adapter.
+pub(crate) fn is_adapter(listed: &serial::Listed) -> bool {
+    listed.usb == Some(USB)
+}
+
+/// The port called `name`; the only one with an adapter where it has no name.
+pub(super) fn named(name: &str) -> Result<String, Diagnostic> {
+    if !name.is_empty() {
+        return Ok(name.to_owned());
+    }
+    let mut names: Vec<String> =
+        serial::list().into_iter().filter(is_adapter).map(|listed| listed.name).collect();
+    match names.len() {
+        0 => Err(Diagnostic::error("adapter.not_found")),
+        1 => Ok(names.swap_remove(0)),
+        _ => Err(Diagnostic::error("adapter.several").with("ports", names.join(", "))),
+    }
+}
+
+fn open(name: &str) -> Result<Port, Diagnostic> {
+    let name = named(name)?;
+    serial::open(&name, BAUD).map_err(|error| {
+        let why = Diagnostic::error("adapter.port_unopened");
+        why.with("port", &name).with("reason", error.description)
+    })
+}
+
+/// An adapter's port, which may be unplugged and plugged in again under another name.
+pub(super) struct Plug {
+    /// As the machine's file has it.
+    wanted: String,
+    /// As it was opened.
+    name: String,
+    port: Option<Port>,
+}
+
+impl Plug {
+    /// The port that is `wanted`, opened.
+    pub(super) fn open(wanted: &str) -> Result<Self, Diagnostic> {
+        let port = open(wanted)?;
+        Ok(Self { wanted: wanted.to_owned(), name: port.name.clone(), port: Some(port) })
+    }
+
+    /// As it was opened.
+    pub(super) fn port_name(&self) -> &str {
+        &self.name
+    }
+
+    fn port(&mut self) -> Result<&mut Port, String> {
+        self.port.as_mut().ok_or_else(|| std::io::ErrorKind::NotConnected.to_string())
+    }
+}
+
+impl Cable for Plug {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn read(&mut self) -> Result<Vec<u8>, String> {
+        self.port()?.read().map_err(|error| error.to_string())
+    }
+
+    fn write(&mut self, bytes: &[u8]) -> Result<(), String> {
+        self.port()?.write(bytes).map_err(|error| error.to_string())
+    }
+
+    fn is_full(&self) -> bool {
+        self.port.as_ref().is_some_and(Port::is_full)
+    }
+
+    fn again(&mut self) -> bool {
+        if self.port.take().is_some() {
+            tracing::warn!("the adapter at {} is gone: waiting for it", self.name);
+        }
+        thread::sleep(TRY);
+        if let Ok(port) = open(&self.wanted) {
+            tracing::info!("something is at {} again", port.name);
+            (self.name, self.port) = (port.name.clone(), Some(port));
+        }
+        self.port.is_some()
+    }
+}

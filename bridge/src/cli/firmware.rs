@@ -1,0 +1,178 @@
+//! The firmware of the USB step adapter: which one it has, and ours brought into it. Nothing is written without a person at a terminal
+//! of this computer who typed the word, nor while a bridge may use the adapter.
+//!
+//! Comes in: a file, a port, a disk, a typed word. Goes out: what the adapter has. Does not know what a firmware does.
+
+use super::{Answer, Exit, Refusal, say};
+use crate::adapter::flash::{asked, boot_disk_of, came_back, copy};
+use crate::adapter::image::{LONGEST, boot_disks, firmware_of, is_boot_disk, own};
+use crate::executor::clock;
+use crate::server::runtime;
+use annulus_core::diagnostic::Diagnostic;
+use serde_json::json;
+use std::fs;
+use std::io::{self, BufRead, IsTerminal};
+use std::path::{Path, PathBuf};
+
+/// What has to be typed.
+const WORD: &str = "FLASH";
+
+/// Where the file lies, from the folder of this program on: beside it, or where it was built.
+const PLACES: [&str; 2] = ["annulus-adapter.uf2", "../firmware/annulus-adapter.uf2"];
+
+/// Arguments of `annulus firmware`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct FirmwareArgs {
+    #[command(subcommand)]
+    command: FirmwareCommand,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum FirmwareCommand {
+    /// Say which firmware the USB step adapter has, and which belongs to this program.
+    Info(PortArgs),
+    /// Bring the firmware of this program into a USB step adapter, or into a new board.
+    Flash(FlashArgs),
+}
+
+/// The port.
+#[derive(Debug, clap::Args)]
+struct PortArgs {
+    /// Its serial port; without it, the one that is plugged in.
+    #[arg(long, default_value = "", value_name = "PORT")]
+    port: String,
+}
+
+/// Arguments of `annulus firmware flash`.
+#[derive(Debug, clap::Args)]
+struct FlashArgs {
+    /// The firmware, a UF2 file; without it, the one beside this program.
+    #[arg(value_name = "FILE")]
+    file: Option<PathBuf>,
+    #[command(flatten)]
+    port: PortArgs,
+    /// The disk of a board in its boot mode; without it, it is looked for, or the adapter is asked for it.
+    #[arg(long, value_name = "FOLDER")]
+    disk: Option<PathBuf>,
+    /// Do not wait until the adapter says who it is.
+    #[arg(long)]
+    no_wait: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &FirmwareArgs) -> Result<Answer, Refusal> {
+    // A bridge may have the adapter, and a job on it; it is not asked which.
+    if let Some(note) = runtime::running(&runtime::folder()) {
+        let why = Diagnostic::error("firmware.bridge_runs").with("port", note.port);
+        return Err(Refusal::surroundings(why));
+    }
+    match &args.command {
+        FirmwareCommand::Info(port) => info(&port.port),
+        FirmwareCommand::Flash(args) => flash(args),
+    }
+}
+
+fn number(firmware: u32) -> String {
+    format!("{firmware:08x}")
+}
+
+fn info(port: &str) -> Result<Answer, Refusal> {
+    let (port, welcome) = asked(port, clock::time).map_err(Refusal::surroundings)?;
+    Ok(found(&port, welcome.firmware))
+}
+
+/// What the adapter at a port has, beside what belongs to this program.
+fn found(port: &str, firmware: u32) -> Answer {
+    let is_own = firmware == own();
+    let note = if is_own {
+        Diagnostic::note("firmware.own").with("port", port)
+    } else {
+        Diagnostic::warning("firmware.other").with("wanted", number(own()))
+    };
+    let note = note.with("found", number(firmware));
+    Answer {
+        object: json!({ "port": port, "firmware": number(firmware), "own": number(own()), "is_own": is_own }),
+        text: format!("{} {}", note.message("en"), note.advice("en")).trim_end().to_owned() + "\n",
+        exit: Exit::Done,
+    }
+}
+
+fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
+    let (path, bytes) = file(args.file.as_deref())?;
+    let firmware = firmware_of(&bytes)
+        .map_err(|why| Refusal::content(why.with("file", path.display())))?;
+    confirmed(&path, firmware)?;
+    let disk = disk(args).map_err(Refusal::surroundings)?;
+    copy(&bytes, &disk).map_err(Refusal::surroundings)?;
+    if args.no_wait {
+        let done = Diagnostic::note("firmware.copied").with("disk", disk.display());
+        return Ok(Answer {
+            object: json!({ "file": path.display().to_string(), "firmware": number(firmware), "port": null }),
+            text: format!("{}\n", done.message("en")),
+            exit: Exit::Done,
+        });
+    }
+    match came_back(&args.port.port, clock::time) {
+        Some((port, welcome)) if welcome.firmware == firmware => Ok(found(&port, firmware)),
+        Some((port, welcome)) => {
+            let why = Diagnostic::error("firmware.not_taken").with("port", port);
+            let why = why.with("found", number(welcome.firmware)).with("wanted", number(firmware));
+            Err(Refusal::surroundings(why))
+        }
+        None => Err(Refusal::surroundings(Diagnostic::error("firmware.not_seen"))),
+    }
+}
+
+/// The file that was named, or the one that lies beside this program.
+fn file(named: Option<&Path>) -> Result<(PathBuf, Vec<u8>), Refusal> {
+    let beside = || {
+        let folder = std::env::current_exe().ok()?.parent()?.to_owned();
+        PLACES.iter().map(|place| folder.join(place)).find(|path| path.is_file())
+    };
+    let path = named.map(Path::to_owned).or_else(beside);
+    let path = path.ok_or_else(|| Refusal::surroundings(Diagnostic::error("firmware.no_file")))?;
+    let refuse = |reason: String| {
+        let why = Diagnostic::error("firmware.unreadable").with("file", path.display());
+        Refusal::surroundings(why.with("reason", reason))
+    };
+    let length = fs::metadata(&path).map_err(|error| refuse(error.to_string()))?.len();
+    if length > LONGEST {
+        return Err(refuse(format!("{length} > {LONGEST} bytes")));
+    }
+    let bytes = fs::read(&path).map_err(|error| refuse(error.to_string()))?;
+    Ok((path, bytes))
+}
+
+/// A person at this computer wants it.
+fn confirmed(path: &Path, firmware: u32) -> Result<(), Refusal> {
+    let mut input = io::stdin().lock();
+    if !input.is_terminal() {
+        return Err(Refusal::content(Diagnostic::error("firmware.no_person")));
+    }
+    let asks = Diagnostic::note("firmware.confirm").with("file", path.display());
+    let asks = asks.with("firmware", number(firmware)).with("word", WORD);
+    say(format_args!("{} {}", asks.message("en"), asks.advice("en")));
+    let mut typed = String::new();
+    let _ = input.read_line(&mut typed);
+    if typed.trim() == WORD {
+        return Ok(());
+    }
+    Err(Refusal { exit: Exit::Interrupted, ..Refusal::content(Diagnostic::error("firmware.not_confirmed")) })
+}
+
+/// The disk that was named; else that of a board in its boot mode; else the adapter is asked for it.
+fn disk(args: &FlashArgs) -> Result<PathBuf, Diagnostic> {
+    if let Some(disk) = &args.disk {
+        let refused = || Diagnostic::error("firmware.no_boot_disk").with("folder", disk.display());
+        return is_boot_disk(disk).then(|| disk.clone()).ok_or_else(refused);
+    }
+    let mut disks = boot_disks();
+    match disks.len() {
+        0 => boot_disk_of(&args.port.port),
+        1 => Ok(disks.swap_remove(0)),
+        _ => {
+            let names: Vec<String> = disks.iter().map(|disk| disk.display().to_string()).collect();
+            Err(Diagnostic::error("firmware.several_disks").with("disks", names.join(", ")))
+        }
+    }
+}

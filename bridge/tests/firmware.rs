@@ -1,0 +1,108 @@
+//! `annulus firmware flash`: what it refuses, and what it copies. The disk of a board is a folder here; a person is a terminal.
+
+use crate::server::client::{Running, annulus, output};
+use serde_json::Value;
+use serialport::{SerialPort, TTYPort};
+use std::fs::{self, File};
+use std::io::Write;
+use std::path::{Path, PathBuf};
+use tempfile::TempDir;
+
+/// A firmware of one block.
+fn firmware() -> Vec<u8> {
+    let mut out = Vec::new();
+    let head: [u32; 8] = [0x0A32_4655, 0x9E5D_5157, 0x2000, 0x1000_0000, 256, 0, 1, 0xE48B_FF56];
+    head.iter().for_each(|word| out.extend(word.to_le_bytes()));
+    out.extend(b"Annulus step adapter, sources 305419896.");
+    out.resize(508, 0);
+    out.extend(0x0AB1_6F30_u32.to_le_bytes());
+    out
+}
+
+/// A computer with the file and a board in its boot mode.
+struct Desk {
+    home: TempDir,
+    file: PathBuf,
+    disk: PathBuf,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let home = TempDir::new().unwrap();
+        let (file, disk) = (home.path().join("annulus-adapter.uf2"), home.path().join("RPI-RP2"));
+        fs::write(&file, firmware()).unwrap();
+        fs::create_dir(&disk).unwrap();
+        fs::write(disk.join("INFO_UF2.TXT"), "UF2 Bootloader v3.0\r\nBoard-ID: RPI-RP2\r\n").unwrap();
+        Self { home, file, disk }
+    }
+
+    /// Somebody types `word` in a terminal: exit code, and the code of the refusal.
+    fn typed(&self, word: &str, disk: &Path) -> (i32, Value) {
+        let (mut person, terminal) = TTYPort::pair().unwrap();
+        let name = terminal.name().unwrap();
+        let input = File::options().read(true).write(true).open(name).unwrap();
+        let file = self.file.display().to_string();
+        let named = disk.display().to_string();
+        let arguments = ["firmware", "flash", &file, "--disk", &named, "--no-wait", "--json"];
+        let mut command = annulus(&self.home, &arguments);
+        writeln!(person, "{word}").unwrap();
+        let output = command.stdin(input).output().unwrap();
+        let object: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
+        (output.status.code().unwrap_or(-1), object)
+    }
+
+    fn is_written(&self) -> bool {
+        self.disk.join("annulus-adapter.uf2").exists()
+    }
+}
+
+fn code(object: &Value) -> &str {
+    object["error"]["code"].as_str().unwrap_or_default()
+}
+
+#[test]
+fn a_firmware_is_copied_for_a_person_who_typed_the_word_and_for_nobody_else() {
+    let desk = Desk::new();
+    let (file, disk) = (desk.file.display().to_string(), desk.disk.display().to_string());
+    let (exit, object, _) =
+        output(&desk.home, &["firmware", "flash", &file, "--disk", &disk, "--no-wait", "--json"]);
+    assert_eq!((exit, code(&object)), (1, "firmware.no_person"));
+    let (exit, object) = desk.typed("flash it", &desk.disk);
+    assert_eq!((exit, code(&object)), (130, "firmware.not_confirmed"));
+    let (exit, object) = desk.typed("FLASH", desk.home.path());
+    assert_eq!((exit, code(&object)), (3, "firmware.no_boot_disk"));
+    assert!(!desk.is_written());
+    let (exit, object) = desk.typed("FLASH", &desk.disk);
+    assert_eq!((exit, object["firmware"].as_str()), (0, Some("12345678")), "{object}");
+    assert_eq!(fs::read(desk.disk.join("annulus-adapter.uf2")).unwrap(), firmware());
+}
+
+#[test]
+fn a_damaged_file_a_stranger_and_a_missing_one_are_refused_before_anybody_is_asked() {
+    let desk = Desk::new();
+    let mut stranger = firmware();
+    stranger[40] = b'x';
+    for (bytes, wanted) in [
+        (&firmware()[..300], "firmware.damaged"),
+        (&stranger[..], "firmware.stranger"),
+        (&[0; 5 << 20][..], "firmware.unreadable"),
+    ] {
+        fs::write(&desk.file, bytes).unwrap();
+        let (exit, object) = desk.typed("FLASH", &desk.disk);
+        assert_eq!(code(&object), wanted, "{exit} {object}");
+    }
+    fs::remove_file(&desk.file).unwrap();
+    assert_eq!(code(&desk.typed("FLASH", &desk.disk).1), "firmware.unreadable");
+    assert!(!desk.is_written());
+}
+
+#[test]
+fn nothing_is_touched_while_a_bridge_runs() {
+    let desk = Desk::new();
+    let Desk { home, file, disk } = desk;
+    let mut bridge = Running::start_in(home);
+    let desk = Desk { home: bridge.home.take().unwrap(), file, disk };
+    let (exit, object) = desk.typed("FLASH", &desk.disk);
+    assert_eq!((exit, code(&object)), (3, "firmware.bridge_runs"));
+    assert!(!desk.is_written());
+}

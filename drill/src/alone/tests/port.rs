@@ -1,0 +1,243 @@
+//! A page with an adapter at its port: whole boards, and whatever can happen to them.
+
+use super::world::World;
+use super::*;
+use annulus_core::geometry::Point;
+use annulus_core::job::{Command, Cutter, Mark};
+
+fn machine() -> Machine {
+    Machine { output: Output::Adapter, ..virtual_drill() }
+}
+
+fn opened(files: &Memory, mut world: World, seed: u64) -> Bench {
+    let port = world.port_again();
+    Bench::of(Alone::at_port(files.clone(), port, seed, now).unwrap(), Some(world))
+}
+
+/// Homed and with its work zero.
+fn ready(files: &Memory) -> Bench {
+    let mut bench = opened(files, World::new(&machine(), files), 1);
+    bench.home();
+    assert_eq!(bench.status().state, State::Ready, "{:?}", bench.status().alarm);
+    bench.ask(&Ask::SetZero);
+    bench.turn(Duration::from_millis(100));
+    bench
+}
+
+fn drilling(files: &Memory, program: &Program, holes: u32) -> Bench {
+    let mut bench = ready(files);
+    bench.start(program, 0);
+    bench.until(|status| status.state == State::ToolChange);
+    bench.ask(&Ask::ToolChanged);
+    bench.until(|status| status.holes_done >= holes);
+    bench
+}
+
+fn program(count: usize) -> Program {
+    drilled::holes(&machine(), count, 8, |_| 800)
+}
+
+impl Bench {
+    fn world(&mut self) -> &mut World {
+        self.world.as_mut().unwrap()
+    }
+
+    fn go_on(&mut self) {
+        let (key, leg) = self.offer().unwrap();
+        self.start_again(&key, leg);
+        assert_eq!(self.finish().0, Ending::Done);
+    }
+
+    /// The alarm is read, once what it does for safety is done.
+    fn acknowledge(&mut self, code: &str) -> Status {
+        let status = self.until(|status| status.state == State::Alarm);
+        assert_eq!(status.alarm.unwrap().code, code);
+        for _ in 0..100 {
+            (0..50).for_each(|_| self.turn(TURN));
+            // Who said nothing for long is not in control any more.
+            self.ask(&Ask::TakeControl { force: true });
+            self.ask(&Ask::AcknowledgeAlarm);
+            self.turn(TURN);
+            if self.status().alarm.is_none() {
+                return self.status().clone();
+            }
+        }
+        panic!("{:?} {:?}", self.refused(), self.status());
+    }
+}
+
+#[test]
+fn a_board_is_drilled_whole_over_a_bad_cable_too() {
+    let (files, program) = (Memory::default(), program(40));
+    let mut bench = ready(&files);
+    for garbled in [false, true] {
+        bench.world().garble = garbled.then(|| (Chance::new(3), 2_000));
+        bench.start(&program, 0);
+        assert_eq!(bench.finish(), (Ending::Done, 40));
+        let status = bench.until(|status| status.state == State::Ready);
+        assert_eq!((status.trust, status.spindle_rpm, &status.alarm), (Trust::Trusted, 0, &None));
+        let real = bench.world().real();
+        assert_eq!(real[..], status.steps[..3], "what it counts is where it is");
+        let (missing, doubled) = against(&files, &program, status.zero_mm.unwrap());
+        assert_eq!((missing, doubled), (0, if garbled { 40 } else { 0 }));
+    }
+}
+
+/// Circles and lines, milled one behind the other.
+fn milled() -> Program {
+    let mut program = program(1);
+    let (height, feed_um_per_s) = (Length::from_um(-100), 10_000);
+    let mill = |x, y| Command::Mill { to: Point::from_mm(x, y), height, feed_um_per_s };
+    let circle = |x, y, r| Command::MillArc {
+        to: Point::from_mm(x, y),
+        height,
+        center: Point::from_mm(x + r, y),
+        ccw: true,
+        feed_um_per_s,
+    };
+    program.bits[0].cutter = Cutter::Mill;
+    for leg in program.legs.iter_mut().filter(|leg| matches!(leg.mark, Mark::Hole(_))) {
+        leg.mark = Mark::Toolpath(0);
+        leg.commands = vec![
+            Command::Rapid { to: Point::from_mm(2.0, 2.0) },
+            Command::Plunge { to: height, feed_um_per_s: 1_000, gate: None },
+            circle(2.0, 2.0, 5.0),
+            mill(20.0, 7.0),
+            circle(20.0, 7.0, 1.0),
+            mill(2.0, 12.0),
+            mill(2.0, 2.0),
+            Command::Retract { to: program.safe_height },
+        ];
+    }
+    program
+}
+
+#[test]
+fn a_step_costs_few_bytes_of_the_cable() {
+    for (what, program, most) in [("drilling", program(40), 0.25), ("milling", milled(), 1.0)] {
+        let mut bench = ready(&Memory::default());
+        let before = (bench.world().steps, bench.world().bytes);
+        bench.start(&program, 0);
+        bench.until(|status| status.state == State::ToolChange);
+        let change = bench.world().bytes;
+        bench.ask(&Ask::ToolChanged);
+        bench.finish();
+        let world = bench.world();
+        let (steps, bytes) = (world.steps - before.0, world.bytes - before.1);
+        let each = bytes as f64 / steps as f64;
+        println!("{what}: {bytes} bytes for {steps} steps, {each:.3} a step; until the bit is in {}", change - before.1);
+        assert!(each <= most, "{what}: {each}");
+    }
+}
+
+#[test]
+fn stopped_or_without_its_cable_for_a_while_it_rests_on_the_path_and_goes_on() {
+    for seed in 0..6 {
+        let (files, program) = (Memory::default(), program(16));
+        let mut chance = Chance::new(seed);
+        let mut bench = drilling(&files, &program, 1);
+        (0..chance.below(300)).for_each(|_| bench.turn(TURN));
+        if seed % 3 == 0 {
+            bench.ask(&Ask::Stop);
+            bench.until(|status| status.state == State::Ready);
+        } else {
+            bench.world().plug(false);
+            let before = bench.world().steps;
+            (0..200).for_each(|_| bench.turn(TURN));
+            let rests = bench.world().steps;
+            (0..200).for_each(|_| bench.turn(TURN));
+            assert!(bench.world().steps == rests && rests > before, "it rests by itself");
+            bench.world().plug(true);
+            let status = bench.acknowledge("adapter.ran_dry");
+            assert_eq!((status.state, status.trust), (State::Ready, Trust::Trusted), "seed {seed}");
+        }
+        let status = bench.status().clone();
+        assert_eq!(bench.world().real()[..], status.steps[..3], "seed {seed}");
+        bench.go_on();
+        let (missing, doubled) = against(&files, &program, status.zero_mm.unwrap());
+        assert!(missing == 0 && doubled <= 1, "seed {seed}: {missing} missing, {doubled} twice");
+    }
+}
+
+#[test]
+fn closed_at_any_moment_the_adapter_rests_and_the_next_page_goes_on_after_homing() {
+    let program = program(12);
+    for seed in 0..8 {
+        let (files, mut chance) = (Memory::default(), Chance::new(seed));
+        let mut bench = drilling(&files, &program, 0);
+        let zero_mm = bench.status().zero_mm.unwrap();
+        (0..chance.below(1500)).for_each(|_| bench.turn(TURN));
+        let Bench { drill, world: Some(mut world), .. } = bench else { panic!() };
+        drop(drill);
+        NOW.set(NOW.get() + Duration::from_secs(2));
+        world.go_on();
+        let rests = world.steps;
+        NOW.set(NOW.get() + Duration::from_secs(2));
+        world.go_on();
+        assert_eq!(world.steps, rests, "seed {seed}: it rests by itself");
+        let mut bench = opened(&files, world, 100 + seed);
+        let Some((key, leg)) = bench.offer() else { continue };
+        bench.home();
+        assert_eq!(bench.status().zero_mm, Some(zero_mm), "seed {seed}");
+        bench.start_again(&key, leg);
+        assert_eq!(bench.finish().0, Ending::Done);
+        let (missing, doubled) = against(&files, &program, zero_mm);
+        assert!(missing == 0 && doubled <= 1, "seed {seed}: {missing} missing, {doubled} twice");
+    }
+}
+
+#[test]
+fn a_page_that_is_called_too_rarely_runs_dry_and_loses_nothing() {
+    let (files, program) = (Memory::default(), program(12));
+    let mut bench = drilling(&files, &program, 1);
+    // A quarter of a second is nothing to it: so much waits in the adapter.
+    (0..8).for_each(|_| bench.turn(Duration::from_millis(240)));
+    assert_eq!(bench.status().alarm, None);
+    bench.turn(Duration::from_secs(3));
+    let status = bench.acknowledge("adapter.ran_dry");
+    assert_eq!(status.trust, Trust::Trusted);
+    bench.go_on();
+    let (missing, doubled) = against(&files, &program, status.zero_mm.unwrap());
+    assert!(missing == 0 && doubled <= 1, "{missing} missing, {doubled} twice");
+}
+
+#[test]
+fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_goes_on() {
+    let (files, program) = (Memory::default(), program(12));
+    let mut bench = drilling(&files, &program, 2);
+    bench.world().pressed = true;
+    let status = bench.until(|status| status.state == State::Alarm && status.stage.is_none());
+    assert_eq!(status.alarm.unwrap().code, "adapter.emergency_stop");
+    // While it is pressed the alarm comes back.
+    bench.ask(&Ask::AcknowledgeAlarm);
+    bench.turn(Duration::from_millis(500));
+    bench.until(|status| status.state == State::Alarm);
+    bench.world().pressed = false;
+    assert_eq!(bench.acknowledge("adapter.emergency_stop").trust, Trust::Lost);
+    bench.home();
+    let (key, leg) = bench.offer().unwrap();
+    bench.start_again(&key, leg);
+    bench.until(|status| status.state == State::ToolChange);
+    bench.ask(&Ask::ToolChanged);
+    bench.until(|status| status.holes_done >= 5);
+    bench.world().power();
+    assert_eq!(bench.acknowledge("adapter.restarted").trust, Trust::Lost);
+    bench.home();
+    bench.go_on();
+    let (missing, doubled) = against(&files, &program, bench.status().zero_mm.unwrap());
+    assert!(missing == 0 && doubled <= 2, "{missing} missing, {doubled} twice");
+}
+
+#[test]
+fn nobody_at_the_port_or_somebody_else_is_a_sentence() {
+    let files = Memory::default();
+    let mut world = World::new(&machine(), &files);
+    world.plug(false);
+    let port = world.port.clone();
+    let mut bench = Bench::of(Alone::at_port(files.clone(), port.clone(), 1, now).unwrap(), None);
+    let alarm = |bench: &mut Bench| bench.until(|status| status.alarm.is_some()).alarm.unwrap().code;
+    assert_eq!(alarm(&mut bench), "adapter.unplugged");
+    port.opened();
+    bench.ask(&Ask::AcknowledgeAlarm);
+    assert_eq!(alarm(&mut bench), "adapter.no_answer");
+}

@@ -1,0 +1,257 @@
+//! An adapter in memory with the virtual drill at its pins: the adapter's own program, its chip apart.
+//!
+//! Comes in: bytes of a port, what happens to cable and emergency stop. Goes out: bytes, holes in a drilled-board record. Does not know
+//! what is wanted.
+
+use super::{Memory, now};
+use crate::alone::Port;
+use crate::files::{File, Files};
+use crate::owner::board;
+use annulus_core::chance::Chance;
+use annulus_core::machine::Machine;
+use annulus_core::pins::Pins;
+use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
+use annulus_link::adapter::{Adapter, Inputs, Order};
+use annulus_link::frame::ON_LINE;
+use annulus_link::message::Welcome;
+use annulus_link::player::{BEFORE_PULSE, End, WITHOUT_PULSE, Words};
+use annulus_link::receiver::WINDOW;
+use annulus_link::store::Store;
+use annulus_link::{AXES, CYCLES_PER_TICK, TICK_HZ};
+use std::collections::VecDeque;
+use std::sync::mpsc::{Receiver, channel};
+
+/// How often the program goes round, in µs.
+const ROUND_US: u64 = 250;
+/// Words are made so far ahead, in ticks.
+const AHEAD: u32 = 20_000;
+const TICKS_PER_US: u64 = 10;
+
+/// Pulses that were made and not given: cycle and direction.
+#[derive(Default)]
+struct Rings {
+    /// Cycle behind the last word.
+    behind: [u64; AXES],
+    pulses: [VecDeque<(u64, bool)>; AXES],
+    pulse: u32,
+    places: [u32; 8],
+}
+
+impl Words for Rings {
+    fn put(&mut self, axis: usize, word: u32) {
+        let begin = self.behind[axis] + u64::from(word >> 2);
+        if word >> 1 & 1 == 1 {
+            let cycle = begin + u64::from(BEFORE_PULSE);
+            self.pulses[axis].push_back((cycle, word & 1 == 1));
+            self.behind[axis] = cycle + u64::from(self.pulse * CYCLES_PER_TICK);
+        } else {
+            self.behind[axis] = begin + u64::from(WITHOUT_PULSE);
+        }
+    }
+
+    fn places(&mut self, _axis: usize) -> &mut [u32] {
+        &mut self.places
+    }
+
+    fn filled(&mut self, axis: usize, count: u32) {
+        for place in 0..count as usize {
+            self.put(axis, self.places[place]);
+        }
+    }
+}
+
+enum Motion {
+    Rest,
+    Making,
+    Playing(End),
+}
+
+/// The adapter, its cable, and the drill.
+pub(super) struct World {
+    pub(super) port: Port,
+    machine: Machine,
+    adapter: Adapter<'static>,
+    rings: Rings,
+    motion: Motion,
+    /// When the pulses began, and when it is, in µs.
+    begun_us: u64,
+    now_us: u64,
+    drill: VirtualDrill,
+    holes: Receiver<String>,
+    files: Memory,
+    /// The emergency stop is pressed.
+    pub(super) pressed: bool,
+    plugged: bool,
+    /// Turns a bit of one of so many bytes.
+    pub(super) garble: Option<(Chance, usize)>,
+    /// Pulses that were given, and bytes that came.
+    pub(super) steps: u64,
+    pub(super) bytes: u64,
+}
+
+fn fresh() -> Adapter<'static> {
+    let welcome = Welcome {
+        clock_hz: TICK_HZ * CYCLES_PER_TICK,
+        window: WINDOW as u8,
+        axes: AXES as u8,
+        max_rate_hz: 500_000,
+        ..Welcome::default()
+    };
+    Adapter::new(welcome, Box::leak(Box::<Store>::default()))
+}
+
+impl World {
+    /// Plugged in; its drill writes holes down in `files`.
+    pub(super) fn new(machine: &Machine, files: &Memory) -> Self {
+        let (told, holes) = channel();
+        let record = Box::new(move |hole: &VirtualHole| drop(told.send(board::line(hole))));
+        let port = Port::default();
+        port.opened();
+        Self {
+            port,
+            machine: machine.clone(),
+            adapter: fresh(),
+            rings: Rings::default(),
+            motion: Motion::Rest,
+            begun_us: 0,
+            now_us: now().as_micros() as u64,
+            drill: VirtualDrill::new(machine, 7, Faults::default(), record),
+            holes,
+            files: files.clone(),
+            pressed: false,
+            plugged: true,
+            garble: None,
+            steps: 0,
+            bytes: 0,
+        }
+    }
+
+    /// Another page opens the port.
+    pub(super) fn port_again(&mut self) -> Port {
+        self.port = Port::default();
+        self.port.opened();
+        self.port.clone()
+    }
+
+    /// Pulls the cable, or plugs it in again.
+    pub(super) fn plug(&mut self, plugged: bool) {
+        self.plugged = plugged;
+        if plugged { self.port.opened() } else { self.port.gone() }
+    }
+
+    /// The adapter loses its power and gets it again.
+    pub(super) fn power(&mut self) {
+        (self.adapter, self.rings, self.motion) = (fresh(), Rings::default(), Motion::Rest);
+        self.drill.safe();
+    }
+
+    /// Where X, Y and Z really are, in steps.
+    pub(super) fn real(&self) -> [i64; 3] {
+        self.drill.real()
+    }
+
+    /// What happened since.
+    pub(super) fn go_on(&mut self) {
+        let until_us = now().as_micros() as u64;
+        let bytes = self.port.written();
+        self.bytes += bytes.len() as u64;
+        let bytes = if self.plugged { self.spoiled(bytes) } else { Vec::new() };
+        bytes.iter().for_each(|byte| self.adapter.hear(*byte, self.now_us as u32));
+        while self.now_us < until_us {
+            self.now_us = (self.now_us + ROUND_US).min(until_us);
+            self.round();
+        }
+        for hole in self.holes.try_iter() {
+            self.files.append(File::Drilled, hole.as_bytes()).unwrap();
+        }
+    }
+
+    fn spoiled(&mut self, mut bytes: Vec<u8>) -> Vec<u8> {
+        let Some((chance, every)) = &mut self.garble else { return bytes };
+        for byte in &mut bytes {
+            if chance.below(*every) == 0 {
+                *byte ^= 1 << chance.below(8);
+            }
+        }
+        bytes
+    }
+
+    /// The program goes round once.
+    fn round(&mut self) {
+        while let Some(order) = self.adapter.order() {
+            if order == Order::Begin {
+                let pulse = u32::from(self.adapter.settings().pulse);
+                (self.rings, self.begun_us) = (Rings { pulse, ..Rings::default() }, self.now_us);
+                self.adapter.begin();
+                self.motion = Motion::Making;
+            }
+        }
+        self.give();
+        let passed = ((self.now_us - self.begun_us) * TICKS_PER_US) as u32;
+        match self.motion {
+            Motion::Making => {
+                let mut end = None;
+                while end.is_none() && self.adapter.machine() < passed + AHEAD {
+                    end = self.adapter.slice(&mut self.rings);
+                }
+                self.motion = end.map_or(Motion::Making, Motion::Playing);
+            }
+            Motion::Playing(end) if self.adapter.machine() <= passed => {
+                self.motion = Motion::Rest;
+                self.adapter.ended(end);
+            }
+            Motion::Playing(_) | Motion::Rest => {}
+        }
+        let inputs = Inputs { on: self.inputs(), stop: self.pressed };
+        if self.pressed {
+            self.force(None);
+        }
+        self.adapter.attend(inputs, self.now_us as u32);
+        let tick = self.now_us * TICKS_PER_US;
+        self.drill.spindle(tick, if self.adapter.outputs() & 1 == 1 { 20_000 } else { 0 });
+        let mut line = [0; ON_LINE];
+        while let Some(length) = self.adapter.tell(self.now_us as u32, &mut line) {
+            let told = self.spoiled(line[..length].to_vec());
+            if self.plugged {
+                self.port.bytes(&told);
+            }
+        }
+    }
+
+    fn inputs(&mut self) -> u8 {
+        let on = self.drill.inputs(self.now_us * TICKS_PER_US);
+        self.machine.adapter.wired(on)
+    }
+
+    /// Gives the pulses that are due, in their order; a sensor that stops ends it.
+    fn give(&mut self) {
+        let cycles = (self.now_us - self.begun_us) * TICKS_PER_US * u64::from(CYCLES_PER_TICK);
+        loop {
+            let next = |axis: &usize| self.rings.pulses[*axis].front().map_or(u64::MAX, |pulse| pulse.0);
+            let axis = (0..AXES).min_by_key(next).unwrap_or(0);
+            if next(&axis) > cycles {
+                return;
+            }
+            let Some((cycle, forward)) = self.rings.pulses[axis].pop_front() else { return };
+            let tick = self.begun_us * TICKS_PER_US + cycle / u64::from(CYCLES_PER_TICK);
+            self.drill.step(tick, 1 << axis, u8::from(forward) << axis);
+            self.steps += 1;
+            let hit = self.machine.adapter.wired(self.drill.inputs(tick)) & self.adapter.limits();
+            if hit != 0 {
+                self.force(Some(hit.trailing_zeros() as u8));
+            }
+        }
+    }
+
+    /// The pulses are stopped, by an input or by the emergency stop.
+    fn force(&mut self, input: Option<u8>) {
+        let mut index = self.adapter.index();
+        for (index, pulses) in index.iter_mut().zip(&mut self.rings.pulses) {
+            for (_, forward) in pulses.drain(..) {
+                *index -= if forward { 1 } else { -1 };
+            }
+        }
+        self.motion = Motion::Rest;
+        self.adapter.forced(index, input, input.is_none());
+    }
+}

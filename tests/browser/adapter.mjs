@@ -1,0 +1,107 @@
+// The firmware of the USB step adapter in an emulated RP2040, and a carriage with switches that follows its pins. It takes about six times
+// as long as life.
+//
+// Comes in: what happens to the cable. Goes out: a port, and where the carriage is. Steps. Knows nothing of pages.
+
+import { spawn } from "node:child_process";
+import { existsSync } from "node:fs";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+import { root } from "./harness.mjs";
+
+const [STEP, DIRECTION, STOP, INPUT, SPINDLE] = [2, 6, 10, 11, 20]; // pins
+const TURN = 60_000; // cycles: half a millisecond
+/** Where the carriage stands at first, in steps from its switches: X and Y beside them, Z below. */
+const START = [90, 70, -120];
+
+/** The firmware, built; or null where it is not (with ANNULUS_NOTHING_SKIPPED that fails). */
+export function firmware() {
+  const built = process.env.ANNULUS_FIRMWARE ?? join(root, "target/firmware/thumbv6m-none-eabi/release/annulus-firmware");
+  if (existsSync(built) && existsSync(join(root, "bridge/firmware/emulator/node_modules"))) return built;
+  if (process.env.ANNULUS_NOTHING_SKIPPED) throw new Error(`no firmware at ${built}: cargo xtask test adapter builds it`);
+  return null;
+}
+
+/** An adapter with its power on, and its machine. */
+export async function startAdapter(built) {
+  const child = spawn("node", [join(root, "bridge/firmware/emulator/serve.mjs"), built], { stdio: ["pipe", "pipe", "inherit"] });
+  const lines = createInterface({ input: child.stdout })[Symbol.asyncIterator]();
+  const order = async (what) => {
+    child.stdin.write(`${JSON.stringify(what)}\n`);
+    const { value, done } = await lines.next();
+    return done ? null : JSON.parse(value);
+  };
+  await order({ do: "run", cycles: 4_800_000, until: "connected" });
+  await order({ do: "pin", pin: STOP, level: true });
+  const place = [...START];
+  const ways = [false, false, false];
+  const [said, came, waiting, passages] = [[], [], [], []];
+  let [plugged, spindle, steps, over] = [true, false, 0, false];
+  const tell = () => {
+    while (waiting.length && (came.length || !plugged)) waiting.shift()(came.length ? Buffer.concat(came.splice(0)) : null);
+  };
+  const switches = () => [place[0] <= 0, place[1] <= 0, place[2] >= 0];
+  const edge = (pin, level) => {
+    if (pin >= DIRECTION && pin < DIRECTION + 3) ways[pin - DIRECTION] = level;
+    if (pin === SPINDLE) spindle = level;
+    if (pin < STEP || pin >= STEP + 3 || !level) return;
+    const axis = pin - STEP;
+    place[axis] += ways[axis] ? 1 : -1;
+    steps++;
+    if (axis === 2) passages.push([...place, spindle]);
+  };
+  const live = async () => {
+    let on = [false, false, false];
+    while (!over) {
+      const now = switches();
+      for (const [input, level] of now.entries()) {
+        if (on[input] !== level) await order({ do: "pin", pin: INPUT + 2 * input, level });
+      }
+      on = now;
+      const bytes = said.splice(0).flatMap((part) => [...part]);
+      if (plugged && bytes.length) await order({ do: "send", bytes });
+      const answer = await order({ do: "run", cycles: TURN });
+      if (!answer) return;
+      for (let at = 0; at < answer.edges.length; at += 2) edge(answer.edges[at + 1] >> 1, (answer.edges[at + 1] & 1) === 1);
+      if (plugged && answer.bytes.length) came.push(Buffer.from(answer.bytes));
+      tell();
+    }
+  };
+  live();
+  return {
+    usb: { usbVendorId: 0x1209, usbProductId: 0x0001 },
+    plugged: () => plugged,
+    port: () => ({
+      read: () => new Promise((told) => (waiting.push(told), tell())),
+      write: (bytes) => said.push(bytes),
+      close: () => {
+        came.length = 0;
+        while (waiting.length) waiting.shift()(null);
+      },
+    }),
+    /** Pulls the cable, or plugs it in again. */
+    replug: () => {
+      plugged = !plugged;
+      said.length = came.length = 0;
+      tell();
+    },
+    place: () => [...place],
+    spindle: () => spindle,
+    steps: () => steps,
+    /** Every place in the plane at which Z went below `bottom`, one after the other, and whether the spindle turned all the while. */
+    holes: (bottom) => {
+      const found = [];
+      let inside = false;
+      for (const [x, y, z, turns] of passages) {
+        if (z <= bottom && !inside) found.push({ at: [x, y], turned: true });
+        inside = z <= bottom;
+        if (inside) found.at(-1).turned &&= turns;
+      }
+      return found;
+    },
+    kill: () => {
+      over = true;
+      child.kill("SIGKILL");
+    },
+  };
+}
