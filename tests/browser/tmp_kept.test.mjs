@@ -1,0 +1,347 @@
+// What was open is offered again after a reload, is opened only when somebody says so, and loses nothing: with two tabs, a full
+// disk, files that are damaged, very many or very large. New exports of the open board are compared with what was open.
+
+import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { data, downloaded, findings, openBrowser, openPage, picture, root, serveFiles, tab, until } from "./harness.mjs";
+
+let browser;
+before(async () => (browser = await openBrowser("none")));
+after(async () => browser?.close());
+
+const offer = (page) => page.getByText(/was open in this browser until/);
+const holes = async (page) => Number(await data(page, "holes").catch(() => 0));
+
+/** The job that the browser keeps at a place, as text. */
+const kept = (page, place) =>
+  page.evaluate(
+    (key) =>
+      new Promise((found) => {
+        const opening = indexedDB.open("annulus", 1);
+        opening.onerror = () => found("");
+        opening.onupgradeneeded = () => opening.transaction.abort();
+        opening.onsuccess = () => {
+          const asked = opening.result.transaction("projects").objectStore("projects").get(key);
+          asked.onsuccess = () => found(asked.result?.[2] ?? "");
+          asked.onerror = () => found("");
+          opening.result.close();
+        };
+      }),
+    `${place}/job`,
+  );
+
+/** Opens the sample and waits until it lies in the picture. */
+async function openSample(page) {
+  await page.getByRole("button", { name: /Sample board/ }).click();
+  await until(async () => (await holes(page)) > 0, "holes in the picture");
+}
+
+/** Loads the page again and waits for the empty sheet. */
+async function again(page) {
+  await page.reload();
+  await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
+}
+
+test("a board that was open is offered after a reload, with its job as it was", async () => {
+  const bridge = Object.assign(await serveFiles(), {});
+  const { page, problems, context } = await openPage(browser, bridge.url);
+  try {
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
+    assert.equal(await offer(page).count(), 0, "nothing was open yet");
+    await openSample(page);
+    await page.keyboard.press("2");
+    await page.getByRole("button", { name: /1 Isolate/ }).click();
+    await page.getByRole("slider", { name: "Passes" }).focus();
+    await page.keyboard.press("ArrowRight");
+    await until(async () => /passes = 3/.test(await kept(page, 0)), "the changed job in the store");
+
+    await again(page);
+    await offer(page).waitFor();
+    assert.equal(await holes(page), 0, "nothing is opened unasked");
+    assert.deepEqual(await findings(page), [], "the offer is accessible");
+    await page.screenshot({ path: picture("kept-1440") });
+    await page.getByRole("button", { name: "Restore" }).click();
+    await until(async () => (await holes(page)) > 0, "the board in the picture again");
+    await page.keyboard.press("2");
+    await page.getByRole("button", { name: /1 Isolate/ }).click();
+    await until(async () => (await page.getByRole("slider", { name: "Passes" }).inputValue()) === "3", "the job as it was");
+
+    await again(page);
+    await page.getByRole("button", { name: "Discard" }).click();
+    await until(async () => (await offer(page).count()) === 0, "no offer any more");
+    await again(page);
+    await page.waitForTimeout(1000);
+    assert.equal(await offer(page).count(), 0, "what was discarded is gone");
+    assert.deepEqual(problems, [], "nothing was said on the console");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("another board does not push out the one that is on offer", async () => {
+  const bridge = Object.assign(await serveFiles(), {});
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
+    await openSample(page);
+    await until(async () => (await kept(page, 0)) !== "", "the first board in the store");
+    await again(page);
+    await offer(page).waitFor();
+    await openSample(page);
+    await until(async () => (await kept(page, 1)) !== "", "the second board beside it");
+    await again(page);
+    await page.getByRole("button", { name: "Discard" }).click();
+    await until(async () => (await kept(page, 1)) === "", "the second board forgotten");
+    await offer(page).waitFor();
+    assert.notEqual(await kept(page, 0), "", "the first is still there, and offered");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+/** Changes the passes of the isolation once. */
+async function morePasses(page) {
+  await page.keyboard.press("2");
+  await page.getByRole("button", { name: /1 Isolate/ }).click();
+  await page.getByRole("slider", { name: "Passes" }).focus();
+  await page.keyboard.press("ArrowRight");
+}
+
+test("of two tabs on one project one writes, the other says so and keeps a copy", async () => {
+  const bridge = Object.assign(await serveFiles(), {});
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await openSample(page);
+    await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+    const before = await kept(page, 0);
+    const other = await context.newPage();
+    await other.goto(bridge.url);
+    await other.getByText("sensor is open in another tab, which keeps it.").waitFor();
+    assert.equal(await other.getByRole("button", { name: "Discard" }).count(), 0, "what another tab has is not thrown away");
+    assert.deepEqual(await findings(other), []);
+    await other.screenshot({ path: picture("kept-elsewhere-1440") });
+    await other.getByRole("button", { name: "Open a copy" }).click();
+    await until(async () => (await holes(other)) > 0, "the copy in the picture");
+    await other.getByText(/open in another tab too/).waitFor();
+    await morePasses(other);
+    await until(async () => /passes = 3/.test(await kept(other, 1)), "the copy at a place of its own");
+    assert.equal(await kept(page, 0), before, "the first tab's is as it was");
+    await page.close();
+    await again(other);
+    await other.getByRole("button", { name: "Restore" }).first().waitFor();
+    await other.getByText("Earlier boards: 1").click();
+    assert.equal(await other.getByRole("button", { name: "Restore" }).count(), 2, "both are there, and neither is open elsewhere now");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("edits that never rest are kept while they go on, and one made just before the page is left", async () => {
+  const bridge = Object.assign(await serveFiles(), {});
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await openSample(page);
+    await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+    await morePasses(page);
+    const passes = async () => Number((await kept(page, 0)).match(/passes = (\d+)/)?.[1] ?? 0);
+    let up = true;
+    await until(async () => {
+      await page.keyboard.press(up ? "ArrowRight" : "ArrowLeft");
+      up = !up;
+      return (await passes()) >= 3;
+    }, "a change in the store while others follow");
+    await page.keyboard.press("End");
+    const last = Number(await page.getByRole("slider", { name: "Passes" }).inputValue());
+    await page.goto("about:blank");
+    await page.goto(bridge.url);
+    await page.getByRole("button", { name: "Restore" }).click();
+    await until(async () => (await holes(page)) > 0, "the board in the picture again");
+    await page.keyboard.press("2");
+    await page.getByRole("button", { name: /1 Isolate/ }).click();
+    await until(async () => Number(await page.getByRole("slider", { name: "Passes" }).inputValue()) === last, "the last edit");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("a full store is told and stays told, the project can be saved, and what is kept later is all of it", async () => {
+  const bridge = Object.assign(await serveFiles(), {});
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
+    const session = await context.newCDPSession(page);
+    await session.send("Storage.overrideQuotaForOrigin", { origin: new URL(bridge.url).origin, quotaSize: 1 });
+    await openSample(page);
+    await page.getByText(/There is no room left in the browser/).first().waitFor();
+    const unkept = page.getByRole("button", { name: "Not kept: save the project" });
+    await unkept.waitFor();
+    assert.equal(await kept(page, 0), "");
+    assert.deepEqual(await findings(page), []);
+    const files = await downloaded(page, unkept);
+    assert.ok(files.size > 0, "it can be saved all the same");
+    await session.send("Storage.overrideQuotaForOrigin", { origin: new URL(bridge.url).origin });
+    await morePasses(page);
+    await until(async () => /passes = 3/.test(await kept(page, 0)), "the board and its job in the store");
+    await until(async () => (await unkept.count()) === 0, "nothing to be told any more");
+    await again(page);
+    await page.getByRole("button", { name: "Restore" }).click();
+    await until(async () => (await holes(page)) > 0, "its files too");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+/** The files of the sample board. */
+const sample = (name) => ({ name, mimeType: "application/octet-stream", buffer: readFileSync(join(root, "www/examples", name)) });
+const SAMPLE = ["sensor.drl", "sensor-top.gbr", "sensor-outline.gbr"].map(sample);
+
+/** The same drill file, changed. */
+const drill = (change) => ({ ...SAMPLE[0], buffer: Buffer.from(change(SAMPLE[0].buffer.toString())) });
+const oneMore = (text) => text.replace("T1\nX14.", "T1\nX12.345Y6.789\nX14.");
+
+/** Lets the page choose these files by `button`. */
+async function choose(page, button, files) {
+  const chooser = page.waitForEvent("filechooser");
+  await button.click();
+  await (await chooser).setFiles(files);
+}
+
+/** Drops files on the page. */
+const drop = (page, files) =>
+  page.evaluate((files) => {
+    const data = new DataTransfer();
+    for (const { name, bytes } of files) data.items.add(new File([Uint8Array.from(atob(bytes), (letter) => letter.charCodeAt(0))], name));
+    window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+  }, files.map(({ name, buffer }) => ({ name, bytes: buffer.toString("base64") })));
+
+test("a file exported anew takes the place of its namesake, what changed is shown, and there is a way back", async () => {
+  const bridge = Object.assign(await serveFiles(), {});
+  const { page, context, problems } = await openPage(browser, bridge.url);
+  try {
+    await choose(page, page.getByRole("button", { name: "Open files…" }), SAMPLE);
+    await until(async () => (await holes(page)) > 0, "holes in the picture");
+    const before = await holes(page);
+    await page.getByText(/^Planned .* m,/).waitFor();
+    await morePasses(page);
+    await drop(page, [drill(oneMore)]);
+    const panel = page.getByRole("region", { name: "New exports of this board" });
+    await panel.getByText("1 hole added").waitFor();
+    assert.equal(await holes(page), before + 1);
+    await panel.getByText(/Exported anew: sensor\.drl/).waitFor();
+    await panel.getByRole("button", { name: /^Added: X 12/ }).click();
+    assert.deepEqual(await findings(page), []);
+    for (const [width, height] of [[1440, 900], [820, 1180], [390, 844]]) {
+      await page.setViewportSize({ width, height });
+      await page.screenshot({ path: picture(`anew-${width}`) });
+    }
+    await page.setViewportSize({ width: 1440, height: 900 });
+    await page.keyboard.press("2");
+    await page.getByRole("button", { name: /1 Isolate/ }).click();
+    assert.equal(await page.getByRole("slider", { name: "Passes" }).inputValue(), "3", "the job is the person's");
+    await tab(page, "Board").click();
+    await panel.getByRole("button", { name: "Back to the files before" }).click();
+    await until(async () => (await holes(page)) === before, "the files from before");
+    await page.getByText(/^Planned .* m,/).waitFor();
+    // By whatever name, where the person says that they are of this board.
+    const other = { ...drill(oneMore), name: "sensor-v2.drl" };
+    await choose(page, page.getByRole("button", { name: "New exports…" }), [other, ...SAMPLE.slice(1)]);
+    await panel.getByText("1 hole added").waitFor();
+    await panel.getByRole("button", { name: "Open as another board" }).click();
+    await until(async () => (await panel.count()) === 0, "a board by itself");
+    await until(async () => (await holes(page)) === before + 1, "with its own holes");
+    assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("files that the system opened with the page are followed: written anew, they are offered when the page is looked at", async () => {
+  const bridge = Object.assign(await serveFiles(), {});
+  const { page, context } = await openPage(browser, "about:blank");
+  try {
+    await page.addInitScript(() => {
+      const queue = { setConsumer: (take) => (queue.take = take) };
+      Object.defineProperty(window, "launchQueue", { value: queue });
+    });
+    await page.goto(bridge.url);
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
+    /** Writes a file and gives its handle to `launchQueue` where that is wanted. */
+    const write = (file, launch) =>
+      page.evaluate(
+        async ([name, text, launch]) => {
+          const folder = await navigator.storage.getDirectory();
+          const handle = await folder.getFileHandle(name, { create: true });
+          const out = await handle.createWritable();
+          await out.write(text);
+          await out.close();
+          if (launch) window.launchQueue.take({ files: [handle] });
+        },
+        [file.name, file.buffer.toString(), launch],
+      );
+    await write(SAMPLE[0], true);
+    await until(async () => (await holes(page)) > 0, "the holes of the file");
+    const before = await holes(page);
+    await page.evaluate(() => window.dispatchEvent(new Event("focus")));
+    const take = page.getByRole("button", { name: "Take in and compare" });
+    await page.waitForTimeout(500);
+    assert.equal(await take.count(), 0, "nothing was written");
+    await write(drill(oneMore), false);
+    await page.evaluate(() => window.dispatchEvent(new Event("focus")));
+    await take.waitFor();
+    assert.equal(await holes(page), before, "nothing is taken in unasked");
+    await take.click();
+    await page.getByRole("region", { name: "New exports of this board" }).getByText("1 hole added").waitFor();
+    assert.equal(await holes(page), before + 1);
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("damaged projects, two hundred files and a layer of 100 MB are told of, and what was open stays or is there again", async () => {
+  const bridge = Object.assign(await serveFiles(), {});
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await openSample(page);
+    const before = await holes(page);
+    const open = async (files) => {
+      await page.keyboard.press("Escape");
+      const chooser = page.waitForEvent("filechooser");
+      await page.keyboard.press("Control+o");
+      await (await chooser).setFiles(files);
+    };
+    await open([{ name: "broken.annulus", mimeType: "application/zip", buffer: Buffer.from("PK\u0003\u0004 nothing") }]);
+    await page.locator(".toast").first().waitFor();
+    assert.equal(await holes(page), before, "what was open stays");
+    const many = Array.from({ length: 200 }, (_, at) => ({ ...SAMPLE[0], name: `many/${at}.drl` }));
+    await drop(page, many);
+    await page.getByRole("heading", { name: "What was found in the files" }).waitFor();
+    await page.screenshot({ path: picture("many-1440") });
+    await page.getByRole("button", { name: "Close the board" }).click();
+    await page.getByRole("button", { name: "Restore" }).first().waitFor();
+    // 100 MB of flashes, made in the page: no message between here and there may be as long.
+    await page.evaluate(() => {
+      const line = "X0010000Y0010000D03*\n".repeat(50_000);
+      const parts = ["%FSLAX36Y36*%%MOMM*%%ADD10C,1*%D10*\n", ...Array(100).fill(line), "M02*\n"];
+      const data = new DataTransfer();
+      data.items.add(new File(parts, "huge-F_Cu.gbr"));
+      window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
+    });
+    await page.getByRole("heading", { name: "What was found in the files" }).waitFor();
+    await page.screenshot({ path: picture("huge-1440") });
+    await page.getByRole("button", { name: "Close the board" }).click();
+    await page.getByRole("button", { name: "Restore" }).first().click();
+    await until(async () => (await holes(page)) > 0, "a board again");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
