@@ -164,7 +164,8 @@ async fn keep_for_good() {
 
 /// Whether there was no room.
 fn is_full(why: &JsValue) -> bool {
-    why.dyn_ref::<web_sys::DomException>().is_some_and(|why| why.name() == "QuotaExceededError")
+    let name = why.dyn_ref::<web_sys::DomException>().map(web_sys::DomException::name);
+    matches!(name.as_deref(), Some("QuotaExceededError" | "NS_ERROR_DOM_QUOTA_REACHED"))
 }
 
 async fn put(place: u32, name: &str, job: &str, files: Option<Vec<u8>>, at_ms: f64) -> Result<(), JsValue> {
