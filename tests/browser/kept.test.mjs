@@ -321,9 +321,12 @@ test("damaged projects, two hundred files and a layer of 100 MB are told of, and
     await open([{ name: "broken.annulus", mimeType: "application/zip", buffer: Buffer.from("PK\u0003\u0004 nothing") }]);
     await page.locator(".toast").first().waitFor();
     assert.equal(await holes(page), before, "what was open stays");
-    const many = Array.from({ length: 200 }, (_, at) => ({ ...SAMPLE[0], name: `many/${at}.drl` }));
+    const many = Array.from({ length: 200 }, (_, at) => ({
+      name: `many-${at}.drl`,
+      buffer: Buffer.from(`M48\nMETRIC\nT1C0.8\n%\nT1\nX${at}.0Y5.0\nM30\n`),
+    }));
     await drop(page, many);
-    await page.getByRole("heading", { name: "What was found in the files" }).waitFor();
+    await page.getByRole("heading", { name: "These files are of 200 boards" }).waitFor();
     await page.screenshot({ path: picture("many-1440") });
     await page.getByRole("button", { name: "Close the board" }).click();
     await page.getByRole("button", { name: "Restore" }).first().waitFor();
@@ -335,10 +338,13 @@ test("damaged projects, two hundred files and a layer of 100 MB are told of, and
       data.items.add(new File(parts, "huge-F_Cu.gbr"));
       window.dispatchEvent(new DragEvent("drop", { dataTransfer: data, bubbles: true, cancelable: true }));
     });
-    await page.getByRole("heading", { name: "What was found in the files" }).waitFor();
+    await page.getByText(/Nothing in these files can be drilled or milled/).first().waitFor();
     await page.screenshot({ path: picture("huge-1440") });
     await page.getByRole("button", { name: "Close the board" }).click();
-    await page.getByRole("button", { name: "Restore" }).first().click();
+    await page.getByRole("button", { name: "Restore" }).first().waitFor();
+    const earlier = page.getByText(/^Earlier boards: /);
+    if (await earlier.isVisible()) await earlier.click();
+    await page.getByRole("region", { name: "A board that was open before" }).filter({ hasText: /^sensor was/ }).getByRole("button", { name: "Restore" }).click();
     await until(async () => (await holes(page)) > 0, "a board again");
   } finally {
     await context.close();

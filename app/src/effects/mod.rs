@@ -100,6 +100,7 @@ fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: E
         Effect::StayAwake { on } => awake.want(on),
         Effect::LookInStore => places.look(),
         Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),
+        Effect::LeaveInStore { place, job, at_ms } => store::leave(place, &job, at_ms),
         Effect::HoldPlace { place } => places.hold(place),
         Effect::TakeFromStore { place } => places.take(place),
         Effect::LookForDrawings { own } => drawings::look(own),

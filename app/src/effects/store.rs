@@ -7,7 +7,7 @@
 //! Comes in: records. Goes out: records, as events. Does not know what a project is.
 
 use super::locks::{self, Held};
-use crate::browser::window;
+use crate::browser::{kept_storage, window};
 use crate::model::keeping::PLACES;
 use crate::model::{Event, KeepEvent, Offer};
 use crate::page::send;
@@ -130,13 +130,15 @@ impl Places {
     async fn claim(&self) -> Option<u32> {
         let mut places = Vec::new();
         for place in 0..PLACES {
-            let at_ms = row(place).await.map_or(f64::NEG_INFINITY, |(offer, _)| offer.at_ms);
-            places.push((at_ms, place));
+            let found = row(place).await;
+            // What this tab holds and has something in it is about to be opened.
+            if found.is_none() || !self.0.borrow().contains_key(&place) {
+                places.push((found.map_or(f64::NEG_INFINITY, |(offer, _)| offer.at_ms), place));
+            }
         }
         places.sort_by(|a, b| a.0.total_cmp(&b.0));
         for (_, place) in places {
-            let own = self.0.borrow().contains_key(&place);
-            if !own && self.get_hold(place).await {
+            if self.get_hold(place).await {
                 // Some browsers ask the person first: nothing waits for that.
                 spawn_local(keep_for_good());
                 return Some(place);
@@ -162,7 +164,8 @@ async fn keep_for_good() {
 
 /// Whether there was no room.
 fn is_full(why: &JsValue) -> bool {
-    why.dyn_ref::<web_sys::DomException>().is_some_and(|why| why.name() == "QuotaExceededError")
+    let name = why.dyn_ref::<web_sys::DomException>().map(web_sys::DomException::name);
+    matches!(name.as_deref(), Some("QuotaExceededError" | "NS_ERROR_DOM_QUOTA_REACHED"))
 }
 
 async fn put(place: u32, name: &str, job: &str, files: Option<Vec<u8>>, at_ms: f64) -> Result<(), JsValue> {
@@ -173,7 +176,35 @@ async fn put(place: u32, name: &str, job: &str, files: Option<Vec<u8>>, at_ms: f
         table.put_with_key(&files, &files_key(place))?;
     }
     table.put_with_key(&row, &job_key(place))?;
-    finished(&done).await
+    finished(&done).await?;
+    if left(place).is_some_and(|(left_ms, _)| left_ms <= at_ms) {
+        forget_left(place);
+    }
+    Ok(())
+}
+
+/// Where a job is put while the page is being left, before the number of its place.
+const LEFT: &str = "annulus.left.";
+
+/// Keeps a job at once: what takes time does not happen any more in a page that is being left.
+pub(super) fn leave(place: u32, job: &str, at_ms: f64) {
+    if let Some(storage) = kept_storage() {
+        // Where there is no room, what the store has is half a second old at most.
+        let _ = storage.set_item(&format!("{LEFT}{place}"), &format!("{at_ms} {job}"));
+    }
+}
+
+/// When a page that kept a place was left, and the job as it was then.
+fn left(place: u32) -> Option<(f64, String)> {
+    let text = kept_storage()?.get_item(&format!("{LEFT}{place}")).ok()??;
+    let (at_ms, job) = text.split_once(' ')?;
+    Some((at_ms.parse().ok()?, job.to_owned()))
+}
+
+fn forget_left(place: u32) {
+    if let Some(storage) = kept_storage() {
+        let _ = storage.remove_item(&format!("{LEFT}{place}"));
+    }
 }
 
 /// Forgets what is at a place.
@@ -185,6 +216,7 @@ pub(super) fn forget(place: u32) {
             table.delete(&job_key(place))?;
             finished(&done).await
         };
+        forget_left(place);
         if let Err(why) = gone.await {
             web_sys::console::warn_1(&why);
         }
@@ -204,6 +236,7 @@ fn job_key(place: u32) -> JsValue {
 async fn row(place: u32) -> Option<(Offer, String)> {
     let row: Array = get(&job_key(place)).await.ok()?.dyn_into().ok()?;
     let (at_ms, name, job) = (row.get(0).as_f64()?, row.get(1).as_string()?, row.get(2).as_string()?);
+    let (at_ms, job) = left(place).filter(|(left_ms, _)| *left_ms > at_ms).unwrap_or((at_ms, job));
     Some((Offer { place, name, at_ms, elsewhere: false }, job))
 }
 

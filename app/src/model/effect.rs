@@ -159,6 +159,15 @@ pub enum Effect {
         /// When, in ms since 1970.
         at_ms: f64,
     },
+    /// Keep a job at once, while the page is being left, until the store is written again.
+    LeaveInStore {
+        /// Where.
+        place: u32,
+        /// The job as text.
+        job: String,
+        /// When, in ms since 1970.
+        at_ms: f64,
+    },
     /// Hold this place for this tab and let go of any other.
     HoldPlace {
         /// Which; none for none.

@@ -175,8 +175,8 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
         KeepEvent::Found { offers } => found(model, offers),
         KeepEvent::Looked if model.board.document.is_none() => vec![Effect::LookInStore],
         KeepEvent::Rested { change } if change > model.keeping.kept_change => keep(model),
-        KeepEvent::Leaving if model.keeping.change > model.keeping.kept_change => keep(model),
-        KeepEvent::Looked | KeepEvent::Rested { .. } | KeepEvent::Leaving => Vec::new(),
+        KeepEvent::Leaving => left(model),
+        KeepEvent::Looked | KeepEvent::Rested { .. } => Vec::new(),
         KeepEvent::Written { place, full } => written(model, place, full),
         KeepEvent::Restore { offer } => {
             let place = offer.place;
@@ -212,6 +212,22 @@ pub(super) fn leaving(model: &mut Model) -> Vec<Effect> {
     let open = model.board.document.as_ref();
     let has_place = open.zip(model.keeping.kept.as_ref()).is_some_and(|(open, kept)| Arc::ptr_eq(open, kept));
     if has_place && model.keeping.change > model.keeping.kept_change { keep(model) } else { Vec::new() }
+}
+
+/// The page is left, or hidden: the job that is not in the store yet is put where that takes no time.
+fn left(model: &mut Model) -> Vec<Effect> {
+    let keeping = &model.keeping;
+    let is_new = keeping.change > keeping.kept_change;
+    let open = model.board.document.as_ref().zip(keeping.kept.as_ref());
+    let place = keeping.place.filter(|_| open.is_some_and(|(open, kept)| Arc::ptr_eq(open, kept)));
+    let left = place.zip(model.job.work.as_ref()).filter(|_| is_new || keeping.store != Store::Rests);
+    let at_ms = model.clock.wall_ms;
+    let left = left.map(|(place, work)| Effect::LeaveInStore { place, job: project::write(work), at_ms });
+    let mut effects: Vec<Effect> = left.into_iter().collect();
+    if is_new {
+        effects.extend(keep(model));
+    }
+    effects
 }
 
 /// The project is closed; it is on offer with the others.

@@ -97,7 +97,7 @@ mod tests {
             .collect()
     }
 
-    fn told(anew: Option<ExportedAnew>) -> String {
+    fn in_words(anew: Option<ExportedAnew>) -> String {
         let Some(anew) = anew else { return "another board".to_owned() };
         let files =
             anew.files.iter().map(|(name, bytes)| format!("{name}={}", String::from_utf8_lossy(bytes)));
@@ -130,7 +130,11 @@ mod tests {
             ("a.drl=1", "", "another board"),
         ];
         for (open, brought, expected) in rows {
-            assert_eq!(told(exported_anew(&files(open), &files(brought))), expected, "{open} + {brought}");
+            assert_eq!(
+                in_words(exported_anew(&files(open), &files(brought))),
+                expected,
+                "{open} + {brought}"
+            );
         }
     }
 

@@ -143,10 +143,23 @@ fn chosen(model: &mut Model, files: Files) -> Vec<Effect> {
     let Some(open) = model.board.document.clone().filter(|open| open.files != files) else {
         return files::chosen(model, files);
     };
-    let anew = exports(model, &files).unwrap_or_else(|| {
-        let names = |files: &Files| files.iter().map(|(name, _)| name.clone()).collect();
-        let (added, gone) = (names(&files), names(&open.files));
-        ExportedAnew { files: files.clone(), replaced: Vec::new(), added, gone }
+    // Where one of them is called otherwise, they are all the files that there are.
+    let parts = exports(model, &files).filter(|anew| anew.added.is_empty());
+    let anew = parts.unwrap_or_else(|| {
+        let bytes = |of: &Files, name: &str| {
+            of.iter().find(|(other, _)| other == name).map(|(_, bytes)| bytes.clone())
+        };
+        let named = |of: &Files, fits: &dyn Fn(&str) -> bool| -> Vec<String> {
+            of.iter().map(|(name, _)| name).filter(|name| fits(name)).cloned().collect()
+        };
+        let is_other =
+            |name: &str| bytes(&open.files, name).is_some_and(|before| bytes(&files, name) != Some(before));
+        ExportedAnew {
+            replaced: named(&files, &is_other),
+            added: named(&files, &|name| bytes(&open.files, name).is_none()),
+            gone: named(&open.files, &|name| bytes(&files, name).is_none()),
+            files: files.clone(),
+        }
     });
     read(model, Brought { anew, files })
 }

@@ -51,6 +51,9 @@ fn which_files_are_open_follows_what_was_brought() {
             ("open certain open-anew certain another certain", "a.drl=[3]"),
             ("open certain chosen-anew certain", "c.drl=[2] d.drl=[2]"),
             ("open certain chosen-anew certain back", "a.drl=[1] b.drl=[1]"),
+            // one of those that were chosen is called otherwise: they are all that there are
+            ("open certain chosen-anew-mixed certain", "a.drl=[3] c.drl=[2]"),
+            ("open certain chosen-anew-one certain", "a.drl=[3] b.drl=[1]"),
             ("open certain on-disk take-from-disk certain", "a.drl=[1] b.drl=[9]"),
             ("open certain open-anew certain compared seen back", "a.drl=[3] b.drl=[1]"),
         ],

@@ -77,6 +77,7 @@ fn word(effect: &Effect) -> String {
             let place = place.map_or_else(|| "new".to_owned(), |place| place.to_string());
             format!("write:{place}{}", if files.is_some() { "+files" } else { "" })
         }
+        Effect::LeaveInStore { place, .. } => format!("leave:{place}"),
         Effect::HoldPlace { place: Some(place) } => format!("hold:{place}"),
         Effect::HoldPlace { place: None } => "hold-none".to_owned(),
         Effect::TakeFromStore { place } => format!("take:{place}"),
@@ -389,6 +390,10 @@ impl Story {
         let event = match word {
             "choose-anew" => AnewEvent::Choose,
             "chosen-anew" => AnewEvent::Chosen { files: other_files() },
+            "chosen-anew-one" => AnewEvent::Chosen { files: vec![("a.drl".to_owned(), vec![3])] },
+            "chosen-anew-mixed" => AnewEvent::Chosen {
+                files: vec![("a.drl".to_owned(), vec![3]), ("c.drl".to_owned(), vec![2])],
+            },
             "on-disk" => AnewEvent::OnDisk { files: written(9) },
             "on-disk-same" => AnewEvent::OnDisk { files: written(1) },
             "take-from-disk" => {

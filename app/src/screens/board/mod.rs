@@ -16,7 +16,7 @@ use leptos::prelude::*;
 /// The panels beside the picture.
 pub(crate) fn board() -> impl IntoView {
     (
-        div().class("panel left holes").child((layers::panel(), holes::holes())),
-        div().class("panel right inspector").child((anew::block(), inspector())),
+        div().class("panel left holes").child((anew::block(), layers::panel(), holes::holes())),
+        div().class("panel right inspector").child(inspector()),
     )
 }

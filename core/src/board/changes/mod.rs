@@ -292,12 +292,12 @@ fn shift(before: &Board, now: &Board) -> Point {
         [things(&board.holes), things(&board.slots), corners.collect()].concat()
     };
     let (old, new) = (all(before, &from), all(now, &to));
-    let ways = from.iter().zip(&to).filter_map(|(from, to)| from.zip(*to)).flat_map(|(from, to)| {
+    let offsets = from.iter().zip(&to).filter_map(|(from, to)| from.zip(*to)).flat_map(|(from, to)| {
         [(from.min, to.min), (from.max, to.max)].map(|(a, b)| Point::new(b.x - a.x, b.y - a.y))
     });
     let stays = found(&old, &new, Point::default());
-    let ways: BTreeSet<Point> = ways.filter(|way| !near(*way, Point::default())).collect();
-    let best = ways.into_iter().map(|way| (found(&old, &new, way), way)).max_by_key(|(count, _)| *count);
+    let offsets: BTreeSet<Point> = offsets.filter(|way| !near(*way, Point::default())).collect();
+    let best = offsets.into_iter().map(|way| (found(&old, &new, way), way)).max_by_key(|(count, _)| *count);
     match best {
         Some((count, way)) if count > stays && 2 * count >= old.len() => way,
         _ => Point::default(),

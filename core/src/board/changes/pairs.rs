@@ -120,30 +120,30 @@ pub(super) fn pairs(before: &[Thing], now: &[Thing]) -> Vec<(usize, usize)> {
     partner.into_iter().enumerate().filter_map(|(number, other)| Some((number, other?))).collect()
 }
 
-/// Finds partners for what has none, by the ways that most of them went.
+/// Finds partners for what has none, by the way that most of them went.
 fn moved(before: &[Thing], now: &[Thing], partner: &mut [Option<usize>], taken: &mut [bool]) {
     let left: Vec<usize> = (0..before.len()).filter(|number| partner[*number].is_none()).collect();
     let free: Vec<usize> = (0..now.len()).filter(|number| !taken[*number]).collect();
     if left.len().saturating_mul(free.len()) > MOST_WEIGHED {
         return;
     }
-    let mut ways: BTreeMap<(i64, i64), Vec<(usize, usize)>> = BTreeMap::new();
+    let mut offsets: BTreeMap<(i64, i64), Vec<(usize, usize)>> = BTreeMap::new();
     for &number in &left {
         for &other in &free {
             let (from, to) = (&before[number], &now[other]);
             if from.same_size(to) && from.same_shape(to) {
                 let way = cell(Point::new(to.at.x - from.at.x, to.at.y - from.at.y));
-                ways.entry(way).or_default().push((number, other));
+                offsets.entry(way).or_default().push((number, other));
             }
         }
     }
     // The way that most went, then the shortest.
-    let mut ways: Vec<_> = ways.into_values().collect();
+    let mut offsets: Vec<_> = offsets.into_values().collect();
     let far_mm = |pairs: &[(usize, usize)]| {
         pairs.first().map_or(0.0, |(number, other)| before[*number].at.distance_mm(now[*other].at))
     };
-    ways.sort_by(|a, b| b.len().cmp(&a.len()).then(far_mm(a).total_cmp(&far_mm(b))));
-    for way in ways {
+    offsets.sort_by(|a, b| b.len().cmp(&a.len()).then(far_mm(a).total_cmp(&far_mm(b))));
+    for way in offsets {
         let believed_mm = ALONE_MM * way.len() as f64;
         if far_mm(&way) > believed_mm {
             continue;

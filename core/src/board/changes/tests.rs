@@ -133,7 +133,7 @@ fn a_part_takes_its_holes_along_in_rows_and_crossed() {
     let before = with(|board| board.holes.extend(row(50.0, 30.0)));
     let now = with(|board| board.holes.extend(row(57.62, 41.0)));
     let found = changes(&before, &now);
-    let ways: BTreeSet<(i64, i64)> = found
+    let offsets: BTreeSet<(i64, i64)> = found
         .holes
         .iter()
         .map(|one| {
@@ -141,7 +141,7 @@ fn a_part_takes_its_holes_along_in_rows_and_crossed() {
             ((to.x - from.x).nm(), (to.y - from.y).nm())
         })
         .collect();
-    assert_eq!((found.holes.len(), ways), (8, BTreeSet::from([(7_620_000, 11_000_000)])));
+    assert_eq!((found.holes.len(), offsets), (8, BTreeSet::from([(7_620_000, 11_000_000)])));
 }
 
 #[test]
