@@ -72,6 +72,7 @@ pub(crate) struct Drill {
 impl Drill {
     /// Opens the drill whose jobs, journal and drilled-board record live in `folder`. Nothing moves. `speed` is
     /// how many times faster than life the virtual drill runs.
+    #[cfg(test)]
     pub(crate) fn open(folder: &Path, machine: Machine, speed: f64) -> Result<Self, Refusal> {
         Self::open_with(folder, machine, speed, Faults::default())
     }
