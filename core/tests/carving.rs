@@ -200,7 +200,7 @@ fn a_zone_is_not_passed_and_the_plane_waits_until_the_tip_is_up() {
     // The V-bit of 3 mm goes round (14, 10) at 6 mm.
     let mut round = good.clone();
     round.legs[1].commands = vec![rapid(2.0, 2.0), plunge(-200), up()];
-    let arc = told(&round, vec![zone(13.5, 17.2, 1.0)]);
+    let arc = told(&round, vec![zone(14.0, 17.2, 1.0)]);
     assert_eq!(arc.iter().map(|one| (one.fault, one.leg)).collect::<Vec<_>>(), [(Fault::Clamp, 3)]);
     assert_eq!(told(&round, vec![zone(13.5, 17.7, 1.0), zone(13.5, 10.5, 1.0)]), []);
     // From hole to hole at Y 25, over a zone between them.

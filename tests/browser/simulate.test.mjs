@@ -26,6 +26,7 @@ test("a line leads to its second, a second to its line, and so does a press in t
     const rows = list(page).getByRole("option");
     assert.match(await rows.first().innerText(), /\.nc/, "a file begins with its name");
     const began = await clock(page);
+    await page.getByRole("slider", { name: "Time", exact: true }).focus();
     await page.keyboard.press("End");
     await until(async () => (await clock(page)) !== began, "the end");
     await until(async () => /M2|M30|G0/.test((await marked(page).allInnerTexts()).join(" ")), "the last lines are marked");

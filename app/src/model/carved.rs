@@ -18,6 +18,8 @@ use std::sync::Arc;
 
 /// So many cells are looked at in a frame.
 const FRAME_CELLS: u64 = 1_200_000;
+/// In one in which nothing is to be shown: nobody waits, and nobody shall notice.
+const UNSEEN_CELLS: u64 = 200_000;
 /// A blank is so much larger than what is cut of it.
 const RIM: Length = Length::from_um(1_500);
 /// Deeper than this under the board the tip is in more than a spoil board.
@@ -33,7 +35,7 @@ pub(super) fn carve(carving: &mut Carving, at_s: f64, shown: &mut Option<Arc<Sto
 
 /// Carves what was never carved, as far as one frame goes, without showing it; true once nothing is left.
 pub(super) fn explore(carving: &mut Carving) -> bool {
-    carving.explore(FRAME_CELLS)
+    carving.explore(UNSEEN_CELLS)
 }
 
 /// Whether the board in space shows another second than `at_s`.

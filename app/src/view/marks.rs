@@ -184,6 +184,24 @@ mod tests {
     }
 
     #[test]
+    fn from_afar_other_lines_are_drawn_in_the_place_of_many() {
+        let piece = |at: u32| {
+            let (a_mm, b_mm) = ([at as f32 * 0.001, 0.0], [(at + 1) as f32 * 0.001, 0.0]);
+            Line { a_mm, b_mm, width: Width::Px(1.0), colour: Colour::rgb(0), order: 3 }
+        };
+        let scene = Scene { lines: (0..50_000).map(piece).collect(), ..scene() };
+        let marks = build(&scene, &Palette::DARK, &Emphasis::default());
+        let (count, near) = (marks.all.len() as u32, marks.first_disc as u32 + 3);
+        assert!(near < count && f64::from(count) < 1.34 * f64::from(near), "{count} marks for {near}");
+        assert_eq!(marks.afar.drawn(count, 1e4), [0..near, 0..0, 0..0]);
+        let [before, lines, behind] = marks.afar.drawn(count, 1.0);
+        assert_eq!((before, behind), (0..10, near - 3..near), "outline and slots, discs");
+        assert!(lines.start >= near && lines.end <= count && lines.len() < 12_500, "{lines:?}");
+        let few = build(&super::tests::scene(), &Palette::DARK, &Emphasis::default());
+        assert_eq!(few.afar.drawn(few.all.len() as u32, 1e-3), [0..few.all.len() as u32, 0..0, 0..0]);
+    }
+
+    #[test]
     fn discs_come_last_and_in_the_scenes_order() {
         let marks = build(&scene(), &Palette::DARK, &Emphasis::default());
         assert_eq!(marks.first_disc, 2 * 3 + 4 + 1, "a closed outline on its rim, a slot twice, a line");

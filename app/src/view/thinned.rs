@@ -111,7 +111,7 @@ mod tests {
     fn a_million_pieces_are_few_from_afar_and_none_is_further_off_than_it_may_be() {
         let all = circles();
         let levels = levels(&all);
-        assert!(levels.len() >= 2, "{}", levels.len());
+        assert!(levels.last().is_some_and(|(_, lines)| lines.len() < MANY_LINES), "many are left");
         let more: usize = levels.iter().map(|(_, lines)| lines.len()).sum();
         assert!(more <= all.len() / 3, "{more} lines more");
         for (off_mm, lines) in &levels {
