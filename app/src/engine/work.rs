@@ -61,6 +61,7 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
     let (artwork, used, mut board, mut diagnostics) = board_files::board(wanted, artwork);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
+    let copper = layers.clone();
     layers.extend(other_layers(&artwork, body, &mut diagnostics));
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
     let work = work(wanted, &board, &machine.unwrap_or_else(virtual_drill), &mut diagnostics);
@@ -71,6 +72,7 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
         .filter(|diagnostic| diagnostic.severity == Severity::Error);
     let lost = errors.map(|error| error.code.clone()).collect();
     cache.keep(wanted.board_key, board.clone(), lost);
+    cache.keep_copper(body, copper);
     board.copper.clear();
     Reading {
         files: artwork.files.iter().map(file_row).collect(),
@@ -222,8 +224,8 @@ fn time(wanted: &ToTime) -> Result<Timed, Vec<Diagnostic>> {
 #[cfg(test)]
 mod tests {
     use super::super::messages::{
-        Envelope, Exported, PlanReady, Proved, Settings, ToCompare, ToExport, ToOpen, ToPlan, ToProve, ToUnderside,
-        UnderTile,
+        Envelope, Exported, PlanReady, Proved, Settings, ToCompare, ToExport, ToOpen, ToPlan, ToProve,
+        ToUnderside, UnderTile,
     };
     use super::*;
     use annulus_core::board::changes::Fate;
@@ -519,6 +521,26 @@ mod tests {
             let share = both / lower.union(&upper).count() as f64;
             assert!(share > 0.9, "{flip:?}: only {share} of what is isolated lies over each other");
         }
+    }
+
+    #[test]
+    fn copper_is_shown_as_it_lies_also_where_it_was_cut_into_triangles_before() {
+        let mut cache = Cache::default();
+        let mut plan = two_sided(&mut |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap());
+        let mut shown = Vec::new();
+        for face in [board::Face::Top, board::Face::Bottom] {
+            plan.work.setup.face = face;
+            let request = Request::Plan(plan.clone());
+            let Ok(Answer::Planned(planned)) = super::perform(request, &mut cache, &mut |_, _| {}) else {
+                panic!()
+            };
+            let laid = planned.laid.unwrap();
+            let board = &cache.last(0).unwrap().planned.board;
+            assert_eq!(laid.layers, layers(board, picture::body(board)), "{face:?}");
+            assert_eq!(cache.copper(board, laid.body).is_some(), face == board::Face::Top, "{face:?}");
+            shown.push(laid.layers);
+        }
+        assert_ne!(shown[0], shown[1], "turned over");
     }
 
     #[test]

@@ -93,8 +93,7 @@ mod tests {
         let mut out = Vec::new();
         for (index, part) in flash.chunks(CARRIED).enumerate() {
             let address = FLASH.start + (index * CARRIED) as u32;
-            let head =
-                [HEAD[0], HEAD[1], 0x2000, address, CARRIED as u32, index as u32, 2, FAMILY_OF_RP2040];
+            let head = [HEAD[0], HEAD[1], 0x2000, address, CARRIED as u32, index as u32, 2, FAMILY_OF_RP2040];
             head.iter().for_each(|word| out.extend(word.to_le_bytes()));
             out.extend(part);
             out.extend([0; 220]);

@@ -99,8 +99,7 @@ fn found(port: &str, firmware: u32) -> Answer {
 
 fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
     let (path, bytes) = file(args.file.as_deref())?;
-    let firmware = firmware_of(&bytes)
-        .map_err(|why| Refusal::content(why.with("file", path.display())))?;
+    let firmware = firmware_of(&bytes).map_err(|why| Refusal::content(why.with("file", path.display())))?;
     confirmed(&path, firmware)?;
     let disk = disk(args).map_err(Refusal::surroundings)?;
     copy(&bytes, &disk).map_err(Refusal::surroundings)?;

@@ -63,7 +63,9 @@ pub(crate) fn run(args: &SimulateArgs) -> Result<Answer, Refusal> {
         "diagnostics": diagnostic_objects(&job.diagnostics),
     });
     let mut text = sentences(&numbers, &digest)
-        + &together(&numbers, spindles) + &milled(&numbers, milled_mm) + &diagnostic_lines(&job.diagnostics);
+        + &together(&numbers, spindles)
+        + &milled(&numbers, milled_mm)
+        + &diagnostic_lines(&job.diagnostics);
     if args.digest_trace {
         let trace = steps::trace(&stream, TRACED_RUNS);
         object["digest_trace"] = trace.lines().collect();

@@ -96,13 +96,7 @@ impl<F: Files> Alone<F> {
         Self::with(files, letters, 1.0, seed, time)
     }
 
-    fn with(
-        mut files: F,
-        letters: Letters,
-        speed: f64,
-        seed: u64,
-        time: Time,
-    ) -> Result<Self, Diagnostic> {
+    fn with(mut files: F, letters: Letters, speed: f64, seed: u64, time: Time) -> Result<Self, Diagnostic> {
         let output = if letters.plugged.is_some() { Output::Adapter } else { Output::Virtual };
         let machine = machine_in(&mut files, output);
         let drilled = files.read(File::Drilled).unwrap_or_default();

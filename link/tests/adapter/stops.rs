@@ -54,7 +54,9 @@ fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
         starved += u32::from(amid);
         kill += 1;
     }
-    println!("a bridge that dies at every one of {kill} packets: {starved} times amid the path, index exact each time");
+    println!(
+        "a bridge that dies at every one of {kill} packets: {starved} times amid the path, index exact each time"
+    );
     assert!(starved >= 8, "{starved}");
 }
 

@@ -72,7 +72,8 @@ fn connected(line: Link) -> impl IntoView {
     let name = move || match who.get() {
         _ if is_adapter.get() => say!("page.controller.adapter"),
         None => say!("page.controller.looking"),
-        Some(who) => { say!("page.controller.name", flavour = who.flavour, version = who.version)
+        Some(who) => {
+            say!("page.controller.name", flavour = who.flavour, version = who.version)
         }
     };
     let rows = move || {

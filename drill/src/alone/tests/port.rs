@@ -125,7 +125,10 @@ fn a_step_costs_few_bytes_of_the_cable() {
         let world = bench.world();
         let (steps, bytes) = (world.steps - before.0, world.bytes - before.1);
         let each = bytes as f64 / steps as f64;
-        println!("{what}: {bytes} bytes for {steps} steps, {each:.3} a step; until the bit is in {}", change - before.1);
+        println!(
+            "{what}: {bytes} bytes for {steps} steps, {each:.3} a step; until the bit is in {}",
+            change - before.1
+        );
         assert!(each <= most, "{what}: {each}");
     }
 }
