@@ -4,7 +4,6 @@
 
 use crate::serial::{self, Port};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Machine;
 use annulus_drill::adapter::{Cable, USB};
 use std::thread;
 use std::time::Duration;

@@ -292,7 +292,7 @@ fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
         eventually("it is told to stand", || {
             converter.motor().stops > stops && converter.motor().runs_since.is_none()
         });
-        page.ask(&Ask::Acknowledge);
+        page.ask(&Ask::AcknowledgeAlarm);
         until_status(&mut page, |status| status.state == State::Ready);
     }
 }

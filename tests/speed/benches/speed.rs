@@ -4,7 +4,7 @@
 use annulus_app::drawing::{Act, Tool};
 use annulus_app::keys::Tab;
 use annulus_app::model::{DrawEvent, FrameEvent, Model, update};
-use annulus_app::view::Touch;
+use annulus_app::view::{Camera, Touch};
 use annulus_core::artwork::{self, Overrides};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{self, HoleOrder};
@@ -236,7 +236,7 @@ fn press(model: &mut Model, touch: Touch, x: f64, y: f64) {
 /// and the picture need the most.
 fn drawing(criterion: &mut Criterion) {
     let model = &mut Model::default();
-    update(model, FrameEvent::Zoom { px_per_mm: 20.0 }.into());
+    update(model, FrameEvent::Moved { camera: Camera { px_per_mm: 20.0, ..Camera::default() } }.into());
     update(model, FrameEvent::Show { tab: Tab::Draw }.into());
     for (tool, places) in [
         (Tool::Pad, [(2.0, 2.0), (6.0, 2.0)].as_slice()),
