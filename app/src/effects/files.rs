@@ -9,7 +9,7 @@
 //!
 //! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
 
-use super::follow::{self, Followed};
+use super::follow::{self, Followed, bytes_of};
 use crate::browser;
 use crate::model::{AnewEvent, FilesEvent, FrameEvent, TemplateEvent};
 use crate::page::send;
@@ -235,10 +235,4 @@ fn take(files: Vec<Named>, chosen: fn(Vec<(String, Vec<u8>)>)) {
             chosen(read);
         }
     });
-}
-
-/// The bytes of a file; none where it cannot be read, for example because it was written anew meanwhile.
-pub(super) async fn bytes_of(file: &File) -> Option<Vec<u8>> {
-    let buffer = JsFuture::from(file.array_buffer()).await.ok()?;
-    Some(Uint8Array::new(&buffer).to_vec())
 }
