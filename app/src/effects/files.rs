@@ -14,7 +14,7 @@ use crate::browser;
 use crate::model::{AnewEvent, FilesEvent, FrameEvent, TemplateEvent};
 use crate::page::send;
 use crate::said::{Text, key};
-use js_sys::{Array, Function, Promise, Uint8Array};
+use js_sys::{Array, Function, Promise};
 use leptos::ev;
 use leptos::prelude::*;
 use wasm_bindgen::prelude::*;
@@ -92,8 +92,7 @@ pub(super) fn choose_dialect() {
     let changed = Closure::once_into_js(move || {
         let Some(file) = chosen.files().and_then(|files| files.get(0)) else { return };
         leptos::task::spawn_local(async move {
-            if let Ok(buffer) = JsFuture::from(file.array_buffer()).await {
-                let bytes = Uint8Array::new(&buffer).to_vec();
+            if let Some(bytes) = bytes_of(&file).await {
                 send(TemplateEvent::Keep { text: String::from_utf8_lossy(&bytes).into_owned() });
             }
         });
