@@ -9,12 +9,12 @@
 //!
 //! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
 
-use super::follow::{self, Followed};
+use super::follow::{self, Followed, bytes_of};
 use crate::browser;
 use crate::model::{AnewEvent, FilesEvent, FrameEvent, TemplateEvent};
 use crate::page::send;
 use crate::said::{Text, key};
-use js_sys::{Array, Function, Promise, Uint8Array};
+use js_sys::{Array, Function, Promise};
 use leptos::ev;
 use leptos::prelude::*;
 use wasm_bindgen::prelude::*;
@@ -92,8 +92,7 @@ pub(super) fn choose_dialect() {
     let changed = Closure::once_into_js(move || {
         let Some(file) = chosen.files().and_then(|files| files.get(0)) else { return };
         leptos::task::spawn_local(async move {
-            if let Ok(buffer) = JsFuture::from(file.array_buffer()).await {
-                let bytes = Uint8Array::new(&buffer).to_vec();
+            if let Some(bytes) = bytes_of(&file).await {
                 send(TemplateEvent::Keep { text: String::from_utf8_lossy(&bytes).into_owned() });
             }
         });
@@ -235,10 +234,4 @@ fn take(files: Vec<Named>, chosen: fn(Vec<(String, Vec<u8>)>)) {
             chosen(read);
         }
     });
-}
-
-/// The bytes of a file; none where it cannot be read, for example because it was written anew meanwhile.
-pub(super) async fn bytes_of(file: &File) -> Option<Vec<u8>> {
-    let buffer = JsFuture::from(file.array_buffer()).await.ok()?;
-    Some(Uint8Array::new(&buffer).to_vec())
 }

@@ -7,11 +7,10 @@
 //! Comes in: what was dropped, what the system opens with the page. Goes out: files that were written anew, by the names that they
 //! were brought by. Where the browser gives no handles, nothing is followed. Does not know what the files are.
 
-use super::files::bytes_of;
 use crate::browser::window;
 use crate::model::{AnewEvent, FilesEvent};
 use crate::page::send;
-use js_sys::{Array, Function, Promise, Reflect};
+use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
 use leptos::ev;
 use leptos::prelude::{on_cleanup, window_event_listener};
 use leptos::task::spawn_local;
@@ -163,4 +162,10 @@ async fn inside<'a>(
 
 async fn file_of(handle: &FileSystemFileHandle) -> Option<File> {
     JsFuture::from(handle.get_file()).await.ok()?.dyn_into().ok()
+}
+
+/// The bytes of a file; none where it cannot be read, for example because it was written anew meanwhile.
+pub(super) async fn bytes_of(file: &File) -> Option<Vec<u8>> {
+    let buffer = JsFuture::from(file.array_buffer()).await.ok()?;
+    Some(Uint8Array::new(&buffer).to_vec())
 }

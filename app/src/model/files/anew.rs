@@ -145,23 +145,28 @@ fn chosen(model: &mut Model, files: Files) -> Vec<Effect> {
     };
     // Where one of them is called otherwise, they are all the files that there are.
     let parts = exports(model, &files).filter(|anew| anew.added.is_empty());
-    let anew = parts.unwrap_or_else(|| {
-        let bytes = |of: &Files, name: &str| {
-            of.iter().find(|(other, _)| other == name).map(|(_, bytes)| bytes.clone())
-        };
-        let named = |of: &Files, fits: &dyn Fn(&str) -> bool| -> Vec<String> {
-            of.iter().map(|(name, _)| name).filter(|name| fits(name)).cloned().collect()
-        };
-        let is_other =
-            |name: &str| bytes(&open.files, name).is_some_and(|before| bytes(&files, name) != Some(before));
-        ExportedAnew {
-            replaced: named(&files, &is_other),
-            added: named(&files, &|name| bytes(&open.files, name).is_none()),
-            gone: named(&open.files, &|name| bytes(&files, name).is_none()),
-            files: files.clone(),
-        }
-    });
+    let anew = parts.unwrap_or_else(|| whole(&open.files, &files));
     read(model, Brought { anew, files })
+}
+
+/// The bytes of the file called `name`.
+fn bytes_of<'a>(files: &'a [(String, Vec<u8>)], name: &str) -> Option<&'a [u8]> {
+    files.iter().find(|(other, _)| other == name).map(|(_, bytes)| bytes.as_slice())
+}
+
+/// All the files of the board are others.
+fn whole(open: &[(String, Vec<u8>)], files: &[(String, Vec<u8>)]) -> ExportedAnew {
+    let mut anew = ExportedAnew { files: files.to_vec(), ..ExportedAnew::default() };
+    for (name, bytes) in files {
+        match bytes_of(open, name) {
+            None => anew.added.push(name.clone()),
+            Some(before) if before != bytes.as_slice() => anew.replaced.push(name.clone()),
+            Some(_) => {}
+        }
+    }
+    let gone = open.iter().map(|(name, _)| name).filter(|name| bytes_of(files, name).is_none());
+    anew.gone = gone.cloned().collect();
+    anew
 }
 
 /// Offers what changed on the disk.
