@@ -670,7 +670,6 @@ mod tests {
             ("f", Tab::Draw, Some(KeyAction::Flip)),
             ("picture+ArrowUp", Tab::Cam, Some(KeyAction::Walk { x: 0, y: 1 })),
             ("ArrowUp", Tab::Board, None),
-            ("picture+ArrowUp", Tab::Machine, None),
             ("Shift+ArrowDown", Tab::Draw, Some(far_down)),
         ];
         for (text, tab, expected) in rows {

@@ -26,6 +26,8 @@ use std::sync::Arc;
 
 /// Numbers of a ruler are at most so far apart, in CSS pixels.
 const APART_PX: f64 = 110.0;
+/// A number takes so much of a ruler at most, in CSS pixels.
+const NUMBER_PX: f64 = 48.0;
 /// A thing as wide as this can bear words, in CSS pixels.
 const BEARS_PX: f64 = 30.0;
 /// What has no size of its own is taken to be as wide as this, in mm.
@@ -53,7 +55,8 @@ pub(super) fn rulers(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
             let (step_px, step) = unit.scale(camera.px_per_mm, APART_PX)?;
             let rows = camera.ruler(axis, zero[axis], step / unit.of_mm(1.0));
             let from_px = rows.first().map_or(0.0, |row| row.0);
-            let marks = rows.into_iter().map(|(px, mm)| {
+            let room_px = camera.viewport_px[axis] - NUMBER_PX;
+            let marks = rows.into_iter().filter(|(px, _)| *px < room_px).map(|(px, mm)| {
                 span().style((side, format!("{px:.1}px"))).child(number(plain(unit.of_mm(mm))))
             });
             let pointer =

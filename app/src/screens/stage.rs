@@ -228,18 +228,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
         }
         count
     });
-    Effect::new(move |_| {
-        let grid = frame().grid.get();
-        if ready.get() {
-            with_view(picture, |view| view.set_grid(grid));
-        }
-    });
-    Effect::new(move |_| {
-        let flipped = frame().flipped.get() && matches!(frame().tab.get(), Tab::Board | Tab::Draw);
-        if ready.get() {
-            with_view(picture, |view| view.set_mirrored(flipped));
-        }
-    });
+    show_ground(picture, ready);
     Effect::new(move |_| {
         let (ready, shown, _) = (ready.get(), shown.get(), drawn.get());
         let disc = |hole: u32| shown.as_ref()?.disc_of_hole(hole);
@@ -261,6 +250,22 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
                 view.set_progress(moment.progress);
                 view.set_head(head);
             });
+        }
+    });
+}
+
+/// The grid, and from which side the board is looked at.
+fn show_ground(picture: Picture, ready: RwSignal<bool>) {
+    Effect::new(move |_| {
+        let grid = frame().grid.get();
+        if ready.get() {
+            with_view(picture, |view| view.set_grid(grid));
+        }
+    });
+    Effect::new(move |_| {
+        let flipped = frame().flipped.get() && matches!(frame().tab.get(), Tab::Board | Tab::Draw);
+        if ready.get() {
+            with_view(picture, |view| view.set_mirrored(flipped));
         }
     });
 }

@@ -16,6 +16,8 @@ use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
 
 /// A hole whose size no file says.
 const UNSIZED: Length = Length::from_um(800);
+/// A hole is drawn at least as large as this part of the picture.
+const SEEN_SHARE: i64 = 60;
 /// Its size in pixels.
 const WIDTH: u32 = 112;
 const HEIGHT: u32 = 72;
@@ -69,12 +71,17 @@ fn drawn(document: &Document, file: &FileRow) -> Option<Mesh> {
 
 /// Holes at these places, in the frame of the board.
 pub(super) fn holes_of(places: &[Point], body: Option<Bounds>) -> Option<AnyView> {
-    let mut mesh = discs(places.iter().map(|at| (*at, UNSIZED)));
+    let around =
+        Bounds::around(places.iter().copied().chain(body.iter().flat_map(|body| [body.min, body.max])))?;
+    let across = (around.max.x - around.min.x).max(around.max.y - around.min.y);
+    // As small as they may be beside the board, they are seen.
+    let seen = Length::from_nm(across.nm() / SEEN_SHARE).max(UNSIZED);
+    let mut mesh = discs(places.iter().map(|at| (*at, seen)));
     if mesh.triangles.is_empty() {
         return None;
     }
     frame(&mut mesh, body);
-    Some(picture(Arc::new(mesh), Palette::DARK.outline))
+    Some(picture(Arc::new(mesh), Palette::DARK.finding))
 }
 
 /// The box of the board round what is drawn, so that both are seen in their sizes.
