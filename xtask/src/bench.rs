@@ -1,10 +1,11 @@
-//! `cargo xtask bench`: the measured numbers. Speeds by criterion, the works of `tests/speed` here and in WebAssembly by
-//! Node, sizes of the page.
+//! `cargo xtask bench [--page [GROUP…]]`: the measured numbers. Speeds by criterion, the works of `tests/speed` here and in
+//! WebAssembly by Node, and the budgets of the page in Chromium; with `--page` these alone.
 //!
 //! Goes out: lines on standard output. Judges nothing: the bars are in the documents.
 
+use crate::page::Effort;
 use crate::sh::{Done, command, output, root, run as call, say, shown, target};
-use crate::{page, wasm};
+use crate::{browser, npm, site, wasm};
 use std::fs;
 use std::path::Path;
 
@@ -34,11 +35,16 @@ for (const [number, [name, native, made]] of here.entries()) {
 }
 ";
 
-/// Prints everything; `arguments` go to criterion.
+/// Prints everything, `arguments` go to criterion; or with `--page` the budgets of the page, all or the groups that are named.
 pub(crate) fn run(arguments: &[String]) -> Done {
+    if let [word, groups @ ..] = arguments
+        && word == "--page"
+    {
+        return budgets(groups);
+    }
     call(command("cargo", &["bench", "-p", "annulus-speed", "--bench", "speed", "--"]).args(arguments))?;
     wasm_speed()?;
-    sizes()
+    budgets(&[])
 }
 
 fn wasm_speed() -> Done {
@@ -58,13 +64,14 @@ fn wasm_speed() -> Done {
     call(command("node", &[]).arg(script).arg(module).arg(here).current_dir(root()))
 }
 
-fn sizes() -> Done {
-    let folder = page::build(page::Effort::Whole)?;
-    say("Sizes of the page");
-    for name in page::PARTS.into_iter().flat_map(|part| [format!("{part}_bg.wasm"), format!("{part}.js")]) {
-        let size =
-            |suffix: &str| fs::metadata(folder.join(format!("{name}{suffix}"))).map_or(0, |file| file.len());
-        println!("size/{name}: {} raw, {} gzip, {} brotli (bytes)", size(""), size(".gz"), size(".br"));
-    }
-    Ok(())
+/// What the page takes of a person's patience, in a browser.
+fn budgets(groups: &[String]) -> Done {
+    let site = site::build(Effort::Whole)?;
+    call(&mut command("cargo", &["build", "-p", "annulus-bridge"]))?;
+    let chromium = browser::ensure()?.chromium;
+    let script = npm::ensure()?.join("budgets.mjs");
+    say("Budgets of the page");
+    let mut node = command("node", &[]);
+    node.arg(script).args(groups).env("ANNULUS_CHROMIUM", chromium).env("ANNULUS_SITE", site);
+    call(node.env("ANNULUS_BIN", target().join("debug/annulus")))
 }

@@ -31,7 +31,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   site      build the page as a site of files, for any server, into target/site; --quick likewise
   firmware  build the firmware of the USB step adapter into target/firmware
   tools     build what the tests need, once
-  bench     print the measured numbers: parsing, tours, steps, sizes
+  bench     print the measured numbers: parsing, tours, steps, the budgets of the page; --page these alone, or groups of them
   doctor    list what is there and what would be installed
 ";
 

@@ -4,9 +4,11 @@
 //! Comes in: the board that was read, parts of plans. Goes out: the same, by number or key. Forgets the board and all that
 //! was made of it when another one is read.
 
+use super::messages::LayerRow;
 use annulus_core::board::Board;
 use annulus_core::cam::toolpaths::{Planned, PlannedOperation};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Bounds;
 use std::collections::VecDeque;
 
 /// Parts kept beyond those of the job as it is: what one comes back to with an undo or a slider.
@@ -30,6 +32,8 @@ pub(super) struct Last {
 #[derive(Debug, Default)]
 pub struct Cache {
     board: Option<(u32, Board)>,
+    /// The copper of the board as it is shown in this box.
+    copper: Option<(Option<Bounds>, Vec<LayerRow>)>,
     /// Codes of the errors that its files have.
     lost: Vec<String>,
     /// The last plan, with the board as it lies for it.
@@ -44,6 +48,18 @@ impl Cache {
     /// Keeps `board`, whose files have `lost`, and no other.
     pub(super) fn keep(&mut self, key: u32, board: Board, lost: Vec<String>) {
         *self = Self { board: Some((key, board)), lost, ..Self::default() };
+    }
+
+    /// Keeps how the copper of the board is shown in the box `body`.
+    pub(super) fn keep_copper(&mut self, body: Option<Bounds>, layers: Vec<LayerRow>) {
+        self.copper = Some((body, layers));
+    }
+
+    /// How the copper of `board` is shown in the box `body`, where it is that of the board that was read.
+    pub(super) fn copper(&self, board: &Board, body: Option<Bounds>) -> Option<Vec<LayerRow>> {
+        let (_, read) = self.board.as_ref()?;
+        let (known, layers) = self.copper.as_ref()?;
+        (*known == body && read.copper == board.copper).then(|| layers.clone())
     }
 
     /// Codes of the errors that the files of the board have.

@@ -82,7 +82,7 @@ pub(super) fn plan(
     let made = program::encode(&program);
     let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
     let laid_key = laid_key(wanted.board_key, work);
-    let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work));
+    let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work, cache));
     let bits = bits(&planned.parts, &planned.board);
     let figures = figures(&planned, &|from, to| motion::rapid_time_s(&machine, from, to));
     let toolpath_operations = planned.parts.iter().flat_map(|part| {
@@ -113,11 +113,11 @@ fn laid_key(board_key: u32, work: &Work) -> String {
 }
 
 /// The board as it lies, as the picture shows it.
-fn laid(board: &Board, work: &Work) -> Laid {
+fn laid(board: &Board, work: &Work, cache: &Cache) -> Laid {
     let panel = work.setup.panel;
     let turned = work.setup.face == Face::Bottom || panel.columns > 1 || panel.rows > 1;
     let body = picture::body(board);
-    let layers = layers(board, body);
+    let layers = cache.copper(board, body).unwrap_or_else(|| layers(board, body));
     let board = Board { copper: Vec::new(), ..board.clone() };
     Laid { turned, board, body, layers }
 }

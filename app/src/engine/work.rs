@@ -64,6 +64,7 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
     diagnostics.extend(more);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
+    let copper = layers.clone();
     layers.extend(other_layers(&artwork, body, &mut diagnostics));
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
     let work = work(wanted, &board, &machine.unwrap_or_else(virtual_drill), &mut diagnostics);
@@ -74,6 +75,7 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
         .filter(|diagnostic| diagnostic.severity == Severity::Error);
     let lost = errors.map(|error| error.code.clone()).collect();
     cache.keep(wanted.board_key, board.clone(), lost);
+    cache.keep_copper(body, copper);
     board.copper.clear();
     Reading {
         files: artwork.files.iter().map(file_row).collect(),
@@ -444,6 +446,26 @@ mod tests {
         let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
         let work = reading.work;
         ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None }
+    }
+
+    #[test]
+    fn copper_is_shown_as_it_lies_also_where_it_was_cut_into_triangles_before() {
+        let mut cache = Cache::default();
+        let mut plan = two_sided(&mut |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap());
+        for face in [board::Face::Top, board::Face::Bottom] {
+            plan.work.setup.face = face;
+            let request = Request::Plan(plan.clone());
+            let Ok(Answer::Planned(planned)) = super::perform(request, &mut cache, &mut |_, _| {}) else {
+                panic!()
+            };
+            let board = &cache.last(0).unwrap().planned.board;
+            assert_eq!(planned.laid.unwrap().layers, layers(board, picture::body(board)), "{face:?}");
+        }
+        let read = cache.board(0).unwrap();
+        let body = picture::body(read);
+        assert_eq!(cache.copper(read, body), Some(layers(read, body)), "nothing is cut again");
+        assert_eq!(cache.copper(read, None), None, "elsewhere in the picture");
+        assert_eq!(cache.copper(&board::Board { copper: Vec::new(), ..read.clone() }, body), None);
     }
 
     #[test]

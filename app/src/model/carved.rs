@@ -17,7 +17,7 @@ use annulus_core::units::Length;
 use std::sync::Arc;
 
 /// So many cells are looked at in a frame.
-const FRAME_CELLS: u64 = 1_200_000;
+const FRAME_CELLS: u64 = 300_000;
 /// A blank is so much larger than what is cut of it.
 const RIM: Length = Length::from_um(1_500);
 /// Deeper than this under the board the tip is in more than a spoil board.

@@ -251,6 +251,16 @@ impl Edges {
         self.items.get(start..end).unwrap_or_default().iter().copied()
     }
 
+    /// For every cell the island that all edges in it bound; none where there are several, or no edges.
+    pub(super) fn owners(&self) -> Vec<Option<u32>> {
+        let owner = |cell| {
+            let mut islands = self.items_in(cell).filter_map(|index| self.edges.get(index as usize));
+            let first = islands.next()?.island;
+            islands.all(|edge| edge.island == first).then_some(first)
+        };
+        (0..self.columns * self.rows).map(owner).collect()
+    }
+
     /// Longer than any way between two of its places, in mm.
     pub(super) fn extent(&self) -> f64 {
         (self.columns + self.rows) as f64 * self.cell
@@ -292,9 +302,24 @@ impl Edges {
 
     /// Calls `each` with every edge that may come into the box; an edge may come more than once.
     pub(super) fn in_box(&self, low: Spot, high: Spot, each: &mut impl FnMut(u32, &Edge)) {
+        self.in_cells(low, high, &|_| true, each);
+    }
+
+    /// The same, in those cells alone for which `wanted` holds.
+    pub(super) fn in_cells(
+        &self,
+        low: Spot,
+        high: Spot,
+        wanted: &impl Fn(usize) -> bool,
+        each: &mut impl FnMut(u32, &Edge),
+    ) {
         for row in self.row(low.y)..=self.row(high.y) {
             for column in self.column(low.x)..=self.column(high.x) {
-                for index in self.items_of(row, column) {
+                let cell = row * self.columns + column;
+                if !wanted(cell) {
+                    continue;
+                }
+                for index in self.items_in(cell) {
                     if let Some(edge) = self.edges.get(index as usize).filter(|edge| edge.meets(low, high)) {
                         each(index, edge);
                     }
@@ -436,6 +461,24 @@ mod tests {
         for ((x, y), expected) in rows {
             assert_eq!(edges.island_at(Spot { x, y }), expected, "{x} {y}");
         }
+    }
+
+    #[test]
+    fn a_cell_is_owned_by_the_one_island_whose_edges_are_in_it() {
+        let edges = Edges::of(&nested());
+        let owners = edges.owners();
+        for (cell, owner) in owners.iter().enumerate() {
+            let found: std::collections::BTreeSet<u32> =
+                edges.items_in(cell).map(|index| edges.edges[index as usize].island).collect();
+            assert_eq!(*owner, found.first().copied().filter(|_| found.len() == 1), "{found:?}");
+        }
+        assert!(owners.contains(&Some(0)) && owners.contains(&Some(1)));
+        // Without the cells of the pour, what is found is the island in it and what shares a cell with that.
+        let (low, high) = around(Spot::default(), Spot { x: 10.0, y: 10.0 }, 1.0);
+        let mut seen = [0, 0];
+        let wanted = |cell: usize| owners[cell] != Some(0);
+        edges.in_cells(low, high, &wanted, &mut |_, edge| seen[edge.island as usize] += 1);
+        assert!(seen[1] > 0 && seen[0] < seen[1], "{seen:?}");
     }
 
     #[test]

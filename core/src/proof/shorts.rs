@@ -51,6 +51,8 @@ struct Bridge<'a> {
     nets: BTreeSet<u32>,
     /// The parts of its edges that touch a net, with that net in the place of the island: the bridge on the left.
     contacts: Edges,
+    /// Cells of them in which there is but one net.
+    owners: Vec<Option<u32>>,
     /// How wide it is at large, in mm: that of a strip with its area and edges.
     thickness: f64,
     /// The narrowest milled cut, in mm.
@@ -126,14 +128,18 @@ fn bridge<'a>(scene: &'a Scene<'a>, all: &'a Edges, number: u32, island: &Island
             }
         }
     }
-    (nets.len() > 1).then(|| Bridge {
-        scene,
-        all,
-        number,
-        nets,
-        contacts: Edges::gridded(contacts, Vec::new()),
-        thickness: 2.0 * island_area_mm2(island) / length.max(TOUCH_MM),
-        tool: scene.narrowest().map_or(0.0, Length::mm),
+    (nets.len() > 1).then(|| {
+        let contacts = Edges::gridded(contacts, Vec::new());
+        Bridge {
+            scene,
+            all,
+            number,
+            nets,
+            owners: contacts.owners(),
+            contacts,
+            thickness: 2.0 * island_area_mm2(island) / length.max(TOUCH_MM),
+            tool: scene.narrowest().map_or(0.0, Length::mm),
+        }
     })
 }
 
@@ -223,13 +229,17 @@ impl Bridge<'_> {
         }
         let (mut looks, mut done, mut radius) = (0, -1.0, self.contacts.cell().min(REACH_MM));
         let mut near: Vec<(f64, u32, Spot, u32)> = Vec::new();
+        let wanted = |cell: usize| self.owners.get(cell).copied().flatten().is_none_or(other);
         loop {
             near.clear();
             let (low, high) = around(spot, spot, radius);
-            self.contacts.in_box(low, high, &mut |index, edge| {
+            self.contacts.in_cells(low, high, &wanted, &mut |index, edge| {
+                if !other(edge.island) {
+                    return;
+                }
                 let at = edge.near(spot);
                 let distance = at.distance(spot);
-                let new = distance > done && distance <= radius && other(edge.island);
+                let new = distance > done && distance <= radius;
                 if new && faces(contact, spot, at) && faces(edge, at, spot) {
                     near.push((distance, index, at, edge.island));
                 }
