@@ -35,7 +35,7 @@ fn copper_of(places: &[(f64, f64)], names: impl Fn(Point) -> Option<String>) -> 
         places.iter().map(|(x, y)| circle(Point::from_mm(*x, *y), Length::from_mm(1.6))).collect();
     let region = union(&pads);
     let nets = region.islands.iter().map(|island| names(island.outer.start)).collect();
-    Copper { face: Face::Top, region, nets, pads: Vec::new(), source: 1 }
+    Copper { face: Face::Top, region, nets, source: 1, ..Copper::default() }
 }
 
 fn net_of(at: Point) -> Option<String> {
