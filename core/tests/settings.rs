@@ -28,11 +28,19 @@ fn others(setting: &Setting, now: &Value) -> Vec<Value> {
     }
 }
 
-/// Changes of a row, each with what must be changed along with it: an output that is switched is a bit and a name.
+/// Changes of a row, each with what must be changed along with it: an output that is switched is a bit and a name, a converter is
+/// at a port.
 fn changes(setting: &Setting, machine: &Machine) -> Vec<Vec<(String, Value)>> {
     if let Some((section, "outputs" | "output_names")) = setting.key.split_once('.') {
         let names = (format!("{section}.output_names"), Value::Text("pump light".to_owned()));
         return vec![vec![names, (format!("{section}.outputs"), Value::Numbers(vec![25.0, 26.0]))]];
+    }
+    if setting.key == "converter.profile" {
+        let port = ("converter.port".to_owned(), Value::Text("/dev/ttyUSB0".to_owned()));
+        return vec![vec![port, (setting.key.to_owned(), Value::Text("delta".to_owned()))]];
+    }
+    if setting.key.ends_with(".outputs_low") {
+        return vec![vec![(setting.key.to_owned(), Value::Numbers(vec![2.0]))]];
     }
     let now = setting.value(machine);
     let others = others(setting, &now).into_iter().filter(|value| *value != now);

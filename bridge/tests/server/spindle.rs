@@ -114,7 +114,7 @@ fn sum(bytes: &[u8]) -> [u8; 2] {
     for byte in bytes {
         crc ^= u16::from(*byte);
         for _ in 0..8 {
-            crc = if crc & 1 == 1 { crc >> 1 ^ 0xA001 } else { crc >> 1 };
+            crc = if crc & 1 == 1 { (crc >> 1) ^ 0xA001 } else { crc >> 1 };
         }
     }
     crc.to_le_bytes()
