@@ -34,5 +34,7 @@ pub use engine::{Controller, step};
 pub use gcode::read;
 pub use level::{cut_bounds, level_routine};
 pub use lines::{LinePath, WireLine, WordsInForce};
-pub use routine::{Bow, Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace};
+pub use routine::{
+    Bow, Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace,
+};
 pub use run::{estimate_s, estimates_s};
