@@ -76,7 +76,7 @@ pub(crate) enum Command {
     Level(Box<level::LevelArgs>),
     /// Drill a job.
     Run(run::RunArgs),
-    /// Controllers of the GRBL family at a serial port: ports, info, run, resume.
+    /// Controllers of the GRBL family at a serial port: ports, info, level, run, resume.
     Grbl(grbl::GrblArgs),
     /// Check or run a queue of work commands.
     Queue(queue::QueueArgs),
