@@ -79,7 +79,7 @@ pub(crate) enum Command {
     Level(Box<level::LevelArgs>),
     /// Drill a job.
     Run(run::RunArgs),
-    /// Controllers of the GRBL family at a serial port: ports, info, run, resume.
+    /// Controllers of the GRBL family at a serial port: ports, info, level, run, resume.
     Grbl(grbl::GrblArgs),
     /// Firmware of the USB step adapter: info, flash.
     Firmware(firmware::FirmwareArgs),

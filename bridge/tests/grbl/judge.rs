@@ -77,7 +77,8 @@ pub(crate) fn not_come_to(edges: &Path, places: &[[i64; 3]], tolerance: i64) -> 
     (passed < places.len()).then_some(passed)
 }
 
-fn edge(line: &str) -> Option<(usize, i64, f64)> {
+/// An edge of the log: which axis, to which step, at which cycle.
+pub(crate) fn edge(line: &str) -> Option<(usize, i64, f64)> {
     let mut words = line.split(' ');
     let cycle = words.next()?.parse().ok()?;
     let axis = "XYZ".find(words.next()?)?;

@@ -4,6 +4,7 @@
 use super::bench::{ZERO, ZERO_AT};
 use super::firmware::{Board, STEPS, instrument, settings};
 use super::jobs;
+use super::judge;
 use super::sender::Desk;
 use serde_json::Value;
 use std::fs::{self, File};
@@ -43,8 +44,7 @@ fn depths(board: &Board, start: [f64; 3], surface: Surface) -> Depths {
     let (mut deepest, mut moved) = (0.0_f64, false);
     for line in BufReader::new(File::open(board.edges()).unwrap()).lines() {
         let line = line.unwrap();
-        let words: Vec<&str> = line.split_whitespace().collect();
-        let (axis, to): (usize, i64) = (words[1].parse().unwrap(), words[2].parse().unwrap());
+        let (axis, to, _) = judge::edge(&line).unwrap_or_else(|| panic!("not an edge: {line}"));
         at[axis] = start[axis] + to as f64 / STEPS;
         let depth = surface.height(at[0], at[1]) - at[2];
         if depth <= 0.0 {

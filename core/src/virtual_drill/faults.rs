@@ -63,13 +63,13 @@ pub const FAULTS: &[FaultRow] = &[
     FaultRow {
         name: "dull-bit",
         after: 2,
-        seen: Some("control.board_differs"),
+        seen: Some("control.end_sensor"),
         put: || Faults { dull_bit_hz: Some(300.0), ..none() },
     },
     FaultRow {
         name: "worn-bit",
         after: 0,
-        seen: Some("control.board_differs"),
+        seen: Some("control.end_sensor"),
         put: || Faults { bit_life: Some(3), ..none() },
     },
     FaultRow {
@@ -93,7 +93,7 @@ pub const FAULTS: &[FaultRow] = &[
     FaultRow {
         name: "board-not-flat",
         after: 0,
-        seen: None,
+        seen: Some("control.board_differs"),
         put: || Faults { uneven: Some(UnevenBoard::BOWED), ..none() },
     },
     FaultRow {

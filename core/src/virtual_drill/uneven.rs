@@ -23,8 +23,8 @@ pub struct UnevenBoard {
 }
 
 impl UnevenBoard {
-    /// The one of the exercise: half a millimetre of bow, and askew.
-    pub const BOWED: Self = Self { bow_mm: 0.25, tilt_slope: [0.003, -0.002], step_mm: 0.0, step_at_mm: 0.0 };
+    /// The one of the exercise: it bows, and its right side lies so low that holes do not go through.
+    pub const BOWED: Self = Self { bow_mm: 0.15, tilt_slope: [-0.018, 0.001], step_mm: 0.0, step_at_mm: 0.0 };
 
     /// How much higher it lies at a place than it should, mm.
     pub fn raised_mm(&self, x_mm: f64, y_mm: f64) -> f64 {

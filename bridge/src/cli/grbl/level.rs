@@ -64,6 +64,9 @@ impl Operator {
             (Some((WhichMap::Kept, _)), _) => {
                 let map = maps().kept().map_err(Refusal::content)?;
                 let refused = map.refused(&programs.level_key, self.zero(), self.homes());
+                // Without end switches places begin anew whenever the port is opened: the same numbers are another place.
+                let unknown = || Diagnostic::error("level.other_zero").with("mm", "?");
+                let refused = refused.or_else(|| (!self.homes()).then(unknown));
                 refused.map_or(Ok(map), |why| Err(Refusal::content(why)))?
             }
             (None, Some(key)) => {

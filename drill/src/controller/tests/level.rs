@@ -104,7 +104,7 @@ fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
     assert_eq!(again.refused(&Ask::SetHeight), None);
     (0..500).for_each(|_| again.millisecond());
     let height_mm = again.status().unwrap().work_mm[2];
-    assert!((height_mm - (bowed(at[0], at[1]) - ZERO[2])).abs() < 0.01, "{height_mm}");
+    assert!((height_mm - (bowed(at[0], at[1]) - ZERO[2])).abs() < 0.02, "{height_mm}");
     assert_eq!(again.warned(&key, 0), ["level.follows"]);
     // Another job of another zero in its files does not follow it.
     let mut other = program.clone();
