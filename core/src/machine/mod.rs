@@ -23,7 +23,7 @@ pub use card::Card;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use parallel::Parallel;
 pub use presets::{hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill};
-pub use settings::{Setting, Value, ValueKind, apply, is_in_file_only, read, setting, settings};
+pub use settings::{Setting, Value, ValueKind, apply, is_adapter_wiring, is_in_file_only, read, setting, settings};
 pub use table::{MOST_RPM, SECTIONS};
 pub use table_speeds::warnings;
 pub use validate::validate;
