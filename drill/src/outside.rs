@@ -23,6 +23,11 @@ pub trait Outside: Send {
     /// Whether what is to be written will be.
     fn records(&self) -> bool;
 
+    /// Whether the setting `key`, which belongs into a machine's file, is changed here all the same: where there is no such file.
+    fn may_rewire(&self, _key: &str) -> bool {
+        false
+    }
+
     /// Keeps the machine's settings.
     fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic>;
 

@@ -3,7 +3,7 @@
 use crate::machines::Machines;
 use crate::support::{PULSE, SETUP, path, seeds};
 use annulus_core::chance::Chance;
-use annulus_link::adapter::{Adapter, Inputs, OUTPUTS_US, Order};
+use annulus_link::adapter::{Adapter, Inputs, OUTPUTS_AT_LAST_US, OUTPUTS_US, Order};
 use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open, seal};
@@ -12,6 +12,7 @@ use annulus_link::message::{
     Status, Stop, Tell, Trust, Welcome,
 };
 use annulus_link::player::End;
+use annulus_link::run::Run;
 use annulus_link::sender::Sender;
 use annulus_link::store::Store;
 use annulus_link::{AXES, FULL_RATE};
@@ -98,6 +99,10 @@ impl World {
             self.there.put(&line[..length]);
         } else {
             while let Some(length) = self.sender.due(self.now, &mut line) {
+                self.there.put(&line[..length]);
+            }
+            if self.now % 50_000 < 1000 {
+                let length = self.sender.unnumbered(&Beat {}.into(), &mut line).unwrap();
                 self.there.put(&line[..length]);
             }
         }
@@ -373,6 +378,56 @@ fn outputs_go_off_when_the_bridge_falls_silent() {
     assert_eq!(world.adapter.outputs(), 1);
     world.adapter.attend(inputs, since + OUTPUTS_US);
     assert_eq!(world.adapter.outputs(), 0);
+}
+
+#[test]
+fn when_nobody_is_heard_it_rests_on_the_path_before_its_spindle_goes_off() {
+    for patience_us in [OUTPUTS_US, OUTPUTS_AT_LAST_US] {
+        let mut world = World::new(17, 0.0);
+        world.begin();
+        assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
+        // 400 ms of path are there; then nobody says anything.
+        let steady = Run { count: 4_000, ..Run::one(true, 1_000) };
+        let mut cutter = ChunkCutter::new([&[steady], &[], &[], &[]], 4_000_000, 0, [0; AXES]);
+        let rule = Rule { ticks: 1_000_000, ..Rule::resting_within(100_000) };
+        while let Some(piece) = cutter.cut(&rule) {
+            let (runs, tail) = piece.slices();
+            assert!(world.sender.offer_chunk(&piece.head, runs, tail).is_some());
+        }
+        world.say(Begin {});
+        let since = world.now as u32;
+        let inputs = Inputs::default();
+        while world.adapter.machine() < 2_400_000 {
+            assert!(world.ending.is_none());
+            world.ending = world.adapter.slice(&mut world.machines);
+        }
+        world.adapter.attend(inputs, since + OUTPUTS_US - 1_000);
+        assert_eq!((world.adapter.state(), world.adapter.outputs()), (State::Running, 1));
+        world.adapter.attend(inputs, since + OUTPUTS_US + 1_000);
+        assert_eq!(
+            (world.adapter.state(), world.adapter.outputs()),
+            (State::Running, 1),
+            "not before it rests"
+        );
+        if patience_us == OUTPUTS_AT_LAST_US {
+            world.adapter.attend(inputs, since + patience_us + 1_000);
+            assert_eq!(world.adapter.outputs(), 0, "whatever moves");
+            continue;
+        }
+        let end = (0..2_000).find_map(|_| world.adapter.slice(&mut world.machines));
+        assert_eq!(end, Some(End::Stopped));
+        world.adapter.ended(End::Stopped);
+        let steps = world.machines.steps[0].len();
+        let status = world.adapter.status(0);
+        assert_eq!((status.state, status.trust), (State::Starved, Trust::Trusted));
+        assert_eq!(status.index[0], steps as i32);
+        assert!(
+            (2_400..3_000).contains(&steps),
+            "{steps}: within 10 ms of stream, not at the end of what was there"
+        );
+        world.adapter.attend(inputs, since + OUTPUTS_US + 20_000);
+        assert_eq!(world.adapter.outputs(), 0);
+    }
 }
 
 #[test]

@@ -4,4 +4,5 @@ mod frames;
 mod line;
 mod machines;
 mod motion;
+mod state_machines;
 mod support;

@@ -228,7 +228,7 @@ impl Serial {
     }
 
     fn next(&self) -> u32 {
-        self.waits.take();
+        drop(self.waits.take());
         self.count.set(self.count.get() + 1);
         self.count.get()
     }

@@ -527,7 +527,6 @@ mod tests {
     fn copper_is_shown_as_it_lies_also_where_it_was_cut_into_triangles_before() {
         let mut cache = Cache::default();
         let mut plan = two_sided(&mut |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap());
-        let mut shown = Vec::new();
         for face in [board::Face::Top, board::Face::Bottom] {
             plan.work.setup.face = face;
             let request = Request::Plan(plan.clone());

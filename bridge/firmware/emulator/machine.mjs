@@ -34,6 +34,23 @@ export function image(path) {
   return parts;
 }
 
+/** Where the function whose name has `part` in it begins; null where there is none. */
+export function symbol(path, part) {
+  const file = fs.readFileSync(path);
+  const [at, size, count] = [file.readUInt32LE(32), file.readUInt16LE(46), file.readUInt16LE(48)];
+  const section = (index) => [4, 16, 20, 24].map((field) => file.readUInt32LE(at + index * size + field));
+  for (let index = 0; index < count; index++) {
+    const [kind, from, length, names] = section(index);
+    if (kind !== 2) continue;
+    const [, text] = section(names);
+    for (let entry = from; entry < from + length; entry += 16) {
+      const name = text + file.readUInt32LE(entry);
+      if (file.toString('latin1', name, file.indexOf(0, name)).includes(part)) return file.readUInt32LE(entry + 4) & ~1;
+    }
+  }
+  return null;
+}
+
 /** The check of the second stage, as the boot memory of the chip makes it: CRC-32, highest bit first, not turned over. */
 function bootCheck(bytes) {
   let crc = 0xffffffff;
@@ -99,8 +116,10 @@ class Host extends USBCDC {
 }
 
 export class Machine {
-  constructor(parts) {
+  /** `busy` is where the function begins whose cycles are counted. */
+  constructor(parts, busy = null) {
     this.parts = parts;
+    Object.assign(this, { busy, busyCycles: 0, busySince: null, busyReturn: 0 });
     this.levels = new Map();
     this.resets = 0;
     this.boot();
@@ -269,6 +288,11 @@ export class Machine {
     const end = this.cycle + cycles;
     let count = 0;
     while (this.cycle < end) {
+      if (core.PC === this.busy) Object.assign(this, { busySince: this.cycle, busyReturn: core.LR & ~1 });
+      else if (this.busySince !== null && core.PC === this.busyReturn) {
+        this.busyCycles += this.cycle - this.busySince;
+        this.busySince = null;
+      }
       const taken = core.waiting ? Math.max(1, Math.min(64, Math.ceil(clock.nanosToNextAlarm / NANOS) || 64)) : core.executeInstruction();
       this.pass(taken);
       try {

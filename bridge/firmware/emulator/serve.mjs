@@ -6,11 +6,12 @@
 //   {"do": "pin", "pin": n, "level": true}        a level from outside
 //   {"do": "hang"} {"do": "unplug"} {"do": "peek"}
 //   {"do": "touch", "bits": n}                    the port is opened at so many bits a second and let go
-//   answer: {"cycle", "bytes", "edges": [cycle, pin * 2 + level, ...], "reset": cycle or null, "connected", "waiting", "boots"}
+//   answer: {"cycle", "bytes", "edges": [cycle, pin * 2 + level, ...], "reset": cycle or null, "connected", "waiting", "boots", "busy"}
 import readline from 'node:readline';
-import { Machine, image } from './machine.mjs';
+import { Machine, image, symbol } from './machine.mjs';
 
-const machine = new Machine(image(process.argv[2]));
+// What is counted is the making of words: all that motion costs the processor.
+const machine = new Machine(image(process.argv[2]), symbol(process.argv[2], 'annulus_firmware4make'));
 
 const orders = {
   run({ cycles, until }) {
@@ -39,7 +40,7 @@ for await (const line of readline.createInterface({ input: process.stdin })) {
   const reset = orders[order.do](order);
   const { cycle, bytes, edges, connected } = machine;
   const driven = machine.chip.gpio.map((pin) => (pin.outputEnable ? Number(pin.outputValue) : 2));
-  process.stdout.write(`${JSON.stringify({ cycle, bytes, edges, reset, connected, waiting: machine.host.waiting.length, driven, boots: machine.inBootMode })}\n`);
+  process.stdout.write(`${JSON.stringify({ cycle, bytes, edges, reset, connected, waiting: machine.host.waiting.length, driven, boots: machine.inBootMode, busy: machine.busyCycles })}\n`);
   machine.bytes = [];
   machine.edges = [];
 }

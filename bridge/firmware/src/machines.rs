@@ -76,26 +76,7 @@ pub fn is_stopped() -> bool {
 
 /// Loads the programs. No pulse comes before [`arm`].
 pub fn prepare(pio0: pac::PIO0, pio1: pac::PIO1, resets: &mut pac::RESETS) {
-    let pulses = pio::pio_asm!(
-        ".side_set 1",
-        ".wrap_target",
-        "begin:",
-        "    pull block       side 0",
-        "    out pins, 1      side 0",
-        "    out y, 1         side 0",
-        "    out x, 30        side 0",
-        "low:",
-        "    jmp x-- low      side 0",
-        "    jmp !y begin     side 0",
-        "    jmp pin go       side 0",
-        "dead:",
-        "    jmp dead         side 0",
-        "go:",
-        "    set y, 8         side 1 [11]",
-        "high:",
-        "    jmp y-- high     side 1 [11]",
-        ".wrap",
-    );
+    let pulses = pio::pio_file!("src/pulses.pio");
     let (mut block, m0, m1, m2, m3) = pio0.split(resets);
     let installed = block.install(&pulses.program).expect("room for the program");
     ORIGIN.store(u32::from(installed.offset()), Relaxed);
@@ -127,31 +108,7 @@ pub fn prepare(pio0: pac::PIO0, pio1: pac::PIO1, resets: &mut pac::RESETS) {
 
 /// Loads the program that watches the inputs. Every input that is well reads 0 there, the emergency stop 1.
 fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
-    let watcher = pio::pio_asm!(
-        "    set y, 1",
-        "    set pins, 1",
-        ".wrap_target",
-        "look:",
-        "    mov isr, null",
-        "    in pins, 9",
-        "    mov x, isr",
-        "    jmp x!=y again",
-        "    jmp look",
-        "again:",
-        "    mov isr, null    [31]",
-        "    nop              [31]",
-        "    nop              [31]",
-        "    in pins, 9",
-        "    mov x, isr",
-        "    jmp x!=y trip",
-        ".wrap",
-        "trip:",
-        "    set pins, 0",
-        "    push noblock",
-        "    irq 0",
-        "dead:",
-        "    jmp dead",
-    );
+    let watcher = pio::pio_file!("src/watcher.pio");
     let (mut block, machine, _, _, _) = pio1.split(resets);
     let installed = block.install(&watcher.program).expect("room for the program");
     let (mut machine, _, _) = PIOBuilder::from_installed_program(installed)

@@ -30,7 +30,7 @@ pub(crate) fn own() -> u32 {
 pub(crate) fn firmware_of(bytes: &[u8]) -> Result<u32, Diagnostic> {
     let damaged = |block: usize| Diagnostic::error("firmware.damaged").with("block", block + 1);
     let count = bytes.len() / BLOCK;
-    if count == 0 || bytes.len() % BLOCK != 0 {
+    if count == 0 || !bytes.len().is_multiple_of(BLOCK) {
         return Err(damaged(count));
     }
     let mut flash = Vec::with_capacity(count * CARRIED);

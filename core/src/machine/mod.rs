@@ -29,7 +29,9 @@ pub use parallel::Parallel;
 pub use presets::{
     VIRTUAL_NAME, hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill,
 };
-pub use settings::{Setting, Value, ValueKind, apply, is_in_file_only, read, setting, settings};
+pub use settings::{
+    Setting, Value, ValueKind, apply, is_adapter_wiring, is_in_file_only, read, setting, settings,
+};
 pub use step_dir::{StepDir, WIRED_AXES};
 pub use table::{MOST_RPM, SECTIONS};
 pub use table_speeds::warnings;

@@ -62,6 +62,11 @@ pub fn is_in_file_only(key: &str) -> bool {
         || WIRED.iter().any(|section| key.starts_with(section))
 }
 
+/// Whether the setting `key` says how an adapter is wired: a page that drives it alone, without a file of the machine, changes that.
+pub fn is_adapter_wiring(key: &str) -> bool {
+    key.starts_with("adapter.") && key != "adapter.port"
+}
+
 /// One row of the table.
 #[derive(Clone, Copy, Debug)]
 pub struct Setting {

@@ -10,7 +10,7 @@ use crate::outside::Outside;
 use crate::place::{Next, Orders, Place};
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{Machine, Output};
+use annulus_core::machine::{Machine, Output, is_adapter_wiring};
 use annulus_core::pins::{Clock, Pins};
 use annulus_core::wire::Tell;
 use std::collections::VecDeque;
@@ -158,6 +158,10 @@ impl Outside for Letters {
 
     fn records(&self) -> bool {
         true
+    }
+
+    fn may_rewire(&self, key: &str) -> bool {
+        self.plugged.is_some() && is_adapter_wiring(key)
     }
 
     fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic> {

@@ -34,7 +34,8 @@ fn is_built_from(key: &str) -> bool {
 impl Owner {
     pub(super) fn configure(&mut self, changes: &[(String, Value)]) -> Result<(), Diagnostic> {
         // Which hardware is touched is said in the machine's file alone, whoever asks.
-        if let Some((key, _)) = changes.iter().find(|(key, _)| is_in_file_only(key)) {
+        let fixed = |key: &str| is_in_file_only(key) && !self.outside.may_rewire(key);
+        if let Some((key, _)) = changes.iter().find(|(key, _)| fixed(key)) {
             return Err(diagnostic("control.in_file_only").with("key", key));
         }
         let changed = machine::apply(&self.machine, changes)

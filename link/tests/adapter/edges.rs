@@ -7,7 +7,7 @@ use annulus_link::cutter::Rule;
 use annulus_link::frame::ON_LINE;
 use annulus_link::message::{Beat, Place, Rate, State};
 use annulus_link::run::{HALF, Run};
-use annulus_link::{AXES, FULL_RATE};
+use annulus_link::{AXES, CYCLES_PER_TICK, FULL_RATE};
 
 fn even(forward: bool, interval: u32, count: u32) -> Run {
     Run { count, ..Run::one(forward, interval) }
@@ -39,8 +39,15 @@ fn four_axes_at_half_a_million_steps_a_second_are_exact_to_the_cycle() {
     for _ in 0..paths {
         rig.say(Place { index: [0; AXES] });
         rig.forget();
+        let before = (rig.busy, rig.said);
         rig.play(&runs, ticks, &Rule::resting_within(100_000), 600_000, |_| false);
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
+        let cycles = u64::from(ticks) * u64::from(CYCLES_PER_TICK);
+        println!(
+            "{:.0} % of the processor, {} bytes over the cable",
+            (rig.busy - before.0) as f64 / cycles as f64 * 100.0,
+            rig.said - before.1
+        );
         rig.is_on_path(&runs, ticks);
         steps += rig.is_exact(&runs, ticks);
     }

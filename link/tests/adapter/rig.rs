@@ -68,6 +68,8 @@ pub(crate) struct Rig {
     connected: bool,
     /// The chip's own boot program has it.
     pub(crate) boots: bool,
+    /// Cycles in which the processor made words.
+    pub(crate) busy: u64,
     /// So many packets more are said, then nobody says anything any more.
     pub(crate) packets: Option<u64>,
     /// Bytes that were said to it.
@@ -115,6 +117,7 @@ impl Rig {
             driven: Vec::new(),
             connected: false,
             boots: false,
+            busy: 0,
             packets: None,
             said: 0,
             garble: None,
@@ -143,6 +146,7 @@ impl Rig {
         self.connected = answer["connected"].as_bool().unwrap();
         self.waiting = answer["waiting"].as_u64().unwrap();
         self.reset = answer["reset"].as_u64();
+        self.busy = answer["busy"].as_u64().unwrap();
         self.boots = answer["boots"].as_bool().unwrap();
         self.driven = numbers("driven");
         for pair in numbers("edges").chunks(2) {

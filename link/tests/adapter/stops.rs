@@ -28,13 +28,13 @@ fn way() -> ([Vec<Run>; AXES], u32) {
 
 const RULE: Rule = Rule { ticks: 20_000, fall: 2000, rise: 2000 };
 
-/// A bridge that died when so many packets had been said: whether it was amid the path, and how far the latest index was from the
-/// pins.
-fn dies_after(kill: u64, runs: &[Vec<Run>; AXES], ticks: u32) -> Option<bool> {
+/// A bridge that dies when so many packets were said: whether it was amid the path, and how many ms later the last pulse came. None
+/// where all was said before.
+fn dies_after(kill: u64, runs: &[Vec<Run>; AXES], ticks: u32) -> Option<(bool, f64)> {
     let mut rig = Rig::ready();
     rig.packets = Some(kill);
     rig.play(runs, ticks, &RULE, 50_000, |rig| rig.packets == Some(0));
-    let is_over = rig.packets != Some(0);
+    let (is_over, since) = (rig.packets != Some(0), rig.cycle);
     rig.unplug();
     rig.until_silent();
     let made = rig.is_on_path(runs, ticks);
@@ -43,19 +43,24 @@ fn dies_after(kill: u64, runs: &[Vec<Run>; AXES], ticks: u32) -> Option<bool> {
     assert!(rig.are_steps_low());
     assert_eq!(status.trust, Trust::Trusted, "{status:?}");
     assert!(matches!(status.state, State::Starved | State::Ready), "{status:?}");
-    (!is_over).then_some(status.state == State::Starved && made > 0)
+    let last_ms =
+        (0..AXES).flat_map(|axis| rig.pulses(axis)).map(|pulse| pulse.cycle.saturating_sub(since)).max();
+    let last_ms = last_ms.unwrap_or(0) as f64 / MILLI as f64;
+    (!is_over).then_some((status.state == State::Starved && made > 0, last_ms))
 }
 
 #[test]
 fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
     let (runs, ticks) = way();
-    let (mut starved, mut kill) = (0, 0_u64);
-    while let Some(amid) = dies_after(kill, &runs, ticks) {
+    let (mut starved, mut kill, mut longest_ms) = (0, 0_u64, 0.0_f64);
+    while let Some((amid, last_ms)) = dies_after(kill, &runs, ticks) {
         starved += u32::from(amid);
+        longest_ms = longest_ms.max(last_ms);
         kill += 1;
     }
     println!(
-        "a bridge that dies at every one of {kill} packets: {starved} times amid the path, index exact each time"
+        "a bridge that dies at every one of {kill} packets: {starved} times amid the path, index exact each time, at rest after \
+         {longest_ms:.1} ms at most"
     );
     assert!(starved >= 8, "{starved}");
 }
@@ -63,14 +68,15 @@ fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
 #[test]
 fn a_bridge_that_dies_at_packets_of_chance_of_paths_of_chance_leaves_it_at_rest_on_the_path() {
     let many = std::env::var_os("ANNULUS_LONG").is_some();
-    let mut starved = 0;
+    let (mut starved, mut longest_ms) = (0, 0.0_f64);
     for seed in 1..=if many { 1_000 } else { 4 } {
         let mut chance = Chance::new(seed);
         let (runs, ticks) = path(&mut chance, 400_000);
-        let amid = dies_after(chance.below(60) as u64, &runs, ticks);
-        starved += u32::from(amid == Some(true));
+        let Some((amid, last_ms)) = dies_after(chance.below(60) as u64, &runs, ticks) else { continue };
+        starved += u32::from(amid);
+        longest_ms = longest_ms.max(last_ms);
     }
-    println!("{starved} deaths amid the path");
+    println!("{starved} deaths amid the path, at rest after {longest_ms:.1} ms at most");
     assert!(starved > 0);
 }
 

@@ -8,7 +8,7 @@ use crate::page::link::link;
 use crate::page::{open_board, send};
 use crate::widgets::menu_word;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{Setting, Value, ValueKind, is_in_file_only};
+use annulus_core::machine::{Setting, Value, ValueKind, is_adapter_wiring, is_in_file_only};
 use leptos::ev;
 use leptos::html::{input, label, p, select, small, span};
 use leptos::prelude::*;
@@ -35,7 +35,9 @@ pub(crate) fn field(setting: &'static Setting, refused: Memo<Vec<Diagnostic>>) -
     });
     let changed = move || link().draft.with(|draft| draft.typed.contains_key(setting.key));
     let (help_id, described) = (format!("{}-help", id(setting)), format!("{}-help", id(setting)));
-    let fixed = is_in_file_only(setting.key);
+    // A machine that this page drives alone has no file that could say how it is wired.
+    let own = link().controller.with_untracked(|controller| controller.is_adapter);
+    let fixed = is_in_file_only(setting.key) && !(own && is_adapter_wiring(setting.key));
     let write = move |text: String| send(SettingsEvent::Type { key: setting.key, text });
     let entry = match setting.kind {
         ValueKind::Choice(words) if !fixed => {

@@ -163,6 +163,22 @@ fn stopped_or_without_its_cable_for_a_while_it_rests_on_the_path_and_goes_on() {
 }
 
 #[test]
+fn a_hub_that_stands_still_for_two_seconds_costs_the_job_its_pace_and_no_step() {
+    let (files, program) = (Memory::default(), program(12));
+    let mut bench = drilling(&files, &program, 1);
+    bench.world().fast_ppm = 100;
+    bench.world().stalled = true;
+    (0..250).for_each(|_| bench.turn(TURN));
+    bench.world().stalled = false;
+    let status = bench.acknowledge("adapter.ran_dry");
+    assert_eq!((status.state, status.trust), (State::Ready, Trust::Trusted));
+    assert_eq!(bench.world().real()[..], status.steps[..3]);
+    bench.go_on();
+    let (missing, doubled) = against(&files, &program, status.zero_mm.unwrap());
+    assert!(missing == 0 && doubled <= 1, "{missing} missing, {doubled} twice");
+}
+
+#[test]
 fn closed_at_any_moment_the_adapter_rests_and_the_next_page_goes_on_after_homing() {
     let program = program(12);
     for seed in 0..8 {
@@ -243,4 +259,26 @@ fn nobody_at_the_port_or_somebody_else_is_a_sentence() {
     port.opened();
     bench.ask(&Ask::AcknowledgeAlarm);
     assert_eq!(alarm(&mut bench), "adapter.no_answer");
+}
+
+#[test]
+fn the_wiring_of_its_adapter_is_set_by_the_page_and_which_machine_it_is_is_not() {
+    let files = Memory::default();
+    let mut bench = ready(&files);
+    let set = |key: &str, value| Ask::Configure { changes: vec![(key.to_owned(), value)] };
+    bench.ask(&set("machine.output", Value::Text("card".to_owned())));
+    assert_eq!(bench.refused(), Some("control.in_file_only"));
+    bench.heard.clear();
+    let low = Value::Numbers(vec![0.0, 0.0, 1.0, 0.0]);
+    bench.ask(&set("adapter.steps_low", low.clone()));
+    assert_eq!(bench.refused(), None);
+    let status = bench.until(|status| status.trust == Trust::Lost);
+    assert_eq!(status.alarm, None, "wired otherwise, it must be homed");
+    bench.home();
+    let again = opened(&files, bench.world.take().unwrap(), 9);
+    let kept = again.heard.iter().any(|tell| match tell {
+        Tell::Machine { settings, .. } => settings.contains(&("adapter.steps_low".to_owned(), low.clone())),
+        _ => false,
+    });
+    assert!(kept, "the next page has the same wiring");
 }

@@ -82,6 +82,10 @@ pub(super) struct World {
     /// The emergency stop is pressed.
     pub(super) pressed: bool,
     plugged: bool,
+    /// A hub between does nothing.
+    pub(super) stalled: bool,
+    /// How much faster the adapter's clock is, in millionths.
+    pub(super) fast_ppm: u64,
     /// Turns a bit of one of so many bytes.
     pub(super) garble: Option<(Chance, usize)>,
     /// Pulses that were given, and bytes that came.
@@ -120,6 +124,8 @@ impl World {
             files: files.clone(),
             pressed: false,
             plugged: true,
+            stalled: false,
+            fast_ppm: 0,
             garble: None,
             steps: 0,
             bytes: 0,
@@ -152,8 +158,9 @@ impl World {
 
     /// What happened since.
     pub(super) fn go_on(&mut self) {
-        let until_us = now().as_micros() as u64;
-        let bytes = self.port.written();
+        let now_us = now().as_micros() as u64;
+        let until_us = now_us + now_us * self.fast_ppm / 1_000_000;
+        let bytes = if self.stalled { Vec::new() } else { self.port.written() };
         self.bytes += bytes.len() as u64;
         let bytes = if self.plugged { self.spoiled(bytes) } else { Vec::new() };
         bytes.iter().for_each(|byte| self.adapter.hear(*byte, self.now_us as u32));
@@ -212,7 +219,7 @@ impl World {
         let mut line = [0; ON_LINE];
         while let Some(length) = self.adapter.tell(self.now_us as u32, &mut line) {
             let told = self.spoiled(line[..length].to_vec());
-            if self.plugged {
+            if self.plugged && !self.stalled {
                 self.port.bytes(&told);
             }
         }
