@@ -39,7 +39,11 @@ pub(super) fn levels(lines: &[Line]) -> Vec<(f32, Vec<Line>)> {
 
 /// The level to be drawn where a millimetre has so many pixels; none for all lines.
 pub(super) fn level_for(offs_mm: impl IntoIterator<Item = f32>, px_per_mm: f64) -> Option<usize> {
-    offs_mm.into_iter().take_while(|off_mm| f64::from(*off_mm) * px_per_mm <= UNSEEN_PX).count().checked_sub(1)
+    offs_mm
+        .into_iter()
+        .take_while(|off_mm| f64::from(*off_mm) * px_per_mm <= UNSEEN_PX)
+        .count()
+        .checked_sub(1)
 }
 
 /// `lines` with fewer pieces: no end of a piece is further than `off_mm` from the line that stands for it.
@@ -50,7 +54,10 @@ fn thin(lines: &[Line], off_mm: f32) -> Vec<Line> {
         let goes_on = found.last().filter(|last| {
             let same = last.colour == line.colour && last.width == line.width && last.order == line.order;
             let near = |end: &[f32; 2]| distance_mm(last.a_mm, line.b_mm, *end) <= off_mm;
-            same && last.b_mm == line.a_mm && ends.len() < MOST_PIECES && near(&line.a_mm) && ends.iter().all(near)
+            same && last.b_mm == line.a_mm
+                && ends.len() < MOST_PIECES
+                && near(&line.a_mm)
+                && ends.iter().all(near)
         });
         if goes_on.is_some() && !turns_back(found.last(), line) {
             ends.push(line.a_mm);
@@ -78,7 +85,8 @@ fn turns_back(last: Option<&Line>, line: &Line) -> bool {
 fn distance_mm(a: [f32; 2], b: [f32; 2], at: [f32; 2]) -> f32 {
     let (way, off) = ([b[0] - a[0], b[1] - a[1]], [at[0] - a[0], at[1] - a[1]]);
     let squared = way[0] * way[0] + way[1] * way[1];
-    let share = if squared > 0.0 { ((way[0] * off[0] + way[1] * off[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
+    let share =
+        if squared > 0.0 { ((way[0] * off[0] + way[1] * off[1]) / squared).clamp(0.0, 1.0) } else { 0.0 };
     let [x, y] = [off[0] - share * way[0], off[1] - share * way[1]];
     (x * x + y * y).sqrt()
 }
@@ -98,7 +106,8 @@ mod tests {
         let pieces = 10_000;
         let round = |circle: u32| {
             let at = move |piece: u32| {
-                let (turn, radius) = (std::f32::consts::TAU * piece as f32 / pieces as f32, 1.0 + circle as f32 * 0.1);
+                let (turn, radius) =
+                    (std::f32::consts::TAU * piece as f32 / pieces as f32, 1.0 + circle as f32 * 0.1);
                 let centre = [circle as f32 % 10.0 * 12.0, (circle / 10) as f32 * 12.0];
                 [centre[0] + radius * turn.cos(), centre[1] + radius * turn.sin()]
             };

@@ -129,12 +129,7 @@ fn faults(one: &Swept, bit: Option<&Bit>, mark: Mark, deep: bool) -> impl Iterat
 }
 
 /// All ways of the tip in a move, over the board and in it.
-fn courses(
-    planned: &Move,
-    mm_per_step: &[f64; AXES],
-    spindles: &[usize],
-    on_paths: bool,
-) -> Vec<Course> {
+fn courses(planned: &Move, mm_per_step: &[f64; AXES], spindles: &[usize], on_paths: bool) -> Vec<Course> {
     let begin_s = start_s(planned);
     let tip = |t_s: f64| {
         let steps = planned.at(t_s);
