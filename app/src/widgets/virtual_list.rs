@@ -55,6 +55,8 @@ pub fn virtual_list(
         let from = f64::from(element.scroll_top()) * stretch;
         if top < from || top + ROW_PX > from + view {
             element.set_scroll_top(((top - view / 2.0).max(0.0) / stretch) as i32);
+            // A browser that draws no frame tells of no scrolling.
+            scroll.set(f64::from(element.scroll_top()));
         }
     });
     let made = Memo::new(move |_| {

@@ -14,8 +14,9 @@ use std::sync::Arc;
 
 /// Size of the board, mm.
 const BOARD_MM: [f64; 2] = [100.0, 80.0];
-/// Segments of one toolpath.
-const OF_A_WAY: usize = 10_000;
+/// Segments of a row over the board, and of a toolpath.
+const ROW_PIECES: usize = 2_000;
+const TOOLPATH_PIECES: usize = 10_000;
 /// So many cells are carved in a frame of the page.
 const FRAME_CELLS: u64 = 1_200_000;
 
@@ -28,18 +29,19 @@ pub struct Simulation {
 
 /// A way of `segments` straight pieces, in rows over the board.
 pub fn program(segments: usize) -> Program {
-    let rows = (segments as f64 / 2_000.0).ceil().max(1.0);
-    let per_row = (segments as f64 / rows).ceil();
+    let rows = segments.div_ceil(ROW_PIECES).max(1);
+    let per_row = segments.div_ceil(rows).max(1);
     let height = Length::from_um(-60);
     let place = |segment: usize| {
-        let (row, along) = ((segment as f64 / per_row).floor(), segment as f64 % per_row);
-        let share = if row % 2.0 == 0.0 { along / per_row } else { 1.0 - along / per_row };
-        let wave = 0.04 * libm::sin(along * 0.7);
-        Point::from_mm(share * BOARD_MM[0], (row + 0.5) / rows * (BOARD_MM[1] - 1.0) + wave)
+        let (row, along) = (segment / per_row, (segment % per_row) as f64 / per_row as f64);
+        let share = if row % 2 == 0 { along } else { 1.0 - along };
+        let aside_mm = if segment % 2 == 0 { 0.02 } else { -0.02 };
+        let up_mm = (row as f64 + 0.5) / rows as f64 * (BOARD_MM[1] - 1.0);
+        Point::from_mm(share * BOARD_MM[0], up_mm + aside_mm)
     };
-    let legs = (0..segments).step_by(OF_A_WAY).zip(0..).map(|(first, number)| {
+    let legs = (0..segments).step_by(TOOLPATH_PIECES).zip(0..).map(|(first, number)| {
         let down = Command::Plunge { to: height, feed_um_per_s: 5_000, gate: None };
-        let last = (first + OF_A_WAY).min(segments);
+        let last = (first + TOOLPATH_PIECES).min(segments);
         let mill = |segment| Command::Mill { to: place(segment + 1), height, feed_um_per_s: 20_000 };
         let mut commands = vec![Command::Rapid { to: place(first) }, down];
         commands.extend((first..last).map(mill));
