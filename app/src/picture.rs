@@ -180,7 +180,8 @@ pub fn toolpaths(
 
 /// The nearest of `places` that lies more in the direction `way` from `from_mm` than beside it; every other place lies so in one of four
 /// directions.
-pub fn beside(places: impl Iterator<Item = [f64; 2]>, from_mm: [f64; 2], way: [f64; 2]) -> Option<usize> {
+pub fn beside(places: impl Iterator<Item = [f64; 2]>, from_mm: [f64; 2], way: [i8; 2]) -> Option<usize> {
+    let way = way.map(f64::from);
     let ranked = places.enumerate().filter_map(|(index, [x, y])| {
         let (dx, dy) = (x - from_mm[0], y - from_mm[1]);
         let (along, across) = (dx * way[0] + dy * way[1], (dx * way[1] - dy * way[0]).abs());
@@ -356,12 +357,12 @@ mod tests {
     fn by_four_directions_every_hole_is_reached_and_the_nearest_first() {
         let places = [[0.0, 0.0], [10.0, 0.0], [20.0, 1.0], [10.0, 9.0], [10.0, -30.0]];
         let rows = [
-            ([0.0, 0.0], [1.0, 0.0], Some(1)),
-            ([10.0, 0.0], [1.0, 0.0], Some(2)),
-            ([10.0, 0.0], [0.0, 1.0], Some(3)),
-            ([10.0, 0.0], [0.0, -1.0], Some(4)),
-            ([20.0, 1.0], [1.0, 0.0], None),
-            ([20.0, 1.0], [-1.0, 0.0], Some(1)),
+            ([0.0, 0.0], [1, 0], Some(1)),
+            ([10.0, 0.0], [1, 0], Some(2)),
+            ([10.0, 0.0], [0, 1], Some(3)),
+            ([10.0, 0.0], [0, -1], Some(4)),
+            ([20.0, 1.0], [1, 0], None),
+            ([20.0, 1.0], [-1, 0], Some(1)),
         ];
         for (from, way, expected) in rows {
             assert_eq!(beside(places.into_iter(), from, way), expected, "{from:?} {way:?}");
@@ -369,7 +370,7 @@ mod tests {
         let mut seen = std::collections::BTreeSet::from([0_usize]);
         let mut open = vec![0_usize];
         while let Some(at) = open.pop() {
-            let ways = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
+            let ways = [[1, 0], [-1, 0], [0, 1], [0, -1]];
             let next = ways.into_iter().filter_map(|way| beside(places.into_iter(), places[at], way));
             open.extend(next.filter(|next| seen.insert(*next)));
         }

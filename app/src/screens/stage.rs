@@ -105,7 +105,7 @@ fn walk(view: &View, shown: Memo<Option<Arc<Shown>>>, [x, y]: [i8; 2]) {
     let holes = &shown.board.holes;
     let chosen = frame().selected.get_untracked().and_then(|hole| holes.get(hole as usize)).map(place);
     let camera = view.camera();
-    let way = [f64::from(x) * camera.hand(), f64::from(y)];
+    let way = [if camera.mirrored { -x } else { x }, y];
     let found = picture::beside(holes.iter().map(place), chosen.unwrap_or(camera.centre_mm), way);
     // Nothing is chosen yet and nothing lies there: whichever there is.
     let found = found.or_else(|| (chosen.is_none() && !holes.is_empty()).then_some(0));

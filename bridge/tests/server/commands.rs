@@ -159,6 +159,9 @@ fn wrong_usage_is_one_object() {
         assert_eq!((exit, code(&object)), (2, "cli.usage"), "{arguments:?}");
         assert!(!text.is_empty());
     }
+    let (_, object, _) = output(&home, &["run", "a.drl", "--speed", "fast", "--json"]);
+    let said = object["error"]["message"].as_str().unwrap_or_default();
+    assert!(said.contains("a number, as 1 for the speed of life"), "{said}");
     let (exit, object, _) = output(&home, &["fly"]);
     assert_eq!((exit, object), (2, Value::Null));
     let (exit, _, _) = output(&home, &["--version"]);
