@@ -13,6 +13,7 @@ pub(crate) mod export;
 pub(crate) mod files;
 mod findings;
 mod grbl;
+mod height_map;
 mod inspect;
 pub(crate) mod job;
 mod lab;

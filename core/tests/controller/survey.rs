@@ -1,7 +1,7 @@
 //! Touching a board with a GRBL of our own: heights, hold, stop, what stands in the way, damaged lines.
 
 use super::{Bench, Faults, ZERO, routine};
-use annulus_core::align::{Alignment, FoundHole};
+use annulus_core::align::{BoardFit, FoundHole};
 use annulus_core::control::Trust;
 use annulus_core::controller::{
     Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyStart,
@@ -212,7 +212,7 @@ fn a_job_goes_along_with_a_board_that_lies_elsewhere() {
         found: Point::from_mm(found[0], found[1]),
     };
     // Three in four: a turn by some 0.57 degrees, and a shift.
-    let fit = Alignment::of(&[hole([0.0, 0.0], [1.0, -2.0]), hole([100.0, 0.0], [100.995, -1.0])]).unwrap();
+    let fit = BoardFit::of(&[hole([0.0, 0.0], [1.0, -2.0]), hole([100.0, 0.0], [100.995, -1.0])]).unwrap();
     let text =
         "G21 G90\nG0 Z5\nG0 X2 Y3\nM3 S9000\nG1 Z-0.1 F100\nG2 X6 Y3 I2 J0 F300\nG1 X9 Y7\nG0 Z5\nM5\nM2\n";
     let planned = read("arc", &[("arc.nc".to_owned(), text.to_owned())]).unwrap();

@@ -8,7 +8,6 @@
 //!
 //! Comes in: the job of the machine, what the controller told. Goes out: wishes. The machine moves by *Touch the board* alone.
 
-use super::controller::chosen;
 use crate::i18n::{advice, message, say, t};
 use crate::page::link::{self, Link};
 use crate::widgets::{Dialog, choice, dialog, push, push_if};
@@ -34,7 +33,7 @@ const HUES: [f64; 2] = [220.0, 25.0];
 
 /// Button and dialog, where the page has a controller.
 pub(super) fn level(line: Link) -> impl IntoView {
-    let chosen = chosen(line);
+    let chosen = Memo::new(move |_| line.controller.with(|controller| controller.chosen));
     let open = RwSignal::new(false);
     let spacing_mm = RwSignal::new(10_u8);
     move || {
