@@ -17,7 +17,7 @@ const NEAREST_MM: f64 = 5.0;
 /// What may be left over at a hole, mm: a third of a usual isolation gap.
 const LEFT_OVER_MM: f64 = 0.1;
 /// A board that is turned by more than this was put down another way round, degrees.
-const MOST_DEGREES: f64 = 15.0;
+const MOST_DEG: f64 = 15.0;
 
 /// An alignment hole: where it was planned, and where it was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -73,7 +73,7 @@ impl BoardFit {
         if fit.left_over_mm > LEFT_OVER_MM {
             return Err(Diagnostic::error("align.apart").with("mm", format!("{:.3}", fit.left_over_mm)));
         }
-        if libm::fabs(fit.degrees()) > MOST_DEGREES {
+        if libm::fabs(fit.degrees()) > MOST_DEG {
             return Err(Diagnostic::error("align.turned").with("degrees", format!("{:.1}", fit.degrees())));
         }
         Ok(fit)
