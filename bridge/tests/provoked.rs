@@ -60,7 +60,7 @@ fn a_board_that_is_not_flat_is_touched_and_every_hole_goes_through() {
     assert!(span > 400.0, "{map}");
     let (exit, object) = annulus(home, "run board.drl --fault board-not-flat");
     assert_eq!((exit, &object["error"]["code"]), (1, &"control.board_differs".into()), "{object}");
-    assert!(object["drilled"]["missing"].as_u64() >= Some(3), "{object}");
+    assert!(object["drilled"]["missing"].as_u64() >= Some(1), "{object}");
     let (exit, object) = annulus(home, "run board.drl --level --from-start --fault board-not-flat");
     assert_eq!((exit, &object["drilled"]["missing"]), (0, &0.into()), "{object}");
     // Another board does not follow it.

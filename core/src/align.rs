@@ -6,7 +6,7 @@
 //!                               ─▶                        ○ b'     shift, turn, and what is left over at each hole
 //! ```
 //!
-//! Comes in: pairs of places, whole nanometres. Goes out: an [`Alignment`], places that are moved by it. A board does not stretch: what
+//! Comes in: pairs of places, whole nanometres. Goes out: an [`BoardFit`], places that are moved by it. A board does not stretch: what
 //! shift and turn cannot explain is left over, and too much of it is refused. Does not know who found the holes, nor with what.
 
 use crate::diagnostic::Diagnostic;
@@ -17,7 +17,7 @@ const NEAREST_MM: f64 = 5.0;
 /// What may be left over at a hole, mm: a third of a usual isolation gap.
 const LEFT_OVER_MM: f64 = 0.1;
 /// A board that is turned by more than this was put down another way round, degrees.
-const MOST_DEGREES: f64 = 15.0;
+const MOST_DEG: f64 = 15.0;
 
 /// An alignment hole: where it was planned, and where it was found.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,7 +30,7 @@ pub struct FoundHole {
 
 /// How a board lies: turned about the work zero, then shifted.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Alignment {
+pub struct BoardFit {
     /// Turn counter-clockwise, radians.
     pub turn_rad: f64,
     /// Shift after it, mm.
@@ -39,7 +39,7 @@ pub struct Alignment {
     pub left_over_mm: f64,
 }
 
-impl Alignment {
+impl BoardFit {
     /// The best fit of two holes or more: the sum of the squares of what is left over is the least that it can be.
     pub fn of(holes: &[FoundHole]) -> Result<Self, Diagnostic> {
         if holes.len() < 2 {
@@ -73,7 +73,7 @@ impl Alignment {
         if fit.left_over_mm > LEFT_OVER_MM {
             return Err(Diagnostic::error("align.apart").with("mm", format!("{:.3}", fit.left_over_mm)));
         }
-        if libm::fabs(fit.degrees()) > MOST_DEGREES {
+        if libm::fabs(fit.degrees()) > MOST_DEG {
             return Err(Diagnostic::error("align.turned").with("degrees", format!("{:.1}", fit.degrees())));
         }
         Ok(fit)
@@ -111,7 +111,7 @@ mod tests {
     fn a_shift_and_a_turn_are_found_again() {
         let mut chance = Chance::new(5);
         for round in 0..500 {
-            let truth = Alignment {
+            let truth = BoardFit {
                 turn_rad: chance.between(-0.2, 0.2),
                 shift_mm: [chance.between(-50.0, 50.0), chance.between(-50.0, 50.0)],
                 left_over_mm: 0.0,
@@ -122,7 +122,7 @@ mod tests {
                 .collect();
             let holes: Vec<FoundHole> =
                 places.iter().map(|at| FoundHole { planned: *at, found: truth.moved(*at) }).collect();
-            let fit = Alignment::of(&holes).unwrap();
+            let fit = BoardFit::of(&holes).unwrap();
             assert!(
                 (fit.turn_rad - truth.turn_rad).abs() < 1e-6 && fit.left_over_mm < 1e-5,
                 "{round} {fit:?}"
@@ -137,16 +137,16 @@ mod tests {
         // Three holes, one of them 90 µm off: every other shift and turn leaves more.
         let holes =
             [hole([0.0, 0.0], [0.0, 0.0]), hole([80.0, 0.0], [80.0, 0.0]), hole([0.0, 60.0], [0.0, 60.09])];
-        let fit = Alignment::of(&holes).unwrap();
+        let fit = BoardFit::of(&holes).unwrap();
         assert!((0.02..0.09).contains(&fit.left_over_mm), "{fit:?}");
-        let squares = |fit: &Alignment| -> f64 {
+        let squares = |fit: &BoardFit| -> f64 {
             let each = holes.iter().map(|hole| fit.moved(hole.planned).distance_mm(hole.found));
             each.map(|mm| mm * mm).sum()
         };
         let best = squares(&fit);
         for (turn, x, y) in [(1e-4, 0.0, 0.0), (-1e-4, 0.0, 0.0), (0.0, 0.01, 0.0), (0.0, 0.0, -0.01)] {
             let shift_mm = [fit.shift_mm[0] + x, fit.shift_mm[1] + y];
-            assert!(squares(&Alignment { turn_rad: fit.turn_rad + turn, shift_mm, ..fit }) > best);
+            assert!(squares(&BoardFit { turn_rad: fit.turn_rad + turn, shift_mm, ..fit }) > best);
         }
     }
 
@@ -168,7 +168,7 @@ mod tests {
             ("align.turned", vec![hole([0.0, 0.0], [80.0, 60.0]), hole([80.0, 60.0], [0.0, 0.0])]),
         ];
         for (code, holes) in rows {
-            assert_eq!(Alignment::of(&holes).unwrap_err().code, code);
+            assert_eq!(BoardFit::of(&holes).unwrap_err().code, code);
         }
     }
 }

@@ -15,6 +15,7 @@ pub(crate) mod files;
 mod findings;
 mod firmware;
 mod grbl;
+mod height_map;
 mod inspect;
 pub(crate) mod job;
 mod judged;

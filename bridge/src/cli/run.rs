@@ -82,7 +82,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
     let (program, map) = if args.level {
-        let (program, map, most) = super::level::followed(&job.program)?;
+        let (program, map, most) = super::height_map::followed(&job.program)?;
         super::say(format_args!("Depth follows the board, by up to {:.3} mm.", most.mm()));
         (program, Some(map))
     } else {

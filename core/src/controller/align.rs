@@ -4,14 +4,14 @@
 //! know how the board was found.
 
 use super::routine::{Course, Routine, RoutineAction, RoutineMove, TipPlace};
-use crate::align::Alignment;
+use crate::align::BoardFit;
 use crate::geometry::Point;
 use crate::units::Length;
 use sha2::{Digest, Sha256};
 
 /// The routine where the board is.
 #[must_use]
-pub fn aligned_routine(routine: &Routine, fit: &Alignment) -> Routine {
+pub fn aligned_routine(routine: &Routine, fit: &BoardFit) -> Routine {
     let plane = |[x, y]: [Length; 2]| {
         let at = fit.moved(Point::new(x, y));
         [at.x, at.y]

@@ -5,8 +5,9 @@
 use super::attended::Told;
 use super::order::Order;
 use super::station::Station;
+use super::surface::Touching;
 use crate::files::{File, Files};
-use crate::journal::{sealed, unsealed};
+use crate::journal::sealed;
 use crate::prepare::row;
 use annulus_core::controller::{EngineAsk, SurveyStart, settings};
 use annulus_core::diagnostic::Diagnostic;
@@ -18,36 +19,6 @@ use annulus_core::wire::{HeightMapReport, PreflightRow, RowVerdict, Tell};
 /// How fast the tip goes down to the board, and from place to place, mm/min.
 const DOWN_MM_PER_MIN: f64 = 60.0;
 const OVER_MM_PER_MIN: f64 = 800.0;
-
-/// A board that is being touched.
-#[derive(Default)]
-pub(super) struct Touching {
-    job: String,
-    now_s: u64,
-    grid: Option<ProbeGrid>,
-    heights: Vec<Option<Length>>,
-    done: usize,
-    of: usize,
-}
-
-/// What is known of the surface of the board.
-#[derive(Default)]
-pub(super) struct BoardSurface {
-    /// The map that was kept.
-    map: Option<HeightMap>,
-    /// It was measured since the port was opened, and the place of the zero was not lost since.
-    fresh: bool,
-    touching: Touching,
-}
-
-impl BoardSurface {
-    /// As it was kept.
-    pub(super) fn kept(files: &mut impl Files) -> Self {
-        let bytes = files.read(File::HeightMap).unwrap_or_default();
-        let map = unsealed::<Option<HeightMap>>(&bytes).ok().flatten().filter(HeightMap::is_whole);
-        Self { map, ..Self::default() }
-    }
-}
 
 /// What there is to be touched, and how.
 pub(super) struct SurveyWish {

@@ -17,6 +17,7 @@ mod level;
 mod order;
 mod station;
 mod status;
+mod surface;
 #[cfg(test)]
 mod tests;
 

@@ -5,8 +5,8 @@
 
 use super::attended::{Attended, AttendedJob, Due, Told};
 use super::ledger::{Bringing, Ledger};
-use super::level::BoardSurface;
 use super::order::{Armed, Order};
+use super::surface::BoardSurface;
 use crate::executor::Time;
 use crate::files::Files;
 use crate::line::{Asked, Line};

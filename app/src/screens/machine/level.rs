@@ -8,7 +8,6 @@
 //!
 //! Comes in: the job of the machine, what the controller told. Goes out: wishes. The machine moves by *Touch the board* alone.
 
-use super::controller::chosen;
 use crate::i18n::{advice, message, say, t};
 use crate::page::link::{self, Link};
 use crate::widgets::{Dialog, choice, dialog, push, push_if};
@@ -30,11 +29,11 @@ const MARGIN: Length = Length::from_um(2_000);
 const CLEAR_UM: u32 = 1_000;
 const DEPTH_UM: u32 = 2_000;
 /// Hues of the lowest and of the highest height.
-const HUES: [f64; 2] = [220.0, 25.0];
+const HUES_DEG: [f64; 2] = [220.0, 25.0];
 
 /// Button and dialog, where the page has a controller.
 pub(super) fn level(line: Link) -> impl IntoView {
-    let chosen = chosen(line);
+    let chosen = Memo::new(move |_| line.controller.with(|controller| controller.chosen));
     let open = RwSignal::new(false);
     let spacing_mm = RwSignal::new(10_u8);
     move || {
@@ -173,7 +172,7 @@ fn mesh(grid: &ProbeGrid, heights: &[Option<Length>], next: Option<u32>) -> impl
         known.iter().fold((f64::MAX, f64::MIN), |(least, most), mm| (least.min(*mm), most.max(*mm)));
     let colour = move |mm: f64| {
         let share = if most > least { (mm - least) / (most - least) } else { 0.5 };
-        format!("hsl({:.0} 70% {:.0}%)", HUES[0] + (HUES[1] - HUES[0]) * share, 42.0 + 16.0 * share)
+        format!("hsl({:.0} 70% {:.0}%)", HUES_DEG[0] + (HUES_DEG[1] - HUES_DEG[0]) * share, 42.0 + 16.0 * share)
     };
     let columns = usize::from(grid.columns);
     let cells =

@@ -6,7 +6,7 @@
 use super::operator::Operator;
 use super::program::{self, Programs};
 use super::{LevelArgs, TouchArgs, WhichMap, ledger};
-use crate::cli::{Answer, Exit, Refusal, level, say};
+use crate::cli::{Answer, Exit, Refusal, height_map, say};
 use crate::controller::maps::Maps;
 use crate::machine_file;
 use annulus_core::controller::{EngineAsk, EnginePhase, SurveyStart, cut_bounds, level_routine, settings};
@@ -28,7 +28,7 @@ pub(super) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let mut operator = Operator::new(&args.how, &ledger(), AttendedJob::default(), json)?;
     operator.meets()?;
     let map = operator.measure_board(&programs, &args.touches)?;
-    Ok(Answer { object: level::object(&map), text: level::text(&map), exit: Exit::Done })
+    Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })
 }
 
 fn maps() -> Maps {

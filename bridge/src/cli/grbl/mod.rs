@@ -10,7 +10,7 @@ use super::{Answer, Exit, Refusal};
 use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
 use crate::machine_file;
-use annulus_core::align::{Alignment, FoundHole};
+use annulus_core::align::{BoardFit, FoundHole};
 use annulus_core::controller::{Info, aligned_routine, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
@@ -189,7 +189,7 @@ fn aligned(programs: Programs, how: &How) -> Result<Programs, Refusal> {
     if how.found.is_empty() {
         return Ok(programs);
     }
-    let fit = Alignment::of(&how.found).map_err(Refusal::content)?;
+    let fit = BoardFit::of(&how.found).map_err(Refusal::content)?;
     let mm = |mm: f64| format!("{mm:.3}");
     let told = Diagnostic::note("align.lies").with("degrees", mm(fit.degrees()));
     let told = told.with("x", mm(fit.shift_mm[0])).with("y", mm(fit.shift_mm[1]));

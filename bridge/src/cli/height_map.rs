@@ -1,0 +1,55 @@
+//! The height map that was kept, as commands use it: a program that follows it, its heights as text and for programs.
+//!
+//! Comes in: programs, maps. Goes out: programs, words. Does not know how a board is touched.
+
+use super::Refusal;
+use crate::controller::maps::Maps;
+use crate::machine_file;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::Program;
+use annulus_core::level::{HeightMap, TOLERANCE, key_of, level};
+use annulus_core::units::Length;
+use serde_json::{Value, json};
+
+/// Where the map of the drill of this computer is kept.
+pub(super) fn maps() -> Maps {
+    Maps::of_drill(&machine_file::data_folder())
+}
+
+/// The program as it follows the map that was kept, that map, and the largest correction.
+pub(super) fn followed(program: &Program) -> Result<(Program, HeightMap, Length), Refusal> {
+    let map = maps().kept().map_err(Refusal::content)?;
+    if map.job != key_of(program) {
+        return Err(Refusal::content(Diagnostic::error("level.other_job")));
+    }
+    let levelled = level(program, &map, TOLERANCE).map_err(Refusal::content)?;
+    Ok((levelled.program, map, levelled.correction.largest()))
+}
+
+/// The map as a table of µm, the highest Y on top as on the board.
+pub(super) fn text(map: &HeightMap) -> String {
+    let columns = usize::from(map.grid.columns);
+    let rows = map.heights.chunks(columns).rev().map(|row| {
+        let words: Vec<String> = row.iter().map(|height| format!("{:>6}", height.nm() / 1_000)).collect();
+        words.join("") + "\n"
+    });
+    let [low, high] = map.span();
+    let table: String = rows.collect();
+    format!("Height over the work zero, µm:\n{table}From {:.3} to {:.3} mm.\n", low.mm(), high.mm())
+}
+
+/// The same for programs.
+pub(super) fn object(map: &HeightMap) -> Value {
+    let um = |height: &Length| height.nm() as f64 / 1e3;
+    let [low, high] = map.span();
+    json!({
+        "columns": map.grid.columns,
+        "rows": map.grid.rows,
+        "low_mm": [map.grid.low.x.mm(), map.grid.low.y.mm()],
+        "high_mm": [map.grid.high.x.mm(), map.grid.high.y.mm()],
+        "heights_um": map.heights.iter().map(um).collect::<Vec<_>>(),
+        "lowest_um": um(&low),
+        "highest_um": um(&high),
+        "map": map.key(),
+    })
+}
