@@ -388,7 +388,8 @@ fn when_nobody_is_heard_it_rests_on_the_path_before_its_spindle_goes_off() {
         assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
         // 400 ms of path are there; then nobody says anything.
         let steady = Run { count: 4_000, ..Run::one(true, 1_000) };
-        let mut cutter = ChunkCutter::new([&[steady], &[], &[], &[]], 4_000_000, 0, [0; AXES]);
+        let steady = [steady];
+        let mut cutter = ChunkCutter::new([&steady, &[], &[], &[]], 4_000_000, 0, [0; AXES]);
         let rule = Rule { ticks: 1_000_000, ..Rule::resting_within(100_000) };
         while let Some(piece) = cutter.cut(&rule) {
             let (runs, tail) = piece.slices();

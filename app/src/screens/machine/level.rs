@@ -172,7 +172,11 @@ fn mesh(grid: &ProbeGrid, heights: &[Option<Length>], next: Option<u32>) -> impl
         known.iter().fold((f64::MAX, f64::MIN), |(least, most), mm| (least.min(*mm), most.max(*mm)));
     let colour = move |mm: f64| {
         let share = if most > least { (mm - least) / (most - least) } else { 0.5 };
-        format!("hsl({:.0} 70% {:.0}%)", HUES_DEG[0] + (HUES_DEG[1] - HUES_DEG[0]) * share, 42.0 + 16.0 * share)
+        format!(
+            "hsl({:.0} 70% {:.0}%)",
+            HUES_DEG[0] + (HUES_DEG[1] - HUES_DEG[0]) * share,
+            42.0 + 16.0 * share
+        )
     };
     let columns = usize::from(grid.columns);
     let cells =
