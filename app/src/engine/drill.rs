@@ -144,7 +144,7 @@ fn post(message: &JsValue) {
 
 async fn open(scope: &DedicatedWorkerGlobalScope, wanted: Wanted) -> Result<Served, Diagnostic> {
     let controls = scope.name() == CONTROLLER;
-    let names = if controls { &File::CONTROLLER } else { &File::DRILL };
+    let names: &[File] = if controls { &File::CONTROLLER } else { &File::DRILL };
     let store = match wanted {
         Wanted::Named(_) => files::open(scope, files::DRILL, names).await?,
         Wanted::Adapter => files::open(scope, files::ADAPTER, &File::DRILL).await?,

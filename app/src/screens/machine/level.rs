@@ -162,7 +162,7 @@ fn troubles(
 }
 
 /// The grid as a picture, Y upwards.
-fn mesh(grid: &ProbeGrid, heights: &[Option<Length>], next: Option<u32>) -> impl IntoView {
+fn mesh(grid: &ProbeGrid, heights: &[Option<Length>], next: Option<u32>) -> impl IntoView + use<> {
     let (low, high) = (grid.low, grid.high);
     let (width, height) = ((high.x - low.x).mm(), (high.y - low.y).mm());
     let dot = (width / f64::from(grid.columns)).min(height / f64::from(grid.rows)) * 0.16;
