@@ -15,6 +15,7 @@ const SAME: &[&str] = &[
     "Auto",
     "CAM",
     "PID",
+    "Program",
     "STOP",
     "Start…",
     "Stop",

@@ -52,7 +52,6 @@ const PLAIN: &[(&str, &str, &str)] = &[
     ("bridge/src/lab", "ratio", "a deviation over what it may be"),
     ("bridge/src/lab", "relative", "a share of the value that is compared"),
     ("bridge/src/lab", "tolerance", "in the unit of the value that is compared"),
-    ("bridge/src/spindle/profile.rs", "per", "numbers of a register for one of the unit beside it"),
     ("core/src/artwork/gerber", "scale", "a factor"),
     ("core/src/artwork/gerber/transform.rs", "degrees", "degrees"),
     ("core/src/artwork/kinds.rs", "runner_up", "a share of the holes"),

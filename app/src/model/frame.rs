@@ -409,19 +409,22 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
                 frame.update_ready = false;
             }
         }
-        FrameEvent::Taken { number } => {
-            let act = taken(frame, number);
-            match act {
-                Some(ToastAct::Review) => model.board.reviewing = true,
-                Some(ToastAct::TakeAnew) => model.anew.want(),
-                Some(ToastAct::DrawnBefore) => return super::drawing::update(model, DrawEvent::Back),
-                Some(ToastAct::Update) => {
-                    frame.update_ready = false;
-                    return vec![Effect::TakeUpdate];
-                }
-                None => {}
-            }
+        FrameEvent::Taken { number } => return take(model, number),
+    }
+    Vec::new()
+}
+
+/// Does what a short word offered.
+fn take(model: &mut Model, number: u32) -> Vec<Effect> {
+    match taken(&mut model.frame, number) {
+        Some(ToastAct::Review) => model.board.reviewing = true,
+        Some(ToastAct::TakeAnew) => model.anew.want(),
+        Some(ToastAct::DrawnBefore) => return super::drawing::update(model, DrawEvent::Back),
+        Some(ToastAct::Update) => {
+            model.frame.update_ready = false;
+            return vec![Effect::TakeUpdate];
         }
+        None => {}
     }
     Vec::new()
 }

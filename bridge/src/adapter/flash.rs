@@ -8,7 +8,7 @@ use super::port::{Plug, named};
 use crate::serial;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::pins::through;
-use annulus_drill::adapter::{Line, who};
+use annulus_drill::adapter::{AdapterLine, who};
 use annulus_drill::executor::Time;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::frame::{FRAME, open};
@@ -46,7 +46,7 @@ fn awaited<T>(mut look: impl FnMut() -> Option<T>) -> Option<T> {
 pub(crate) fn asked(name: &str, time: Time) -> Result<(String, Welcome), Diagnostic> {
     let plug = Plug::open(name)?;
     let port = plug.port_name().to_owned();
-    let mut line = Line::new(Box::new(plug), getrandom::u32().unwrap_or(std::process::id()), time);
+    let mut line = AdapterLine::new(Box::new(plug), getrandom::u32().unwrap_or(std::process::id()), time);
     through(who(&mut line)).map(|welcome| (port, welcome))
 }
 

@@ -54,7 +54,8 @@ fn carried(block: &[u8], index: usize, count: usize) -> Option<&[u8]> {
         && word(16)? as usize == CARRIED
         && [word(20)? as usize, word(24)? as usize] == [index, count]
         && word(28)? == FAMILY_OF_RP2040
-        && FLASH.contains(&address);
+        && FLASH.contains(&address)
+        && address.is_multiple_of(CARRIED as u32);
     block.get(32..32 + CARRIED).filter(|_| is_one)
 }
 
@@ -107,7 +108,7 @@ mod tests {
         let good = file("Annulus step adapter, sources 3141592653.");
         assert_eq!(firmware_of(&good), Ok(3_141_592_653));
         let code = |bytes: &[u8]| firmware_of(bytes).unwrap_err().code;
-        for (at, value) in [(0, 1), (12, 0), (15, 0x20), (16, 1), (20, 7), (28, 0), (508, 0), (512 + 20, 0)] {
+        for (at, value) in [(0, 1), (12, 1), (15, 0x20), (16, 1), (20, 7), (28, 0), (508, 0), (512 + 20, 0)] {
             let mut bad = good.clone();
             bad[at] = value;
             assert_eq!(code(&bad), "firmware.damaged", "{at}");

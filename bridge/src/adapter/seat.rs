@@ -8,7 +8,7 @@ use super::port::Plug;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
 use annulus_core::pins::through;
-use annulus_drill::adapter::{Line, attend, greeted};
+use annulus_drill::adapter::{AdapterLine, attend, greeted};
 use annulus_drill::executor::{Heard, Instruction, Seat, Shared, Time};
 use annulus_drill::{Next, Orders};
 use std::sync::Arc;
@@ -32,7 +32,7 @@ pub(crate) fn start(
     hear: impl Fn(Heard) + Send + 'static,
 ) -> Result<Box<dyn Seat>, Diagnostic> {
     let session = getrandom::u32().unwrap_or(std::process::id());
-    let mut line = Line::new(Box::new(Plug::open(&machine.adapter.port)?), session, time);
+    let mut line = AdapterLine::new(Box::new(Plug::open(&machine.adapter.port)?), session, time);
     let welcome = through(greeted(&mut line, machine))?;
     tracing::info!(
         "USB step adapter: firmware {:08x}, version {} of the link",

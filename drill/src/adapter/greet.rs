@@ -6,7 +6,7 @@
 //!
 //! Comes in: a machine, a line. Goes out: a line that is ready. Does not know what will move.
 
-use super::line::{Line, Lost};
+use super::line::{AdapterLine, Lost};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
 use annulus_core::pins::give_way;
@@ -56,7 +56,7 @@ pub(super) fn settings_crc(settings: &Configure) -> u32 {
 }
 
 /// Makes the adapter at the end of `line` ready for `machine`: at rest, its settings in force, nothing pressed. What it is.
-pub(super) async fn ready(line: &mut Line, machine: &Machine) -> Result<Welcome, Diagnostic> {
+pub(super) async fn ready(line: &mut AdapterLine, machine: &Machine) -> Result<Welcome, Diagnostic> {
     let welcome = who(line).await?;
     fits(&welcome, machine, line.port())?;
     // An adapter that moves for somebody who is gone comes to rest first.
@@ -79,14 +79,14 @@ pub(super) async fn ready(line: &mut Line, machine: &Machine) -> Result<Welcome,
 }
 
 /// Hears and says, and gives way.
-async fn turn(line: &mut Line) -> Result<(), Diagnostic> {
+async fn turn(line: &mut AdapterLine) -> Result<(), Diagnostic> {
     let turned = line.turn().map_err(|why| lost(line, &why));
     give_way().await;
     turned
 }
 
 /// Who is at the end of `line`. An adapter that moves for somebody else comes to rest by being asked.
-pub async fn who(line: &mut Line) -> Result<Welcome, Diagnostic> {
+pub async fn who(line: &mut AdapterLine) -> Result<Welcome, Diagnostic> {
     let since = line.now();
     loop {
         let turned = line.turn();
@@ -124,7 +124,7 @@ fn fits(welcome: &Welcome, machine: &Machine, port: &str) -> Result<(), Diagnost
 }
 
 /// Why a line is of no use any more.
-pub(super) fn lost(line: &Line, why: &Lost) -> Diagnostic {
+pub(super) fn lost(line: &AdapterLine, why: &Lost) -> Diagnostic {
     match why {
         Lost::Silent => trouble("adapter.no_answer", line.port()),
         Lost::Cable { reason } => trouble("adapter.unplugged", line.port()).with("reason", reason),
@@ -132,13 +132,13 @@ pub(super) fn lost(line: &Line, why: &Lost) -> Diagnostic {
 }
 
 /// An adapter that will not do what it is asked.
-pub(super) fn refused(line: &Line, status: &Status, what: &str) -> Diagnostic {
+pub(super) fn refused(line: &AdapterLine, status: &Status, what: &str) -> Diagnostic {
     let reason = format!("{:?}, {:?}", status.refusal, status.state);
     trouble("adapter.refused", line.port()).with("what", what).with("reason", reason)
 }
 
 /// Waits until the adapter is so.
-async fn until(line: &mut Line, so: impl Fn(&Status) -> bool) -> Result<Status, Diagnostic> {
+async fn until(line: &mut AdapterLine, so: impl Fn(&Status) -> bool) -> Result<Status, Diagnostic> {
     let since = line.now();
     loop {
         if let Some(status) = line.status.filter(&so) {
@@ -152,7 +152,7 @@ async fn until(line: &mut Line, so: impl Fn(&Status) -> bool) -> Result<Status, 
 }
 
 /// Says it, and waits until the adapter has it.
-async fn say(line: &mut Line, ask: Ask) -> Result<Status, Diagnostic> {
+async fn say(line: &mut AdapterLine, ask: Ask) -> Result<Status, Diagnostic> {
     line.offer(ask);
     let since = line.now();
     while line.pending() > 0 || line.status.is_none() {

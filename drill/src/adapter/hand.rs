@@ -3,7 +3,7 @@
 //! Comes in: a line, messages. Goes out: one report a task, at rest; the latest place. Does not know who gives the tasks.
 
 use super::greet;
-use super::line::Line;
+use super::line::AdapterLine;
 use super::path::guard;
 use super::play::{Adapter, NO_TASK};
 use crate::executor::{Ended, Instruction, Report, Shared, Task};
@@ -32,7 +32,7 @@ struct Memory {
 }
 
 /// Greets the adapter at the end of `line`, makes it ready for `machine`, and says what it is.
-pub async fn greeted(line: &mut Line, machine: &Machine) -> Result<Welcome, Diagnostic> {
+pub async fn greeted(line: &mut AdapterLine, machine: &Machine) -> Result<Welcome, Diagnostic> {
     greet::ready(line, machine).await
 }
 
@@ -40,7 +40,7 @@ pub async fn greeted(line: &mut Line, machine: &Machine) -> Result<Welcome, Diag
 /// error means that nothing more can be done: nobody has to make anything safe then, an adapter that hears nothing comes to rest
 /// and turns its outputs off by itself. `orders` are not waited for: the line is.
 pub async fn attend(
-    line: Line,
+    line: AdapterLine,
     machine: &Machine,
     shared: &Arc<Shared>,
     mut orders: impl Orders,

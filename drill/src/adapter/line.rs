@@ -53,7 +53,7 @@ pub(super) enum Lost {
 }
 
 /// One session on a cable.
-pub struct Line {
+pub struct AdapterLine {
     cable: Box<dyn Cable>,
     time: Time,
     sender: Sender,
@@ -73,7 +73,7 @@ pub struct Line {
     pub(super) hears_bytes: bool,
 }
 
-impl Line {
+impl AdapterLine {
     /// A new session on `cable`, whose number nobody used before.
     pub fn new(cable: Box<dyn Cable>, session: u32, time: Time) -> Self {
         Self {

@@ -30,7 +30,7 @@ mod play;
 
 pub use greet::who;
 pub use hand::{attend, greeted};
-pub use line::{Cable, Line};
+pub use line::{AdapterLine, Cable};
 
 /// USB number of the adapter, vendor and product: one that everybody may use for trials.
 pub const USB: (u16, u16) = (0x1209, 0x0001);

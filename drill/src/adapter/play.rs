@@ -11,7 +11,7 @@
 
 use super::feed::{Feed, Path};
 use super::greet::{self, lost, refused, trouble};
-use super::line::{Line, Lost};
+use super::line::{AdapterLine, Lost};
 use super::path::{guard, last_steps};
 use crate::executor::{Ended, Glimpse, Shared};
 use annulus_core::diagnostic::Diagnostic;
@@ -45,7 +45,7 @@ pub(super) const NO_TASK: u64 = u64::MAX;
 /// An adapter that is ready, and where its machine is.
 pub(super) struct Adapter {
     pub(super) machine: Machine,
-    pub(super) line: Line,
+    pub(super) line: AdapterLine,
     pub(super) shared: Arc<Shared>,
     motors: Motors,
     settings_crc: u32,
@@ -65,7 +65,7 @@ pub(super) struct Adapter {
 
 impl Adapter {
     /// An adapter behind `line`, which was greeted and set. It stands where nobody knows: at 0.
-    pub(super) fn new(machine: &Machine, line: Line, shared: Arc<Shared>) -> Self {
+    pub(super) fn new(machine: &Machine, line: AdapterLine, shared: Arc<Shared>) -> Self {
         Self {
             machine: machine.clone(),
             line,

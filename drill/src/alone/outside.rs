@@ -3,7 +3,7 @@
 //! Comes in: what the owner wants done. Goes out: the same, for [`super::Alone`]. Does nothing itself, and waits for nothing.
 
 use super::port::Port;
-use crate::adapter::Line;
+use crate::adapter::AdapterLine;
 use crate::executor::{Instruction as Order, Seat, Shared, Time};
 use crate::journal::Record;
 use crate::outside::Outside;
@@ -36,7 +36,7 @@ pub(super) enum Fresh {
     /// Pins of this program.
     Pins(Place),
     /// An adapter, nobody has greeted it.
-    Adapter { line: Line, machine: Machine, shared: Arc<Shared> },
+    Adapter { line: AdapterLine, machine: Machine, shared: Arc<Shared> },
 }
 
 /// A port of the page with an adapter at it.
@@ -204,7 +204,7 @@ impl Outside for Letters {
             return Err(Diagnostic::error("control.in_file_only").with("key", "machine.output"));
         };
         let session = plugged.session.fetch_add(1, Ordering::Relaxed);
-        let line = Line::new(Box::new(plugged.port.clone()), session, plugged.time);
+        let line = AdapterLine::new(Box::new(plugged.port.clone()), session, plugged.time);
         let fresh = Fresh::Adapter { line, machine: machine.clone(), shared: Arc::clone(shared) };
         let ring = Ring::default();
         self.left().executor = Some((fresh, ring.clone()));

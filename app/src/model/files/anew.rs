@@ -206,7 +206,7 @@ pub(super) fn replaced(model: &Model) -> Option<Replaced> {
 }
 
 /// Whether a person has to look at the files: they have something to say that those before had not.
-pub(super) fn has_new_doubts(before: &Document, now: &Document) -> bool {
+pub(super) fn has_new_warnings(before: &Document, now: &Document) -> bool {
     let doubts = |document: &Document| -> BTreeSet<String> {
         let doubtful =
             document.diagnostics().filter(|one| one.severity > annulus_core::diagnostic::Severity::Note);

@@ -264,7 +264,7 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
     planning::clear(model);
     model.board.accepted = BTreeSet::new();
     if anew.is_some() {
-        model.board.reviewing = open.is_some_and(|open| anew::has_new_doubts(&open, &document));
+        model.board.reviewing = open.is_some_and(|open| anew::has_new_warnings(&open, &document));
         model.frame.tab = Tab::Board;
     } else if !again {
         model.before = before(model).filter(|_| doubtful);

@@ -46,16 +46,16 @@ fn which_files_are_open_follows_what_was_brought() {
     compare(
         &[
             ("open certain open-anew certain", "a.drl=[3] b.drl=[1]"),
-            ("open certain open-anew certain back", "a.drl=[1] b.drl=[1]"),
+            ("open certain open-anew certain as-before", "a.drl=[1] b.drl=[1]"),
             ("open certain open-anew read-refused", "a.drl=[1] b.drl=[1]"),
             ("open certain open-anew certain another certain", "a.drl=[3]"),
             ("open certain chosen-anew certain", "c.drl=[2] d.drl=[2]"),
-            ("open certain chosen-anew certain back", "a.drl=[1] b.drl=[1]"),
+            ("open certain chosen-anew certain as-before", "a.drl=[1] b.drl=[1]"),
             // one of those that were chosen is called otherwise: they are all that there are
             ("open certain chosen-anew-mixed certain", "a.drl=[3] c.drl=[2]"),
             ("open certain chosen-anew-one certain", "a.drl=[3] b.drl=[1]"),
             ("open certain on-disk take-from-disk certain", "a.drl=[1] b.drl=[9]"),
-            ("open certain open-anew certain compared seen back", "a.drl=[3] b.drl=[1]"),
+            ("open certain open-anew certain compared seen as-before", "a.drl=[3] b.drl=[1]"),
         ],
         |story| open(&story.model),
     );
@@ -80,7 +80,7 @@ fn what_changed_is_shown_until_it_was_seen() {
             ("open certain open-anew certain compare-refused", "failed"),
             ("open certain open-anew certain compared seen", "nothing"),
             ("open certain open-anew certain seen compared", "nothing"),
-            ("open certain open-anew certain compared back", "nothing"),
+            ("open certain open-anew certain compared as-before", "nothing"),
             ("open certain open-anew certain compared open-other certain", "nothing"),
             ("open certain open-anew certain compared discard", "nothing"),
         ],
@@ -104,13 +104,13 @@ fn the_job_stays_is_carried_over_and_comes_back() {
         edited,
         "a step as any other"
     );
-    assert_eq!(depth("open certain edit open-anew certain compared-carried back"), edited);
+    assert_eq!(depth("open certain edit open-anew certain compared-carried as-before"), edited);
     assert_eq!(
         depth("open certain edit open-anew certain seen compared-carried"),
         carried,
         "also once it was seen"
     );
-    let story = Story::told("open certain edit open-anew certain edit back");
+    let story = Story::told("open certain edit open-anew certain edit as-before");
     assert!(story.model.job.edited(), "with its own steps back");
 }
 

@@ -86,14 +86,17 @@ fn the_review_holds_planning_back() {
             ("open certain plan prove time review reviewed", "planning | board plan proof job stale | plan"),
             ("open error accept", "nothing | board review | "),
             ("open error accept reviewed", "planning | board stale | plan"),
-            ("open certain plan prove time open-other warning", "nothing | board review | keep-rests"),
+            (
+                "open certain plan prove time open-other warning",
+                "nothing | board review | hold-none keep-rests",
+            ),
             (
                 "open certain plan prove time open-other warning back",
-                "planning | board stale | call-off plan keep-rests",
+                "planning | board stale | call-off hold-none plan keep-rests",
             ),
             (
                 "open certain plan prove time review say-aligned certain back",
-                "planning | board stale | call-off plan keep-rests",
+                "planning | board stale | call-off hold-none plan keep-rests",
             ),
             ("open warning back", "nothing | board review | "),
             ("open certain plan prove time review reviewed back", "planning | board plan proof job stale | "),

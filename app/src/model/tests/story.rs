@@ -402,7 +402,7 @@ impl Story {
                 return Some(FrameEvent::Taken { number: offer.number }.into());
             }
             "seen" => AnewEvent::Seen,
-            "back" => AnewEvent::Back,
+            "as-before" => AnewEvent::Back,
             "another" => AnewEvent::Another,
             _ => return None,
         };
