@@ -227,7 +227,9 @@ fn the_doctor_looks_at_everything() {
     let machines = home.path().join("machines");
     std::fs::create_dir_all(&machines).unwrap();
     for (port, code) in [("/nowhere", "doctor.converter_no_port"), ("/dev/null", "doctor.converter")] {
-        let text = format!("schema = 1\n[converter]\nprofile = \"huanyang\"\nport = \"{port}\"\n");
+        let text = format!(
+            "schema = 1\n[spindle]\nspeed = 20000\n[converter]\nprofile = \"huanyang\"\nport = \"{port}\"\n"
+        );
         std::fs::write(machines.join("mill.toml"), text).unwrap();
         let (exit, object, _) = output(&home, &["doctor", "--json"]);
         assert_eq!((exit, &object["checks"][6]["code"]), (0, &code.into()), "{object}");

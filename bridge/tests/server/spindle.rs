@@ -293,7 +293,10 @@ fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
             converter.motor().stops > stops && converter.motor().runs_since.is_none()
         });
         page.ask(&Ask::AcknowledgeAlarm);
-        until_status(&mut page, |status| status.state == State::Ready);
+        // It is asked again and again; Start waits for an answer.
+        until_status(&mut page, |status| {
+            status.state == State::Ready && matches!(status.spindle, SpindleState::Off { .. })
+        });
     }
 }
 

@@ -163,9 +163,11 @@ fn pieces(part: &str) -> Vec<String> {
 }
 
 /// A name for people, of the board that the file at `path` is of: what the file is called. Where that only says which layer it is, the
-/// folder or archive that it lies in.
+/// folder or archive that it was brought in; a path that comes from elsewhere (`/home/…`, `../…`) leads through folders that are none.
 pub fn board_name(path: &str) -> String {
-    let parts = || path.rsplit(['/', '\\']).filter(|part| !part.is_empty());
+    let is_brought = !path.starts_with(['/', '\\', '.']) && !path.contains(':');
+    let most = if is_brought { usize::MAX } else { 1 };
+    let parts = || path.rsplit(['/', '\\']).filter(|part| !part.is_empty()).take(most);
     let named = |part: &&str| !stem_words(part).is_empty();
     let part = parts().find(named).or_else(|| parts().next()).unwrap_or(path);
     let part = part.strip_suffix('!').unwrap_or(part);
@@ -236,6 +238,9 @@ mod tests {
             ("robot/Gerber/NC Drill/Excellon_PTH_Through.drl", "robot"),
             ("downloads\\robot.zip!/gerber/drill.txt", "robot"),
             ("robot/clockblock-NPTH.drl", "clockblock-NPTH"),
+            ("/home/robot/drill.txt", "drill"),
+            ("../boards/robot/drill.txt", "drill"),
+            ("C:\\boards\\drill.txt", "drill"),
             ("", ""),
         ] {
             assert_eq!(board_name(path), want, "{path}");
