@@ -163,15 +163,22 @@ fn pieces(part: &str) -> Vec<String> {
 }
 
 /// A name for people, of the board that the file at `path` is of: what the file is called. Where that only says which layer it is, the
-/// folder or archive that it was brought in; a path that comes from elsewhere (`/home/…`, `../…`) leads through folders that are none.
+/// folder or archive that it was brought in.
 pub fn board_name(path: &str) -> String {
-    let is_brought = !path.starts_with(['/', '\\', '.']) && !path.contains(':');
-    let most = if is_brought { usize::MAX } else { 1 };
-    let parts = || path.rsplit(['/', '\\']).filter(|part| !part.is_empty()).take(most);
+    let parts = || brought(path).rsplit(['/', '\\']).filter(|part| !part.is_empty());
     let named = |part: &&str| !stem_words(part).is_empty();
     let part = parts().find(named).or_else(|| parts().next()).unwrap_or(path);
     let part = part.strip_suffix('!').unwrap_or(part);
     part.rsplit_once('.').map_or(part, |(stem, _)| stem).to_owned()
+}
+
+/// The end of `path` that a person brought: a path from elsewhere (`/home/…`, `../…`, `C:\…`) leads through folders to a file or archive.
+fn brought(path: &str) -> &str {
+    if !path.starts_with(['/', '\\', '.']) && !path.contains(':') {
+        return path;
+    }
+    let file = path.find("!/").unwrap_or(path.len());
+    path.get(..file).and_then(|way| way.rfind(['/', '\\'])).and_then(|at| path.get(at + 1..)).unwrap_or(path)
 }
 
 /// Whether a word is made of layer words and numbers behind them.
@@ -240,6 +247,7 @@ mod tests {
             ("robot/clockblock-NPTH.drl", "clockblock-NPTH"),
             ("/home/robot/drill.txt", "drill"),
             ("../boards/robot/drill.txt", "drill"),
+            ("/home/boards/robot.zip!/gerber/drill.txt", "robot"),
             ("C:\\boards\\drill.txt", "drill"),
             ("", ""),
         ] {
