@@ -85,6 +85,9 @@ pub struct Adapter<'a> {
     is_orphan: bool,
     /// Whether it comes to rest because nobody was heard.
     is_deserted: bool,
+    /// Whether outputs went off because nobody was heard, and nobody said since which are to be on: what was sent before begins
+    /// no path then.
+    is_off: bool,
     player: Player,
     store: &'a mut Store,
     /// Ticks in the store, chunks that came, bytes of them, where they end.
@@ -122,6 +125,7 @@ impl<'a> Adapter<'a> {
             input: NO_INPUT,
             is_orphan: false,
             is_deserted: false,
+            is_off: false,
             player: Player::new(),
             store,
             stored: 0,
@@ -216,7 +220,7 @@ impl<'a> Adapter<'a> {
         self.session = session;
         self.receiver.restart();
         (self.chunk, self.bytes, self.refusal, self.refused) = (0, 0, Refusal::None, 0);
-        (self.settings_crc, self.outputs) = (0, 0);
+        (self.settings_crc, self.outputs, self.is_off) = (0, 0, false);
         self.player.want(FULL_RATE);
         if self.state == State::Running {
             self.is_orphan = true;
@@ -272,7 +276,7 @@ impl<'a> Adapter<'a> {
         match *ask {
             // What stopped it by force stays until it is cleared; the settings are those of the session.
             Ask::Configure(settings) if at_rest || self.is_forced() => self.configure(settings, payload)?,
-            Ask::Begin(_) if self.state == State::Ready && !self.store.is_empty() => {
+            Ask::Begin(_) if self.state == State::Ready && !self.store.is_empty() && !self.is_off => {
                 if self.inputs.stop || self.inputs.on & self.limits != 0 {
                     return Err(Refusal::Input);
                 }
@@ -284,7 +288,7 @@ impl<'a> Adapter<'a> {
             Ask::Stop(_) if self.state == State::Running => self.player.stop(),
             Ask::Stop(_) if at_rest => self.forget(),
             Ask::Outputs(outputs) if self.settings_crc != 0 && self.state != State::EmergencyStop => {
-                self.outputs = outputs.on;
+                (self.outputs, self.is_off) = (outputs.on, false);
             }
             Ask::Clear(_) => self.clear()?,
             Ask::Place(Place { index }) if self.state == State::Ready && self.store.is_empty() => {
@@ -423,7 +427,7 @@ impl<'a> Adapter<'a> {
     }
 
     /// What the inputs say. When the session fell silent it comes to rest, and outputs go off: not before, so that no bit goes
-    /// through a board without its spindle.
+    /// through a board without its spindle. Nothing begins then until the session says anew which are to be on.
     pub fn attend(&mut self, inputs: Inputs, now_us: u32) {
         self.is_status_due |= inputs != self.inputs;
         self.inputs = inputs;
@@ -435,7 +439,7 @@ impl<'a> Adapter<'a> {
         }
         let patience_us = if moves { OUTPUTS_AT_LAST_US } else { OUTPUTS_US };
         if self.outputs != 0 && silent_us >= patience_us {
-            self.outputs = 0;
+            (self.outputs, self.is_off) = (0, true);
             self.is_status_due = true;
         }
     }

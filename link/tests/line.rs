@@ -381,6 +381,24 @@ fn outputs_go_off_when_the_bridge_falls_silent() {
 }
 
 #[test]
+fn what_was_sent_before_outputs_went_off_begins_nothing_until_they_are_said_anew() {
+    let mut world = World::new(19, 0.0);
+    world.begin();
+    assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
+    let empty: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
+    let head = Chunk { ticks: 90_000, rests: 1, ..Chunk::default() };
+    assert!(world.sender.offer_chunk(&head, empty, empty).is_some());
+    // A hub held it back: nobody was heard, and then everything comes at once.
+    world.adapter.attend(Inputs::default(), world.now as u32 + OUTPUTS_US);
+    let status = world.say(Begin {});
+    assert_eq!((status.state, status.refusal, status.outputs), (State::Ready, Refusal::State, 0));
+    assert_eq!(world.say(Stop {}).resident, 0, "it is taken back");
+    assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
+    assert!(world.sender.offer_chunk(&Chunk { number: 1, ..head }, empty, empty).is_some());
+    assert_eq!(world.say(Begin {}).state, State::Running);
+}
+
+#[test]
 fn when_nobody_is_heard_it_rests_on_the_path_before_its_spindle_goes_off() {
     for patience_us in [OUTPUTS_US, OUTPUTS_AT_LAST_US] {
         let mut world = World::new(17, 0.0);

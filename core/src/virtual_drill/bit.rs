@@ -190,12 +190,13 @@ impl MountedBit {
     /// The tip went up or down. Gives the depth in steps when a hole just came through.
     pub fn moved(&mut self, tip: Tip) -> Option<i64> {
         let inside = self.touches(tip.z);
-        if inside && self.rpm == 0 && self.depth_mm(tip.z) > PRESSED_MM {
-            self.breaks(Breakage::Still);
-        }
         self.inside = inside;
         if tip.z < self.deepest {
             self.deepest = tip.z;
+            // Out of its own hole it comes whole, turning or not.
+            if self.rpm == 0 && self.depth_mm(tip.z) > PRESSED_MM {
+                self.breaks(Breakage::Still);
+            }
             self.goes_on(tip);
             if self.edges_mm().is_some_and(|edges| self.depth_mm(tip.z) > edges) {
                 self.breaks(Breakage::TooDeep);

@@ -114,6 +114,19 @@ fn only_a_turning_whole_tip_that_comes_through_makes_a_hole() {
     assert_eq!((still.broken(), holes.lock().unwrap().len()), (Some(Breakage::Still), 0));
 }
 
+#[test]
+fn a_bit_that_came_to_a_stand_in_its_hole_is_lifted_whole_and_breaks_where_it_goes_deeper() {
+    let (mut drill, _) = twin(&virtual_drill(), Faults::default());
+    let (z, mut tick) = (|mm| virtual_drill().z.scale.steps(Length::from_mm(mm)), 0);
+    drill.spindle(tick, 30_000);
+    drive(&mut drill, &mut tick, 2, z(-31.0), 100_000);
+    drill.spindle(tick, 0);
+    drive(&mut drill, &mut tick, 2, z(-28.0), 100_000);
+    assert_eq!(drill.broken(), None);
+    drive(&mut drill, &mut tick, 2, z(-31.1), 100_000);
+    assert_eq!(drill.broken(), Some(Breakage::Still));
+}
+
 fn bit(diameter_um: i64, cutter: Cutter) -> Bit {
     Bit { diameter: Length::from_um(diameter_um), name: String::new(), cutter }
 }

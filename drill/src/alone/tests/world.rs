@@ -10,7 +10,7 @@ use crate::owner::board;
 use annulus_core::chance::Chance;
 use annulus_core::machine::Machine;
 use annulus_core::pins::Pins;
-use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
+use annulus_core::virtual_drill::{Breakage, Faults, VirtualDrill, VirtualHole};
 use annulus_link::adapter::{Adapter, Inputs, Order};
 use annulus_link::frame::ON_LINE;
 use annulus_link::message::Welcome;
@@ -154,6 +154,11 @@ impl World {
     /// Where X, Y and Z really are, in steps.
     pub(super) fn real(&self) -> [i64; 3] {
         self.drill.real()
+    }
+
+    /// Why a bit broke, if one did.
+    pub(super) fn broken(&self) -> Option<Breakage> {
+        self.drill.broken()
     }
 
     /// What happened since.
