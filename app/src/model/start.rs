@@ -111,8 +111,8 @@ pub enum StartEvent {
     },
     /// A warning was read, or was not: the other of the two.
     Tick {
-        /// Its code.
-        code: String,
+        /// Which, see [`ticked_as`].
+        warning: String,
     },
     /// The pre-flight is closed.
     Close,
@@ -158,11 +158,17 @@ pub fn rows_now(
     armed.filter(|armed| armed.job == preflight.job).map(|armed| rows(preflight, armed, awake))
 }
 
+/// What a warning is ticked as: its code and what it is said of, as several bits may have the same trouble.
+pub fn ticked_as(finding: &Diagnostic) -> String {
+    let said_of = finding.args.iter().map(|(_, value)| value.as_str());
+    std::iter::once(finding.code.as_str()).chain(said_of).collect::<Vec<_>>().join(" ")
+}
+
 /// Whether nothing of `rows` fails, and every warning is among those `ticked`.
 pub fn may_start(rows: &[PreflightRow], ticked: &BTreeSet<String>) -> bool {
     rows.iter().all(|row| match row.verdict {
         RowVerdict::Pass => true,
-        RowVerdict::Warn => ticked.contains(&row.finding.code),
+        RowVerdict::Warn => ticked.contains(&ticked_as(&row.finding)),
         RowVerdict::Fail => false,
     })
 }
@@ -180,9 +186,9 @@ pub(super) fn update(model: &mut Model, event: StartEvent) -> Vec<Effect> {
         StartEvent::Again { missing } => by_key(model, missing.job.clone(), Then::Again { missing }),
         StartEvent::Fetched { number, answer } => fetched(model, number, answer),
         StartEvent::Uploaded { number, answer } => uploaded(model, number, answer),
-        StartEvent::Tick { code } => {
-            if !model.start.ticked.remove(&code) {
-                model.start.ticked.insert(code);
+        StartEvent::Tick { warning } => {
+            if !model.start.ticked.remove(&warning) {
+                model.start.ticked.insert(warning);
             }
             Vec::new()
         }

@@ -1,7 +1,9 @@
 //! A controller at a port of this computer in place of the bridge: wanted, chosen, lost, let go of; the page that feeds a job.
 
 use super::line::{Line, compare};
-use crate::model::start::{may_start, rows_now};
+use crate::model::start::{may_start, rows_now, ticked_as};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::{PreflightRow, RowVerdict};
 
 #[test]
 fn a_controller_is_chosen_by_the_person_and_spoken_with_as_the_bridge_is() {
@@ -124,6 +126,18 @@ fn the_screen_stays_lit_from_the_pre_flight_to_the_end_and_a_browser_that_cannot
     assert!(may_with(Some(true), &[]));
     assert!(!may_with(Some(false), &[]));
     assert!(may_with(Some(false), &["page.preflight.may_sleep"]));
+}
+
+#[test]
+fn two_bits_with_the_same_trouble_are_ticked_each_for_itself() {
+    let bit = |name: &str| PreflightRow {
+        finding: Diagnostic::error("job.bit_breaks").with("bit", name),
+        verdict: RowVerdict::Warn,
+    };
+    let rows = [bit("drill 0.4"), bit("drill 0.8")];
+    let ticked = |names: &[&str]| names.iter().map(|name| ticked_as(&bit(name).finding)).collect();
+    assert!(!may_start(&rows, &ticked(&["drill 0.4"])));
+    assert!(may_start(&rows, &ticked(&["drill 0.4", "drill 0.8"])));
 }
 
 #[test]

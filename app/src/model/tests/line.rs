@@ -361,7 +361,7 @@ impl Line {
             "not-uploaded" => uploaded(0, false),
             "start" => StartEvent::Start,
             "close-it" => StartEvent::Close,
-            "tick-it" => StartEvent::Tick { code: "preflight.lid".to_owned() },
+            "tick-it" => StartEvent::Tick { warning: "preflight.lid".to_owned() },
             "resume" => StartEvent::Resume {
                 offer: Interrupted {
                     job: "k".to_owned(),

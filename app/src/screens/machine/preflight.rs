@@ -34,12 +34,12 @@ fn may_start() -> bool {
 
 fn row(row: PreflightRow) -> impl IntoView {
     let look = words::verdict(row.verdict);
-    let (word, code) = (look.word, row.finding.code.clone());
+    let (word, warning) = (look.word, start::ticked_as(&row.finding));
     let (what, cure) = (row.finding.clone(), row.finding);
     let needs_tick = row.verdict == RowVerdict::Warn;
     let advised = (row.verdict != RowVerdict::Pass).then(|| p().class("advice").child(move || advice(&cure)));
     let tick = needs_tick.then(|| {
-        let flip = move |_| send(StartEvent::Tick { code: code.clone() });
+        let flip = move |_| send(StartEvent::Tick { warning: warning.clone() });
         label().class("tick").child((
             input().attr("type", "checkbox").on(ev::change, flip),
             span().child(t!("page.preflight.seen")),

@@ -27,11 +27,11 @@ fn button(step: BackStep, line: Link) -> AnyView {
     match step {
         BackStep::Read => {
             let mine = move || line.control.get().yours;
-            push_if("button small", mine, t!("page.alarm.acknowledge"), |_| link::ask(Ask::AcknowledgeAlarm))
+            push_if("button small", mine, t!("page.back.was_read"), |_| link::ask(Ask::AcknowledgeAlarm))
                 .into_any()
         }
         BackStep::Home => {
-            push_if("button small", move || line.may_act(), t!("page.machine.home"), |_| link::ask(Ask::Home))
+            push_if("button small", move || line.may_act(), t!("page.back.home_now"), |_| link::ask(Ask::Home))
                 .into_any()
         }
         BackStep::Resume => offer::buttons(line).into_any(),
