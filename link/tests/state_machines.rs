@@ -42,7 +42,7 @@ impl Model {
                 ".wrap" => wrap.1 = program.len() - 1,
                 _ if line.is_empty() || line.starts_with('.') => {}
                 _ if line.ends_with(':') => {
-                    labels.push((line.trim_end_matches(':').to_owned(), program.len()))
+                    labels.push((line.trim_end_matches(':').to_owned(), program.len()));
                 }
                 _ => {
                     let (line, delay) = line.split_once('[').unwrap_or((line, "0]"));
@@ -208,7 +208,7 @@ fn the_watcher_lets_a_short_touch_pass_and_takes_run_away_for_a_long_one() {
         match length {
             ..=90 => assert_eq!(tripped, None, "{length} cycles at {from}"),
             120.. => {
-                assert!(tripped.is_some_and(|after| after < 120), "{length} cycles at {from}: {tripped:?}")
+                assert!(tripped.is_some_and(|after| after < 120), "{length} cycles at {from}: {tripped:?}");
             }
             _ => {}
         }

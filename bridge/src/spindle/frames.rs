@@ -252,7 +252,8 @@ mod tests {
     fn answers_are_understood_and_nothing_else_is() {
         let garbled = Err(SpindleTrouble::Garbled);
         let turns = |rpm| Ok(Answer::Turns { rpm });
-        let rows: [(&str, Ask, &[u8], Result<Answer, SpindleTrouble>); 12] = [
+        type Row<'a> = (&'a str, Ask, &'a [u8], Result<Answer, SpindleTrouble>);
+        let rows: [Row<'_>; 12] = [
             ("delta", Ask::Actual, &[1, 3, 2, 0x9C, 0x40], turns(24_000)),
             ("delta", Ask::Actual, &[2, 3, 2, 0x9C, 0x40], garbled),
             ("delta", Ask::Actual, &[1, 0x83, 2], Err(SpindleTrouble::Refused { code: 2 })),

@@ -31,10 +31,10 @@ impl Controller {
                 self.set(EnginePhase::Holding);
             }
             EngineAsk::Resume if self.phase == EnginePhase::Held && self.survey.is_some() => {
-                self.survey_resumes()
+                self.survey_resumes();
             }
             EngineAsk::Survey(start) if self.phase == EnginePhase::Ready && self.idle() => {
-                self.begin_survey(start)
+                self.begin_survey(start);
             }
             EngineAsk::Resume if self.phase == EnginePhase::Held => {
                 self.write(signs::RESUME);

@@ -65,9 +65,9 @@ fn wild(chance: &mut Chance) -> Program {
             // Around a centre so near that all of the circle lies on the board; a full circle now and then.
             let room = (here.x.mm().min(100.0 - here.x.mm())).min(here.y.mm().min(80.0 - here.y.mm())) / 2.0;
             let radius = chance.between(0.05, room.max(0.1));
-            let turn = chance.between(0.0, 6.28);
+            let turn = chance.between(0.0, std::f64::consts::TAU);
             let center = at(here.x.mm() + radius * libm::cos(turn), here.y.mm() + radius * libm::sin(turn));
-            let end = chance.between(0.0, 6.28);
+            let end = chance.between(0.0, std::f64::consts::TAU);
             let far = here.distance_mm(center);
             let to = match chance.unit() < 0.2 {
                 true => here,
@@ -94,15 +94,19 @@ fn swept(command: &Command, from: [f64; 3], each: usize) -> Vec<[f64; 3]> {
         }
         Command::MillArc { to, height, center, ccw, .. } => {
             let (to, centre) = ([to.x.mm(), to.y.mm(), height.mm()], [center.x.mm(), center.y.mm()]);
-            let angle = |place: [f64; 3]| (place[1] - centre[1]).atan2(place[0] - centre[0]);
+            let angle = |place: [f64; 3]| libm::atan2(place[1] - centre[1], place[0] - centre[0]);
             let mut turn = if ccw { angle(to) - angle(from) } else { angle(from) - angle(to) };
             if turn <= 0.0 || [to[0], to[1]] == [from[0], from[1]] {
                 turn += std::f64::consts::TAU;
             }
-            let radius = (from[0] - centre[0]).hypot(from[1] - centre[1]);
+            let radius = libm::hypot(from[0] - centre[0], from[1] - centre[1]);
             let place = |share: f64| {
                 let angle = angle(from) + if ccw { turn * share } else { -turn * share };
-                [centre[0] + radius * angle.cos(), centre[1] + radius * angle.sin(), between(to, share)[2]]
+                [
+                    centre[0] + radius * libm::cos(angle),
+                    centre[1] + radius * libm::sin(angle),
+                    between(to, share)[2],
+                ]
             };
             shares.map(place).collect()
         }
@@ -156,7 +160,7 @@ fn worst(planned: &Program, levelled: &Program, surface: impl Fn(f64, f64) -> f6
         let (mut gone, mut before) = (0.0, own[0][0]);
         let cuts = matches!(command, Command::Mill { .. } | Command::MillArc { .. } | Command::Plunge { .. });
         for place in own.iter().flatten().filter(|_| cuts) {
-            gone += (place[0] - before[0]).hypot(place[1] - before[1]);
+            gone += libm::hypot(place[0] - before[0], place[1] - before[1]);
             before = *place;
             let share = if whole > 0.0 { gone / whole } else { 1.0 };
             let wanted = wanted_at[2] + (end[2] - wanted_at[2]) * share;
@@ -169,7 +173,7 @@ fn worst(planned: &Program, levelled: &Program, surface: impl Fn(f64, f64) -> f6
 }
 
 fn way(places: &[[f64; 3]]) -> f64 {
-    places.windows(2).map(|pair| (pair[1][0] - pair[0][0]).hypot(pair[1][1] - pair[0][1])).sum()
+    places.windows(2).map(|pair| libm::hypot(pair[1][0] - pair[0][0], pair[1][1] - pair[0][1])).sum()
 }
 
 #[test]

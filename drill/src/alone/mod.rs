@@ -327,7 +327,7 @@ async fn play(fresh: Fresh, ring: Ring, messages: Sender<Message>) {
         Fresh::Adapter { line, machine, shared } => (line, machine, shared),
     };
     let ended = match greeted(&mut line, &machine).await {
-        Ok(_) => attend(line, &machine, &shared, ring.clone(), report).await,
+        Ok(_) => attend(*line, &machine, &shared, ring.clone(), report).await,
         Err(why) => Err(why),
     };
     ring.leave();

@@ -34,9 +34,9 @@ pub(super) struct Left {
 /// What an executor plays on.
 pub(super) enum Fresh {
     /// Pins of this program.
-    Pins(Place),
+    Pins(Box<Place>),
     /// An adapter, nobody has greeted it.
-    Adapter { line: AdapterLine, machine: Machine, shared: Arc<Shared> },
+    Adapter { line: Box<AdapterLine>, machine: Box<Machine>, shared: Arc<Shared> },
 }
 
 /// A port of the page with an adapter at it.
@@ -189,7 +189,7 @@ impl Outside for Letters {
         self.allowance.granted.store(0, Ordering::Relaxed);
         let place = Place::new(machine, pins, Box::new(clock), Arc::clone(shared));
         let ring = Ring::default();
-        self.left().executor = Some((Fresh::Pins(place), ring.clone()));
+        self.left().executor = Some((Fresh::Pins(Box::new(place)), ring.clone()));
         Ok(Box::new(ring))
     }
 
@@ -205,7 +205,11 @@ impl Outside for Letters {
         };
         let session = plugged.session.fetch_add(1, Ordering::Relaxed);
         let line = AdapterLine::new(Box::new(plugged.port.clone()), session, plugged.time);
-        let fresh = Fresh::Adapter { line, machine: machine.clone(), shared: Arc::clone(shared) };
+        let fresh = Fresh::Adapter {
+            line: Box::new(line),
+            machine: Box::new(machine.clone()),
+            shared: Arc::clone(shared),
+        };
         let ring = Ring::default();
         self.left().executor = Some((fresh, ring.clone()));
         Ok((Box::new(ring), None))

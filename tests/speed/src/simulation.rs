@@ -35,7 +35,7 @@ pub fn program(segments: usize) -> Program {
     let place = |segment: usize| {
         let (row, along) = (segment / per_row, (segment % per_row) as f64 / per_row as f64);
         let share = if row % 2 == 0 { along } else { 1.0 - along };
-        let aside_mm = if segment % 2 == 0 { 0.02 } else { -0.02 };
+        let aside_mm = if segment.is_multiple_of(2) { 0.02 } else { -0.02 };
         let up_mm = (row as f64 + 0.5) / rows as f64 * (BOARD_MM[1] - 1.0);
         Point::from_mm(share * BOARD_MM[0], up_mm + aside_mm)
     };

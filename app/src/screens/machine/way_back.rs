@@ -30,10 +30,13 @@ fn button(step: BackStep, line: Link) -> AnyView {
             push_if("button small", mine, t!("page.back.was_read"), |_| link::ask(Ask::AcknowledgeAlarm))
                 .into_any()
         }
-        BackStep::Home => {
-            push_if("button small", move || line.may_act(), t!("page.back.home_now"), |_| link::ask(Ask::Home))
-                .into_any()
-        }
+        BackStep::Home => push_if(
+            "button small",
+            move || line.may_act(),
+            t!("page.back.home_now"),
+            |_| link::ask(Ask::Home),
+        )
+        .into_any(),
         BackStep::Resume => offer::buttons(line).into_any(),
         BackStep::Lift | BackStep::Tool => ().into_any(),
     }

@@ -75,7 +75,12 @@ fn every_change_is_told_by_its_name_and_nothing_else_is() {
     let rows: [(&str, Board); 13] = [
         ("", board()),
         ("holes_added", with(|board| board.holes.push(hole(10.0, 10.0, 0.8)))),
-        ("holes_gone", with(|board| drop(board.holes.remove(2)))),
+        (
+            "holes_gone",
+            with(|board| {
+                board.holes.remove(2);
+            }),
+        ),
         ("holes_moved", with(|board| board.holes[2].at = Point::from_mm(9.0, 9.0))),
         ("holes_added holes_gone", with(|board| board.holes[2].at = Point::from_mm(27.0, 15.0))),
         ("holes_resized", with(|board| board.holes[2].diameter = Some(Length::from_mm(1.0)))),

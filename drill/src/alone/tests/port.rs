@@ -261,7 +261,7 @@ fn nobody_at_the_port_or_somebody_else_is_a_sentence() {
     let mut world = World::new(&machine(), &files);
     world.plug(false);
     let port = world.port.clone();
-    let mut bench = Bench::of(Alone::at_port(files.clone(), port.clone(), 1, now).unwrap(), None);
+    let mut bench = Bench::of(Alone::at_port(files, port.clone(), 1, now).unwrap(), None);
     let alarm = |bench: &mut Bench| bench.until(|status| status.alarm.is_some()).alarm.unwrap().code;
     assert_eq!(alarm(&mut bench), "adapter.unplugged");
     port.opened();
