@@ -287,7 +287,7 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await press(page, bit);
     await shown(page, /^Hole [23] of 3/);
     board.replug();
-    const rests = await settled(async () => board.steps(), "a carriage that rests", 3000);
+    const rests = await settled(async () => board.steps(), "a carriage that rests", 12_000);
     assert.equal(board.spindle(), false, "nobody is heard: the spindle is off");
     board.replug();
     await page.evaluate(() => navigator.serial.dispatchEvent(new Event("connect")));

@@ -94,7 +94,7 @@ fn kept(offer: Offer) -> impl IntoView {
         push("button", restore, move |_| send(KeepEvent::Restore { offer: again.clone() })),
         (!elsewhere).then(|| {
             push("button", t!("page.kept.discard"), move |_| {
-                send(KeepEvent::Discard { offer: offer.clone() })
+                send(KeepEvent::Discard { offer: offer.clone() });
             })
         }),
     ))

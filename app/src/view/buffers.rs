@@ -44,7 +44,7 @@ impl Instances {
     }
 
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
-        self.draw_some(pass, [0..self.count]);
+        self.draw_some(pass, std::iter::once(0..self.count));
     }
 
     /// How many there are.

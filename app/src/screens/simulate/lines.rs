@@ -37,7 +37,7 @@ pub(super) fn lines() -> impl IntoView {
             why,
         )),
         virtual_list(t!("page.simulate.program"), count, now.into(), row, |by| {
-            send(ListingEvent::Walk { by })
+            send(ListingEvent::Walk { by });
         }),
     )
 }
