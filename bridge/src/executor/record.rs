@@ -10,9 +10,9 @@
 //! something moves nothing is written: the last steps are kept in memory. Does not know who stopped it.
 
 use crate::own;
-use annulus_core::job::Bit;
 use annulus_core::machine::{AXES, Steps};
-use annulus_core::pins::{AxisSet, Pins, SpindleState};
+use annulus_core::pass_pins_on;
+use annulus_core::pins::{AxisSet, Pins};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::fs::{File, OpenOptions};
@@ -70,6 +70,8 @@ impl<P: Pins> Recorded<P> {
 }
 
 impl<P: Pins> Pins for Recorded<P> {
+    pass_pins_on!(spindle, output, spindle_state, inputs, rest, due, bit, ahead, attend);
+
     fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
         self.pins.step(at_tick, axes, forward);
         for (axis, place) in self.counted.iter_mut().enumerate().take(AXES) {
@@ -81,42 +83,6 @@ impl<P: Pins> Pins for Recorded<P> {
             self.steps.pop_front();
         }
         self.steps.push_back((at_tick, axes, forward));
-    }
-
-    fn spindle(&mut self, at_tick: u64, rpm: u32) {
-        self.pins.spindle(at_tick, rpm);
-    }
-
-    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
-        self.pins.output(at_tick, place, on);
-    }
-
-    fn spindle_state(&mut self) -> SpindleState {
-        self.pins.spindle_state()
-    }
-
-    fn inputs(&mut self, at_tick: u64) -> u32 {
-        self.pins.inputs(at_tick)
-    }
-
-    fn rest(&mut self, at_tick: u64) {
-        self.pins.rest(at_tick);
-    }
-
-    fn due(&self) -> Option<u64> {
-        self.pins.due()
-    }
-
-    fn bit(&mut self, at_tick: u64, bit: &Bit) {
-        self.pins.bit(at_tick, bit);
-    }
-
-    fn ahead(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
-        self.pins.ahead(at_tick, axes, forward);
-    }
-
-    fn attend(&mut self, at_tick: u64) {
-        self.pins.attend(at_tick);
     }
 
     fn safe(&mut self) {

@@ -19,9 +19,9 @@ pub(crate) use profile::names;
 use crate::machine_file;
 use crate::serial::{self, Port};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::Bit;
 use annulus_core::machine::{Converter, Machine};
-use annulus_core::pins::{AxisSet, Pins, SpindleState, SpindleTrouble};
+use annulus_core::pass_pins_on;
+use annulus_core::pins::{Pins, SpindleState, SpindleTrouble};
 use frames::{Answer, Ask};
 use profile::Profile;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -225,9 +225,7 @@ impl Converted {
 }
 
 impl Pins for Converted {
-    fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
-        self.pins.step(at_tick, axes, forward);
-    }
+    pass_pins_on!(step, inputs, output, rest, due, bit, ahead, attend);
 
     fn spindle(&mut self, at_tick: u64, rpm: u32) {
         self.want(rpm);
@@ -236,34 +234,6 @@ impl Pins for Converted {
 
     fn spindle_state(&mut self) -> SpindleState {
         self.shared.watch().state()
-    }
-
-    fn inputs(&mut self, at_tick: u64) -> u32 {
-        self.pins.inputs(at_tick)
-    }
-
-    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
-        self.pins.output(at_tick, place, on);
-    }
-
-    fn rest(&mut self, at_tick: u64) {
-        self.pins.rest(at_tick);
-    }
-
-    fn due(&self) -> Option<u64> {
-        self.pins.due()
-    }
-
-    fn bit(&mut self, at_tick: u64, bit: &Bit) {
-        self.pins.bit(at_tick, bit);
-    }
-
-    fn ahead(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
-        self.pins.ahead(at_tick, axes, forward);
-    }
-
-    fn attend(&mut self, at_tick: u64) {
-        self.pins.attend(at_tick);
     }
 
     fn safe(&mut self) {

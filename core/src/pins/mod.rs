@@ -26,6 +26,7 @@
 //! Comes in: runs. Goes out: calls on the traits. Does not know who computed the stream.
 
 mod feed_override;
+mod pass_on;
 mod play;
 mod recorder;
 mod spindle;

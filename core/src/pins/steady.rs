@@ -9,8 +9,8 @@
 //!
 //! Comes in: any [`Pins`]. Goes out: the same with steadier inputs. Does not know what the inputs mean.
 
-use super::{AxisSet, Pins, SpindleState};
-use crate::job::Bit;
+use super::Pins;
+use crate::pass_pins_on;
 
 /// So many readings in a row must agree before a change is believed. With 1 % of the readings flipped, one in 10¹⁰ is
 /// believed wrongly.
@@ -36,17 +36,7 @@ impl<P: Pins> Steady<P> {
 }
 
 impl<P: Pins> Pins for Steady<P> {
-    fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
-        self.pins.step(at_tick, axes, forward);
-    }
-
-    fn spindle(&mut self, at_tick: u64, rpm: u32) {
-        self.pins.spindle(at_tick, rpm);
-    }
-
-    fn spindle_state(&mut self) -> SpindleState {
-        self.pins.spindle_state()
-    }
+    pass_pins_on!(step, spindle, spindle_state, output, rest, due, bit, ahead, attend, safe);
 
     fn inputs(&mut self, at_tick: u64) -> u32 {
         let pins = &mut self.pins;
@@ -61,34 +51,6 @@ impl<P: Pins> Pins for Steady<P> {
         self.believed = Some(believed ^ changed);
         believed ^ changed
     }
-
-    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
-        self.pins.output(at_tick, place, on);
-    }
-
-    fn rest(&mut self, at_tick: u64) {
-        self.pins.rest(at_tick);
-    }
-
-    fn due(&self) -> Option<u64> {
-        self.pins.due()
-    }
-
-    fn bit(&mut self, at_tick: u64, bit: &Bit) {
-        self.pins.bit(at_tick, bit);
-    }
-
-    fn ahead(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
-        self.pins.ahead(at_tick, axes, forward);
-    }
-
-    fn attend(&mut self, at_tick: u64) {
-        self.pins.attend(at_tick);
-    }
-
-    fn safe(&mut self) {
-        self.pins.safe();
-    }
 }
 
 /// Every bit as most of the readings have it.
@@ -100,6 +62,7 @@ fn majority(readings: &[u32; AGREE as usize]) -> u32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::pins::AxisSet;
 
     /// Readings as they were written down, then the last one for ever.
     struct Script(Vec<u32>, usize);

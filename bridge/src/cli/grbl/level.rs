@@ -5,7 +5,7 @@
 
 use super::operator::Operator;
 use super::program::{self, Programs};
-use super::{LevelArgs, TouchArgs, WhichMap, ledger};
+use super::{BoardArgs, TouchArgs, WhichMap, ledger};
 use crate::cli::{Answer, Exit, Refusal, height_map, say};
 use crate::controller::maps::Maps;
 use crate::machine_file;
@@ -23,7 +23,7 @@ const DOWN_MM_PER_MIN: f64 = 60.0;
 const OVER_MM_PER_MIN: f64 = 800.0;
 
 /// Touches a board and keeps its map.
-pub(super) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
+pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     let programs = super::aligned(program::read(&args.job, &args.more)?, &args.how)?;
     let mut operator = Operator::new(&args.how, &ledger(), AttendedJob::default(), json)?;
     operator.meets()?;

@@ -40,7 +40,7 @@ enum GrblCommand {
     /// Ask a controller who it is, and list its settings in words.
     Info(PortArgs),
     /// Touch the board with the probe all over and keep its height map, for `run --level kept`.
-    Level(Box<LevelArgs>),
+    Level(Box<BoardArgs>),
     /// Run a job: programs in G-code one after the other, or a board.
     Run(Box<RunArgs>),
     /// Go on with the job that was interrupted, at the hole or toolpath where it was.
@@ -62,28 +62,21 @@ struct PortArgs {
 #[derive(Debug, clap::Args)]
 struct RunArgs {
     #[command(flatten)]
-    job: super::JobArgs,
-    /// Further programs, run after the first; between two of them the tool is changed.
-    #[arg(value_name = "PROGRAM")]
-    more: Vec<PathBuf>,
-    #[command(flatten)]
-    how: How,
+    board: BoardArgs,
     /// Let depth follow the board's surface: touch it first (measure), or use the map that was kept (kept).
     #[arg(long, value_name = "WHICH")]
     level: Option<WhichMap>,
-    #[command(flatten)]
-    touches: TouchArgs,
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
     from_start: bool,
 }
 
-/// Arguments of `annulus grbl level`.
+/// A board or its programs, at a controller: what `annulus grbl level` touches, and `run` makes.
 #[derive(Debug, clap::Args)]
-struct LevelArgs {
+struct BoardArgs {
     #[command(flatten)]
     job: super::JobArgs,
-    /// Further programs of the same board.
+    /// Further programs of the same board, run after the first; between two of them the tool is changed.
     #[arg(value_name = "PROGRAM")]
     more: Vec<PathBuf>,
     #[command(flatten)]
@@ -267,7 +260,8 @@ fn text_of(info: &Info) -> String {
 }
 
 fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
-    let programs = aligned(program::read(&args.job, &args.more)?, &args.how)?;
+    let board = &args.board;
+    let programs = aligned(program::read(&board.job, &board.more)?, &board.how)?;
     let ledger = ledger();
     if let Some(entry) = ledger
         .interrupted()
@@ -278,9 +272,9 @@ fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
         return Err(Refusal::content(why.with("toolpaths", entry.toolpaths)));
     }
     let entry = AttendedJob { files: programs.files.clone(), ..AttendedJob::default() };
-    let mut operator = Operator::new(&args.how, &ledger, entry, json)?;
-    let level = args.level.map(|which| (which, &args.touches));
-    operator.run(&programs, None, &args.job.accept, level)
+    let mut operator = Operator::new(&board.how, &ledger, entry, json)?;
+    let level = args.level.map(|which| (which, &board.touches));
+    operator.run(&programs, None, &board.job.accept, level)
 }
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {

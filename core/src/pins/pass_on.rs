@@ -1,0 +1,68 @@
+//! Pins around other pins: what only passes is said by its name.
+//!
+//! Comes in: names of methods of [`super::Pins`]. Goes out: these methods, calling those of the field `pins`. Does not know why
+//! somebody stands between.
+
+/// The named methods of [`crate::pins::Pins`], each of which calls that of the field `pins`; for use within an `impl Pins for …`,
+/// beside the methods that do something.
+#[macro_export]
+macro_rules! pass_pins_on {
+    ($($method:ident),+ $(,)?) => {
+        $($crate::pass_pins_on!(@ $method);)+
+    };
+    (@ step) => {
+        fn step(&mut self, at_tick: u64, axes: $crate::pins::AxisSet, forward: $crate::pins::AxisSet) {
+            self.pins.step(at_tick, axes, forward);
+        }
+    };
+    (@ spindle) => {
+        fn spindle(&mut self, at_tick: u64, rpm: u32) {
+            self.pins.spindle(at_tick, rpm);
+        }
+    };
+    (@ spindle_state) => {
+        fn spindle_state(&mut self) -> $crate::pins::SpindleState {
+            self.pins.spindle_state()
+        }
+    };
+    (@ inputs) => {
+        fn inputs(&mut self, at_tick: u64) -> u32 {
+            self.pins.inputs(at_tick)
+        }
+    };
+    (@ output) => {
+        fn output(&mut self, at_tick: u64, place: u8, on: bool) {
+            self.pins.output(at_tick, place, on);
+        }
+    };
+    (@ rest) => {
+        fn rest(&mut self, at_tick: u64) {
+            self.pins.rest(at_tick);
+        }
+    };
+    (@ due) => {
+        fn due(&self) -> Option<u64> {
+            self.pins.due()
+        }
+    };
+    (@ bit) => {
+        fn bit(&mut self, at_tick: u64, bit: &$crate::job::Bit) {
+            self.pins.bit(at_tick, bit);
+        }
+    };
+    (@ ahead) => {
+        fn ahead(&mut self, at_tick: u64, axes: $crate::pins::AxisSet, forward: $crate::pins::AxisSet) {
+            self.pins.ahead(at_tick, axes, forward);
+        }
+    };
+    (@ attend) => {
+        fn attend(&mut self, at_tick: u64) {
+            self.pins.attend(at_tick);
+        }
+    };
+    (@ safe) => {
+        fn safe(&mut self) {
+            self.pins.safe();
+        }
+    };
+}
