@@ -7,7 +7,7 @@
 //! Comes in: a job, a machine. Goes out: the map. Does not know how anything moves.
 
 use super::job;
-use super::run::{self, RunArgs};
+use super::run::{self, PlayArgs};
 use super::{Answer, Exit, Refusal, height_map};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::touched;
@@ -22,7 +22,7 @@ const BELOW: Length = Length::from_um(1_000);
 #[derive(Debug, clap::Args)]
 pub(crate) struct LevelArgs {
     #[command(flatten)]
-    run: RunArgs,
+    play: PlayArgs,
     /// The board is touched at places that are at most so many mm apart.
     #[arg(long, value_name = "MM", default_value_t = 10.0)]
     grid: f64,
@@ -33,7 +33,7 @@ pub(crate) struct LevelArgs {
 
 /// Touches the board and keeps its map.
 pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
-    let job = job::open_for_machine(&args.run.job)?;
+    let job = job::open_for_machine(&args.play.job)?;
     let bounds = touched(&job.program);
     let bounds = bounds.ok_or_else(|| Refusal::content(Diagnostic::error("level.nothing_cut")))?;
     let mm = Length::from_mm;
@@ -44,7 +44,7 @@ pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     while survey.next().is_some() {
         let program = strokes(&survey, &job.program, BELOW);
         let wanted = survey.to_do().count();
-        let played = run::play(&program, low, &args.run, None, json)?;
+        let played = run::play(&program, low, &args.play, None, json)?;
         if played.answer.exit != Exit::Done {
             return Ok(played.answer);
         }

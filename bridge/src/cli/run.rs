@@ -28,6 +28,16 @@ use tokio::sync::broadcast::{Receiver, error::RecvError};
 #[derive(Debug, clap::Args)]
 pub(crate) struct RunArgs {
     #[command(flatten)]
+    pub(crate) play: PlayArgs,
+    /// Let depth follow the board: use the height map that `annulus level` kept.
+    #[arg(long)]
+    pub(crate) level: bool,
+}
+
+/// What is played on the drill of this computer, and how.
+#[derive(Debug, clap::Args)]
+pub(crate) struct PlayArgs {
+    #[command(flatten)]
     pub(crate) job: super::JobArgs,
     /// How many times faster than life the virtual drill runs.
     #[arg(long, default_value_t = 1.0, value_parser = speed)]
@@ -35,9 +45,6 @@ pub(crate) struct RunArgs {
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
     pub(crate) from_start: bool,
-    /// Let depth follow the board: use the height map that `annulus level` kept.
-    #[arg(long)]
-    pub(crate) level: bool,
     /// Provoke a fault of the virtual drill, from so many holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]
     pub(crate) fault: Vec<String>,
@@ -70,12 +77,13 @@ pub(super) struct Played {
 
 /// Runs the command.
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
-    let known = machine_file::named(args.job.on.name())?;
+    let PlayArgs { job: wanted, .. } = &args.play;
+    let known = machine_file::named(wanted.on.name())?;
     if known.machine.output != Output::Virtual {
         return Err(Refusal::usage(diagnostic("run.needs_page")));
     }
-    job::can_be_accepted(&args.job.accept)?;
-    let job = job::open_for_machine(&args.job)?;
+    job::can_be_accepted(&wanted.accept)?;
+    let job = job::open_for_machine(wanted)?;
     for diagnostic in &job.diagnostics {
         super::say(diagnostic.message("en"));
     }
@@ -88,7 +96,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     } else {
         (job.program, None)
     };
-    let mut answer = play(&program, low, args, map.as_ref(), json)?.answer;
+    let mut answer = play(&program, low, &args.play, map.as_ref(), json)?.answer;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
     Ok(answer)
 }
@@ -97,7 +105,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
 pub(super) fn play(
     program: &Program,
     low: Point,
-    args: &RunArgs,
+    args: &PlayArgs,
     map: Option<&HeightMap>,
     json: bool,
 ) -> Result<Played, Refusal> {
@@ -179,7 +187,7 @@ impl<'a> Operator<'a> {
         mut self,
         bytes: &[u8],
         low: Point,
-        args: &RunArgs,
+        args: &PlayArgs,
         map: Option<&HeightMap>,
     ) -> Result<Played, Refusal> {
         let (from_start, accept) = (args.from_start, &args.job.accept);
