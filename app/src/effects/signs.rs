@@ -1,24 +1,40 @@
-//! Whether keys that type something do anything alone, kept for the next time.
+//! Whether keys that type something do anything alone, and which of them a person moved, kept for the next time.
 //!
-//! Comes in: the choice. Goes out: that choice into the store; the one of last time, as an event. Does not know which keys.
+//! Comes in: the choices. Goes out: those choices into the store; those of last time, as events. Does not know what the keys do.
 
 use crate::browser::kept_storage;
+use crate::keys::OwnKeys;
 use crate::model::FrameEvent;
 use crate::page::send;
 
 const OFF: &str = "annulus.signs_off";
+const OWN: &str = "annulus.own_keys";
 
 /// Begins as it was chosen last time.
 pub(super) fn begin() {
-    if kept_storage().and_then(|storage| storage.get_item(OFF).ok().flatten()).is_some() {
+    let kept = |name| kept_storage().and_then(|storage| storage.get_item(name).ok().flatten());
+    if kept(OFF).is_some() {
         send(FrameEvent::Signs { on: false });
+    }
+    if let Some(text) = kept(OWN) {
+        send(FrameEvent::OwnKeysKept { keys: OwnKeys::of_kept(&text) });
     }
 }
 
-/// Keeps the choice.
+/// Keeps whether they work alone.
 pub(super) fn keep(on: bool) {
+    put(OFF, if on { "" } else { "1" });
+}
+
+/// Keeps which were moved.
+pub(super) fn keep_own(keys: &OwnKeys) {
+    put(OWN, &keys.kept());
+}
+
+/// Keeps a text, or nothing where it is empty.
+fn put(name: &str, text: &str) {
     if let Some(storage) = kept_storage() {
         let _full_or_denied_is_no_harm =
-            if on { storage.remove_item(OFF) } else { storage.set_item(OFF, "1") };
+            if text.is_empty() { storage.remove_item(name) } else { storage.set_item(name, text) };
     }
 }

@@ -4,6 +4,7 @@
 
 use super::Event;
 use crate::engine::messages::Request;
+use crate::keys::OwnKeys;
 use annulus_core::wire::Paired;
 
 /// Which worker is asked.
@@ -133,6 +134,11 @@ pub enum Effect {
     Colours {
         /// Their word in the style sheet.
         word: &'static str,
+    },
+    /// Keep which keys a person moved.
+    KeepOwnKeys {
+        /// They.
+        keys: OwnKeys,
     },
     /// Keep whether keys that type something do anything alone.
     KeepSigns {

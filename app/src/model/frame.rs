@@ -5,7 +5,7 @@
 use super::{DrawEvent, Effect, Event, Model};
 use crate::engine::messages::LayerRow;
 use crate::format::Unit;
-use crate::keys::{KeyAction, Tab};
+use crate::keys::{KeyAction, OwnKeys, Shortcut, Tab};
 use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
 use crate::model::Document;
 use crate::said::{Text, key};
@@ -103,6 +103,10 @@ pub struct Frame {
     pub show_travel: bool,
     /// Keys that type something do what they are for on the page; else only those with Ctrl or Alt, and those that type nothing.
     pub signs: bool,
+    /// Those that a person moved to others.
+    pub own_keys: OwnKeys,
+    /// The sign that could not be had, and whose it is; none where the page keeps it.
+    pub own_key_refused: Option<(String, Option<&'static Shortcut>)>,
     /// The picture has a grid.
     pub grid: bool,
     /// The browser keeps the screen lit; none where nobody asked it to.
@@ -146,6 +150,8 @@ impl Default for Frame {
             show_before: false,
             show_travel: false,
             signs: true,
+            own_keys: OwnKeys::default(),
+            own_key_refused: None,
             grid: true,
             awake: None,
             operator: false,
@@ -225,6 +231,20 @@ pub enum FrameEvent {
         /// What they are for.
         on: bool,
     },
+    /// Keys of one's own were kept from last time.
+    OwnKeysKept {
+        /// They.
+        keys: OwnKeys,
+    },
+    /// A key is moved.
+    OwnKey {
+        /// What it does.
+        shortcut: &'static Shortcut,
+        /// The letter or sign that shall do it.
+        sign: String,
+    },
+    /// All keys are where they were.
+    OwnKeysForgotten,
     /// The picture has a grid, or none: the other of the two.
     Grid,
     /// The browser keeps the screen lit, or does not.
@@ -387,6 +407,12 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             frame.signs = on;
             return vec![Effect::KeepSigns { on }];
         }
+        FrameEvent::OwnKeysKept { keys } => frame.own_keys = keys,
+        FrameEvent::OwnKey { shortcut, sign } => return own_key(frame, shortcut, sign),
+        FrameEvent::OwnKeysForgotten => {
+            (frame.own_keys, frame.own_key_refused) = (OwnKeys::default(), None);
+            return vec![Effect::KeepOwnKeys { keys: OwnKeys::default() }];
+        }
         FrameEvent::Grid => frame.grid = !frame.grid,
         FrameEvent::Awake { held } => frame.awake = frame.awake_wanted.then_some(held),
         FrameEvent::Flip { below } => frame.flipped = below.unwrap_or(!frame.flipped),
@@ -412,6 +438,20 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Taken { number } => return take(model, number),
     }
     Vec::new()
+}
+
+/// A key is moved, or it stays and whose the sign is is told.
+fn own_key(frame: &mut Frame, shortcut: &'static Shortcut, sign: String) -> Vec<Effect> {
+    match frame.own_keys.set(shortcut, &sign) {
+        Ok(()) => {
+            frame.own_key_refused = None;
+            vec![Effect::KeepOwnKeys { keys: frame.own_keys.clone() }]
+        }
+        Err(by) => {
+            frame.own_key_refused = Some((sign, by));
+            Vec::new()
+        }
+    }
 }
 
 /// Does what a short word offered.

@@ -5,7 +5,7 @@
 use super::signals as all;
 use super::slots::Slots;
 use crate::format::Unit;
-use crate::keys::{KeyAction, Tab};
+use crate::keys::{KeyAction, OwnKeys, Shortcut, Tab};
 use crate::layers::LayerLook;
 use crate::model::{Overlay, Theme, Toast};
 use crate::view::Camera;
@@ -30,6 +30,10 @@ pub struct Frame {
     pub show_travel: ReadSignal<bool>,
     /// Keys that type something do what they are for on the page.
     pub signs: ReadSignal<bool>,
+    /// Those that a person moved to others.
+    pub own_keys: ReadSignal<OwnKeys>,
+    /// The sign that could not be had, and whose it is.
+    pub own_key_refused: ReadSignal<Option<(String, Option<&'static Shortcut>)>>,
     /// The picture has a grid.
     pub grid: ReadSignal<bool>,
     /// The browser keeps the screen lit; none where nobody asked it to.
@@ -73,6 +77,8 @@ pub(super) fn signals(slots: &mut Slots) -> Frame {
         show_before: slots.part(|model| &model.frame.show_before),
         show_travel: slots.part(|model| &model.frame.show_travel),
         signs: slots.part(|model| &model.frame.signs),
+        own_keys: slots.part(|model| &model.frame.own_keys),
+        own_key_refused: slots.part(|model| &model.frame.own_key_refused),
         grid: slots.part(|model| &model.frame.grid),
         awake: slots.part(|model| &model.frame.awake),
         operator: slots.part(|model| &model.frame.operator),

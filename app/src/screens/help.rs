@@ -35,7 +35,8 @@ fn word(key: &'static str) -> impl Fn() -> String + Send + Sync + 'static {
 fn keys_of(tab: Option<Tab>) -> impl IntoView {
     let rows = SHORTCUTS.iter().filter(move |shortcut| shortcut.tab == tab);
     let rows = rows.map(|shortcut| {
-        li().child((kbd().child(shortcut.written()), span().child(word(shortcut.name)))).into_any()
+        let written = move || frame().own_keys.with(|own| own.written(shortcut));
+        li().child((kbd().child(written), span().child(word(shortcut.name)))).into_any()
     });
     let title = move || tab.map_or_else(|| i18n::text(key!("page.help.everywhere"), &[]), name_of);
     section().child((h3().child(title), ol().class("keys").child(rows.collect::<Vec<_>>())))

@@ -139,6 +139,6 @@ fn line(row: usize, shortcut: &'static Shortcut, at: RwSignal<usize>) -> impl In
         .on(ev::click, move |_| choose(shortcut.action))
         .child((
             span().class("grow").child(move || i18n::text(shortcut.name, &[])),
-            kbd().child(shortcut.written()),
+            kbd().child(move || frame().own_keys.with(|own| own.written(shortcut))),
         ))
 }

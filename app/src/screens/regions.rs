@@ -23,8 +23,9 @@ use web_sys::{HtmlElement, KeyboardEvent};
 /// Listens to keys and to the address for the life of the page.
 pub(crate) fn listen() {
     let keys = window_event_listener(ev::keydown, |event| {
-        if let Some(action) =
-            keys::action(&press(&event), frame().tab.get_untracked(), frame().signs.get_untracked())
+        let tab = frame().tab.get_untracked();
+        let meant = frame().own_keys.with_untracked(|own| own.translated(&press(&event), tab));
+        if let Some(action) = meant.and_then(|press| keys::action(&press, tab, frame().signs.get_untracked()))
         {
             if action != KeyAction::Escape {
                 event.prevent_default();

@@ -1,8 +1,7 @@
 //! The way back after an alarm, as a list of steps: which are done, which one is next, and the button for it (A12).
 //!
-//! Comes in: how things stand. Goes out: asks that acknowledge and home, the pre-flight of the rest. Nothing moves without a press.
+//! Comes in: how things stand. Goes out: asks that acknowledge and home. Nothing moves without a press.
 
-use super::offer;
 use crate::i18n::{key, t};
 use crate::model::link::way_back::{BackMark, BackStep, way_back};
 use crate::page::link::{self, Link};
@@ -37,8 +36,8 @@ fn button(step: BackStep, line: Link) -> AnyView {
             |_| link::ask(Ask::Home),
         )
         .into_any(),
-        BackStep::Resume => offer::buttons(line).into_any(),
-        BackStep::Lift | BackStep::Tool => ().into_any(),
+        // Going on is offered by the bar over the list.
+        BackStep::Lift | BackStep::Tool | BackStep::Resume => ().into_any(),
     }
 }
 

@@ -5,6 +5,7 @@
 
 mod clock;
 mod field;
+mod keys;
 
 use crate::i18n::{self, key, message, say, t};
 use crate::model::{FrameEvent, SettingsEvent};
@@ -91,6 +92,7 @@ fn signs() -> impl IntoView {
         span().child(t!("page.settings.signs")),
         label().class("tick").child((tick, span().child(t!("page.settings.signs_alone")))),
         p().class("quiet").child(t!("page.settings.signs_about")),
+        keys::own_keys(),
     ))
 }
 

@@ -1,0 +1,218 @@
+//! Keys of one's own: a single letter or sign of the table is moved to another.
+//!
+//! ```text
+//! press ─▶ sign of one's own? ──yes──▶ the sign of the table that it stands for ─▶ action
+//!              │no
+//!              ├─ sign whose place was moved ─▶ nothing
+//!              └─ any other ──────────────────▶ as it is
+//! ```
+//!
+//! Comes in: a press, choices of the person, their text in the store. Goes out: the press that the table knows. Keys with Ctrl or
+//! Alt, capitals and keys that type nothing stay where they are: STOP among them. Knows no browser.
+
+use super::{Press, SHORTCUTS, Shortcut, Tab, is_sign};
+
+/// Signs that belong to the help and to the zoom on every screen.
+const TAKEN: &str = "?+-_=";
+
+/// One moved sign: on this screen, or on all where there is none, `to` does what `from` does in the table.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Own {
+    tab: Option<Tab>,
+    from: char,
+    to: char,
+}
+
+/// The moved signs.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct OwnKeys(Vec<Own>);
+
+/// The sign of a shortcut that is a single one.
+fn sign_of(shortcut: &Shortcut) -> Option<char> {
+    single(shortcut.keys)
+}
+
+fn single(text: &str) -> Option<char> {
+    let mut signs = text.chars();
+    signs.next().filter(|_| signs.next().is_none())
+}
+
+/// Whether a shortcut can be moved: its key is a single letter or sign.
+pub fn is_of_ones_own(shortcut: &Shortcut) -> bool {
+    sign_of(shortcut).is_some()
+}
+
+/// Whether keys of two screens can be pressed on one; none is all of them.
+fn meet(one: Option<Tab>, other: Option<Tab>) -> bool {
+    one.is_none() || other.is_none() || one == other
+}
+
+impl OwnKeys {
+    /// The sign that does what `shortcut` is for; none where its key is no single one.
+    pub fn sign(&self, shortcut: &Shortcut) -> Option<char> {
+        let from = sign_of(shortcut)?;
+        let moved = self.0.iter().find(|own| own.tab == shortcut.tab && own.from == from);
+        Some(moved.map_or(from, |own| own.to))
+    }
+
+    /// How a shortcut is written for people.
+    pub fn written(&self, shortcut: &Shortcut) -> String {
+        match self.sign(shortcut) {
+            Some(sign) => sign.to_uppercase().collect(),
+            None => shortcut.written(),
+        }
+    }
+
+    /// `shortcut` is done by `sign` from now on.
+    ///
+    /// # Errors
+    ///
+    /// The shortcut that has this sign already; none where the page keeps it, or where `text` is no single sign that types something.
+    pub fn set(&mut self, shortcut: &'static Shortcut, text: &str) -> Result<(), Option<&'static Shortcut>> {
+        let to = single(text.trim()).and_then(|sign| single(&sign.to_lowercase().to_string())).ok_or(None)?;
+        let from = sign_of(shortcut).ok_or(None)?;
+        if TAKEN.contains(to) || to.is_control() {
+            return Err(None);
+        }
+        let is_other = |other: &&Shortcut| (other.tab, other.keys) != (shortcut.tab, shortcut.keys);
+        let others = SHORTCUTS.iter().filter(is_other).filter(|other| meet(other.tab, shortcut.tab));
+        if let Some(other) = others.into_iter().find(|other| self.sign(other) == Some(to)) {
+            return Err(Some(other));
+        }
+        self.0.retain(|own| own.tab != shortcut.tab || own.from != from);
+        if to != from {
+            self.0.push(Own { tab: shortcut.tab, from, to });
+        }
+        Ok(())
+    }
+
+    /// All are where the table has them.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// The press as the table knows it; none where its sign was moved away.
+    pub fn translated(&self, press: &Press, tab: Tab) -> Option<Press> {
+        let mut press = press.clone();
+        let Some(sign) = single(&press.key.to_lowercase()).filter(|_| !press.in_text && is_sign(&press))
+        else {
+            return Some(press);
+        };
+        // A capital is another key.
+        if press.shift && sign.is_alphabetic() {
+            return Some(press);
+        }
+        let mut here = self.0.iter().filter(|own| meet(own.tab, Some(tab)));
+        if let Some(own) = here.clone().find(|own| own.to == sign) {
+            (press.key, press.code, press.shift) = (own.from.to_string(), String::new(), false);
+            return Some(press);
+        }
+        here.all(|own| own.from != sign).then_some(press)
+    }
+
+    /// As it is kept: a line for each, screen, sign of the table, sign of one's own.
+    pub fn kept(&self) -> String {
+        let word = |tab: Option<Tab>| tab.map_or("everywhere", Tab::word);
+        self.0.iter().map(|own| format!("{} {} {}\n", word(own.tab), own.from, own.to)).collect()
+    }
+
+    /// From what was kept; what no longer fits the table is left out.
+    pub fn of_kept(text: &str) -> Self {
+        let mut keys = Self::default();
+        for line in text.lines().take(SHORTCUTS.len()) {
+            let mut words = line.split(' ');
+            let (Some(screen), Some(from), Some(to)) = (words.next(), words.next(), words.next()) else {
+                continue;
+            };
+            let tab = Tab::ALL.into_iter().find(|tab| tab.word() == screen);
+            let is_it = |shortcut: &&Shortcut| shortcut.tab == tab && shortcut.keys == from;
+            if let Some(shortcut) = SHORTCUTS.iter().find(is_it) {
+                let _left_where_the_table_has_it = keys.set(shortcut, to);
+            }
+        }
+        keys
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::keys::{KeyAction, action};
+
+    fn named(tab: Option<Tab>, keys: &str) -> &'static Shortcut {
+        SHORTCUTS.iter().find(|one| one.tab == tab && one.keys == keys).expect(keys)
+    }
+
+    fn pressed(own: &OwnKeys, key: &str, tab: Tab) -> Option<KeyAction> {
+        let press = Press { key: key.to_owned(), ..Press::default() };
+        action(&own.translated(&press, tab)?, tab, true)
+    }
+
+    #[test]
+    fn every_single_key_can_be_moved_and_does_the_same_elsewhere() {
+        for shortcut in SHORTCUTS.iter().filter(|shortcut| is_of_ones_own(shortcut)) {
+            let tab = shortcut.tab.unwrap_or(Tab::Board);
+            let mut own = OwnKeys::default();
+            assert_eq!(pressed(&own, shortcut.keys, tab), Some(shortcut.action), "{}", shortcut.keys);
+            own.set(shortcut, "Ż").expect(shortcut.keys);
+            assert_eq!(pressed(&own, "ż", tab), Some(shortcut.action), "{} by ż", shortcut.keys);
+            assert_eq!(pressed(&own, shortcut.keys, tab), None, "{} is free", shortcut.keys);
+            assert_eq!(own.written(shortcut), "Ż");
+            assert_eq!(OwnKeys::of_kept(&own.kept()), own);
+            own.set(shortcut, shortcut.keys).expect("back");
+            assert!(own.is_empty());
+        }
+    }
+
+    #[test]
+    fn a_sign_that_is_in_use_on_the_same_screen_is_refused() {
+        let mut own = OwnKeys::default();
+        let flip = named(None, "f");
+        let rows = [
+            ("v", Some(named(Some(Tab::Draw), "v"))),
+            ("3", Some(named(None, "3"))),
+            ("+", None),
+            ("ab", None),
+            ("", None),
+        ];
+        for (sign, by) in rows {
+            let refused = own.set(flip, sign).expect_err(sign);
+            assert_eq!(refused.map(|one| (one.tab, one.keys)), by.map(|one| (one.tab, one.keys)), "{sign}");
+        }
+        assert!(own.is_empty());
+        // Another screen has keys of its own, and a sign that was moved away is free.
+        own.set(named(Some(Tab::Draw), "v"), "a").expect("a is of CAM");
+        own.set(flip, "v").expect("free now");
+        assert_eq!(pressed(&own, "v", Tab::Draw), Some(KeyAction::Flip));
+    }
+
+    #[test]
+    fn text_capitals_and_keys_with_control_are_not_moved() {
+        let mut own = OwnKeys::default();
+        own.set(named(Some(Tab::Draw), "r"), "q").expect("free");
+        let press = |key: &str, ctrl, shift, in_text| Press {
+            key: key.to_owned(),
+            ctrl,
+            shift,
+            in_text,
+            ..Press::default()
+        };
+        for (key, ctrl, shift, in_text) in [
+            ("r", false, false, true),
+            ("R", false, true, false),
+            ("r", true, false, false),
+            ("Escape", false, false, false),
+        ] {
+            let as_it_is = press(key, ctrl, shift, in_text);
+            let translated = own.translated(&as_it_is, Tab::Draw).map(|press| press.key);
+            assert_eq!(translated.as_deref(), Some(key));
+        }
+        assert_eq!(own.translated(&press("r", false, false, false), Tab::Draw).map(|press| press.key), None);
+    }
+
+    #[test]
+    fn kept_text_that_fits_no_table_is_left_out() {
+        let own = OwnKeys::of_kept("draw r q\nnowhere r s\ndraw zz y\ndraw p v\n\n \ndraw\n");
+        assert_eq!(own.kept(), "draw r q\n");
+    }
+}

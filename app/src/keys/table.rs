@@ -1,0 +1,194 @@
+//! Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
+//!
+//! Goes out: the table. Knows no browser, nor which keys a person has moved.
+
+use super::{CamKey, KeyAction, QueueKey, Stride, Tab};
+use crate::drawing::keys::{QUARTER_MDEG, StepSize};
+use crate::drawing::{Act, DrawKey, Tool};
+use crate::said::key;
+
+/// A key that people can look up, and what it does.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shortcut {
+    /// The screen it works on; none for everywhere.
+    pub tab: Option<Tab>,
+    /// How it is written.
+    pub keys: &'static str,
+    /// What it does, a key of the locale tables.
+    pub name: &'static str,
+    /// The same for the program.
+    pub action: KeyAction,
+}
+
+impl Shortcut {
+    /// How it is written for people.
+    pub fn written(&self) -> String {
+        let signs = [
+            ("ArrowUp", "↑"),
+            ("ArrowDown", "↓"),
+            ("ArrowRight", "→"),
+            ("Escape", "Esc"),
+            ("_", "-"),
+            ("ArrowLeft", "←"),
+        ];
+        let text = signs.into_iter().fold(self.keys.to_owned(), |text, (from, to)| text.replace(from, to));
+        let (before, last) = match text.strip_suffix("++") {
+            Some(before) => (before, "+"),
+            None => text.rsplit_once('+').unwrap_or(("", &text)),
+        };
+        let last = if last.chars().count() == 1 { last.to_uppercase() } else { last.to_owned() };
+        if before.is_empty() { last } else { format!("{before} + {last}") }
+    }
+}
+
+const fn shortcut(tab: Option<Tab>, keys: &'static str, name: &'static str, action: KeyAction) -> Shortcut {
+    Shortcut { tab, keys, name, action }
+}
+
+const fn drawn(keys: &'static str, name: &'static str, key: DrawKey) -> Shortcut {
+    shortcut(Some(Tab::Draw), keys, name, KeyAction::Draw(key))
+}
+
+/// Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
+pub const SHORTCUTS: &[Shortcut] = &[
+    shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), KeyAction::Stop),
+    shortcut(None, "Escape", key!("page.key.escape"), KeyAction::Escape),
+    shortcut(None, "0", key!("page.key.draw"), KeyAction::Show(Tab::Draw)),
+    shortcut(None, "1", key!("page.key.board"), KeyAction::Show(Tab::Board)),
+    shortcut(None, "2", key!("page.key.cam"), KeyAction::Show(Tab::Cam)),
+    shortcut(None, "3", key!("page.key.simulate"), KeyAction::Show(Tab::Simulate)),
+    shortcut(None, "4", key!("page.key.machine"), KeyAction::Show(Tab::Machine)),
+    shortcut(None, "5", key!("page.key.lab"), KeyAction::Show(Tab::Lab)),
+    shortcut(None, "6", key!("page.key.settings"), KeyAction::Show(Tab::Settings)),
+    shortcut(None, "Ctrl+o", key!("page.key.open"), KeyAction::Open),
+    shortcut(None, "Ctrl+s", key!("page.key.save"), KeyAction::Save),
+    shortcut(None, "Ctrl+u", key!("page.key.units"), KeyAction::Units),
+    shortcut(None, "Ctrl+,", key!("page.key.settings"), KeyAction::Show(Tab::Settings)),
+    shortcut(None, "Ctrl+k", key!("page.key.palette"), KeyAction::Palette),
+    shortcut(None, "F1", key!("page.key.help"), KeyAction::Help),
+    shortcut(None, "F6", key!("page.key.region"), KeyAction::Region { onwards: true }),
+    shortcut(None, "Shift+F6", key!("page.key.region_back"), KeyAction::Region { onwards: false }),
+    shortcut(None, "Shift+w", key!("page.key.speak"), KeyAction::Speak),
+    shortcut(None, "Shift+1", key!("page.key.fit"), KeyAction::Fit),
+    shortcut(None, "Shift+2", key!("page.key.fit_chosen"), KeyAction::FitChosen),
+    shortcut(None, "Ctrl+0", key!("page.key.actual_size"), KeyAction::ActualSize),
+    shortcut(None, "Shift++", key!("page.key.closer"), KeyAction::ZoomIn),
+    shortcut(None, "Shift+_", key!("page.key.further"), KeyAction::ZoomOut),
+    shortcut(None, "f", key!("page.key.flip"), KeyAction::Flip),
+    shortcut(Some(Tab::Board), "ArrowRight", key!("page.key.walk"), KeyAction::Walk { x: 1, y: 0 }),
+    drawn("v", key!("page.key.draw_select"), DrawKey::Tool(Tool::Select)),
+    drawn("x", key!("page.key.draw_track"), DrawKey::Tool(Tool::Track)),
+    drawn("l", key!("page.key.draw_track"), DrawKey::Tool(Tool::Track)),
+    drawn("p", key!("page.key.draw_pad"), DrawKey::Tool(Tool::Pad)),
+    drawn("o", key!("page.key.draw_hole"), DrawKey::Tool(Tool::Hole)),
+    drawn("n", key!("page.key.draw_node"), DrawKey::Tool(Tool::Node)),
+    drawn("d", key!("page.key.draw_measure"), DrawKey::Tool(Tool::Measure)),
+    drawn("Ctrl+Shift+m", key!("page.key.draw_measure"), DrawKey::Tool(Tool::Measure)),
+    drawn("m", key!("page.key.draw_move"), DrawKey::Move),
+    drawn("ArrowRight", key!("page.key.draw_step"), DrawKey::Step { x: 1, y: 0, size: StepSize::Grid }),
+    drawn(
+        "Shift+ArrowRight",
+        key!("page.key.draw_step_far"),
+        DrawKey::Step { x: 1, y: 0, size: StepSize::Far },
+    ),
+    drawn(
+        "Ctrl+ArrowRight",
+        key!("page.key.draw_step_fine"),
+        DrawKey::Step { x: 1, y: 0, size: StepSize::Fine },
+    ),
+    drawn("Enter", key!("page.key.draw_place"), DrawKey::Place),
+    drawn("End", key!("page.key.draw_end_track"), DrawKey::End),
+    drawn("Backspace", key!("page.key.draw_back_piece"), DrawKey::Back),
+    drawn("c", key!("page.key.draw_type"), DrawKey::Type { from_last: false }),
+    drawn("@", key!("page.key.draw_type_by"), DrawKey::Type { from_last: true }),
+    drawn("e", key!("page.key.draw_numbers"), DrawKey::Numbers),
+    drawn("F2", key!("page.key.draw_rename"), DrawKey::Rename),
+    drawn("h", key!("page.key.draw_dim"), DrawKey::Act(Act::Dim)),
+    drawn("r", key!("page.key.draw_turn"), DrawKey::Act(Act::Turn { mdeg: QUARTER_MDEG })),
+    drawn("Shift+r", key!("page.key.draw_turn_back"), DrawKey::Act(Act::Turn { mdeg: -QUARTER_MDEG })),
+    drawn("b", key!("page.key.draw_mirror"), DrawKey::Act(Act::Mirror { x: true })),
+    drawn("Shift+b", key!("page.key.draw_mirror_y"), DrawKey::Act(Act::Mirror { x: false })),
+    drawn("Ctrl+a", key!("page.key.draw_all"), DrawKey::Act(Act::All)),
+    drawn("Ctrl+c", key!("page.key.draw_copy"), DrawKey::Act(Act::Copy)),
+    drawn("Ctrl+x", key!("page.key.draw_cut"), DrawKey::Act(Act::Cut)),
+    drawn("Ctrl+v", key!("page.key.draw_paste"), DrawKey::Act(Act::Paste)),
+    drawn("Ctrl+d", key!("page.key.draw_duplicate"), DrawKey::Act(Act::Duplicate)),
+    drawn("Delete", key!("page.key.draw_delete"), DrawKey::Act(Act::Delete)),
+    drawn("Ctrl+g", key!("page.key.draw_group"), DrawKey::Group),
+    drawn("Ctrl+Shift+g", key!("page.key.draw_ungroup"), DrawKey::Act(Act::Ungroup)),
+    drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Act(Act::Undo { back: true })),
+    drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo { back: false })),
+    drawn("g", key!("page.key.draw_snap"), DrawKey::Act(Act::Snap)),
+    drawn("Shift+g", key!("page.key.draw_next_grid"), DrawKey::Act(Act::NextGrid)),
+    shortcut(Some(Tab::Draw), "Ctrl+'", key!("page.key.draw_grid"), KeyAction::Grid),
+    drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side { upper: true }),
+    drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side { upper: false }),
+    shortcut(Some(Tab::Cam), "a", key!("page.key.add"), KeyAction::Cam(CamKey::Add)),
+    shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), KeyAction::Cam(CamKey::Move { up: true })),
+    shortcut(
+        Some(Tab::Cam),
+        "Alt+ArrowDown",
+        key!("page.key.down"),
+        KeyAction::Cam(CamKey::Move { up: false }),
+    ),
+    shortcut(Some(Tab::Cam), "Delete", key!("page.key.remove"), KeyAction::Cam(CamKey::Remove)),
+    shortcut(Some(Tab::Cam), "Ctrl+z", key!("page.key.undo"), KeyAction::Cam(CamKey::Undo { back: true })),
+    shortcut(Some(Tab::Cam), "Ctrl+y", key!("page.key.redo"), KeyAction::Cam(CamKey::Undo { back: false })),
+    shortcut(Some(Tab::Cam), "F8", key!("page.key.problem"), KeyAction::Cam(CamKey::Problem { next: true })),
+    shortcut(
+        Some(Tab::Cam),
+        "Shift+F8",
+        key!("page.key.problem_before"),
+        KeyAction::Cam(CamKey::Problem { next: false }),
+    ),
+    shortcut(Some(Tab::Cam), "s", key!("page.key.simulate"), KeyAction::Show(Tab::Simulate)),
+    shortcut(Some(Tab::Simulate), "Space", key!("page.key.play"), KeyAction::Play),
+    shortcut(
+        Some(Tab::Simulate),
+        "ArrowRight",
+        key!("page.key.segment"),
+        KeyAction::Step(Stride::Segment { onwards: true }),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "Shift+ArrowRight",
+        key!("page.key.hole"),
+        KeyAction::Step(Stride::Hole { onwards: true }),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "Ctrl+ArrowRight",
+        key!("page.key.hundredth"),
+        KeyAction::Step(Stride::Percent { onwards: true }),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "ArrowLeft",
+        key!("page.key.segment_back"),
+        KeyAction::Step(Stride::Segment { onwards: false }),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "Shift+ArrowLeft",
+        key!("page.key.hole_back"),
+        KeyAction::Step(Stride::Hole { onwards: false }),
+    ),
+    shortcut(
+        Some(Tab::Simulate),
+        "Ctrl+ArrowLeft",
+        key!("page.key.hundredth_back"),
+        KeyAction::Step(Stride::Percent { onwards: false }),
+    ),
+    shortcut(Some(Tab::Simulate), ".", key!("page.key.faster"), KeyAction::Faster { more: true }),
+    shortcut(Some(Tab::Simulate), ",", key!("page.key.slower"), KeyAction::Faster { more: false }),
+    shortcut(Some(Tab::Simulate), "t", key!("page.key.from_above"), KeyAction::FromAbove),
+    shortcut(Some(Tab::Simulate), "h", key!("page.key.home_view"), KeyAction::HomeView),
+    shortcut(Some(Tab::Simulate), "Alt+3", key!("page.key.space"), KeyAction::Space),
+    shortcut(Some(Tab::Simulate), "Home", key!("page.key.beginning"), KeyAction::Beginning),
+    shortcut(Some(Tab::Simulate), "End", key!("page.key.end"), KeyAction::End),
+    shortcut(Some(Tab::Machine), "Space", key!("page.key.pause"), KeyAction::Pause),
+    shortcut(Some(Tab::Machine), "j", key!("page.key.arm"), KeyAction::ArmKeys),
+    shortcut(Some(Tab::Lab), "F8", key!("page.key.run"), KeyAction::Queue(QueueKey::Run)),
+    shortcut(Some(Tab::Lab), "F9", key!("page.key.break"), KeyAction::Queue(QueueKey::Break)),
+    shortcut(Some(Tab::Lab), "F10", key!("page.key.step"), KeyAction::Queue(QueueKey::Step)),
+];
