@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!  island with holes, arcs ─ chords ─▶ rings ─ ear cutting ─▶ corners in mm from `origin`, three indices a triangle
+//!                                        └────────────────▶ where each ring begins in the corners, and how long it is
 //! ```
 //!
 //! Comes in: a [`Region`], the place in nanometres that the picture counts from. Goes out: a [`Mesh`] of at most
@@ -22,13 +23,21 @@ pub(super) fn mesh(region: &Region, origin: Point) -> Mesh {
     let mut mesh = Mesh::default();
     for island in &region.islands {
         let holes = island.holes.iter().map(|hole| ring(hole, origin)).collect();
-        let cut = Polygon::new(ring(&island.outer, origin), holes).earcut_triangles_raw();
+        let area = Polygon::new(ring(&island.outer, origin), holes);
+        let cut = area.earcut_triangles_raw();
         let first = mesh.corners_mm.len();
         if first + cut.vertices.len() > MOST_CORNERS {
             break;
         }
         mesh.corners_mm.extend(cut.vertices.iter().map(|at| at.map(|mm| mm as f32)));
         let corner = |index: usize| (first + index) as u32;
+        // Its corners stand ring by ring, without the one that closes a ring.
+        let mut begin = 0;
+        for ring in std::iter::once(area.exterior()).chain(area.interiors()) {
+            let count = ring.0.len().saturating_sub(1);
+            mesh.rings.push([corner(begin), count as u32]);
+            begin += count;
+        }
         let triangles = cut.triangle_indices.chunks_exact(3);
         mesh.triangles.extend(triangles.map(|three| [corner(three[0]), corner(three[1]), corner(three[2])]));
     }
@@ -85,6 +94,15 @@ mod tests {
             for origin in [Point::default(), Point::from_mm(-300.0, 120.0)] {
                 let found = area(&mesh(&region, origin));
                 assert!((found - expected).abs() < 0.2, "{name}: {found} is not {expected}");
+                // What the rings go round is the same area: those of holes go the other way.
+                let mesh = mesh(&region, origin);
+                let corner = |index: u32| mesh.corners_mm[index as usize].map(f64::from);
+                let across = |[a, b]: [u32; 2]| {
+                    let (a, b) = (corner(a), corner(b));
+                    (a[0] * b[1] - b[0] * a[1]) / 2.0
+                };
+                let round: f64 = mesh.edges().map(across).sum();
+                assert!((round - found).abs() < 0.05, "{name}: {round} within the edges, {found} filled");
             }
         }
     }

@@ -20,6 +20,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use web_sys::HtmlCanvasElement;
 
 const MARK_SIZE: u64 = size_of::<Mark>() as u64;
+/// From this zoom on the layers have edges; `edge_corner` of the shader fades them in.
+const EDGED_FROM_PX_PER_MM: f64 = 8.0;
 const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
 const TINT_SIZE: u64 = size_of::<super::palette::Colour>() as u64;
 
@@ -79,6 +81,7 @@ pub(super) struct Gpu {
     ground: wgpu::RenderPipeline,
     body: wgpu::RenderPipeline,
     areas: wgpu::RenderPipeline,
+    edges: wgpu::RenderPipeline,
     strokes: wgpu::RenderPipeline,
     samples: u32,
     smooth: Option<wgpu::TextureView>,
@@ -164,7 +167,10 @@ impl Gpu {
             step_mode: wgpu::VertexStepMode::Instance,
             attributes: &wgpu::vertex_attr_array![1 => Unorm8x4],
         };
-        let areas = make(["layer_corner", "layer_colour"], list, &[Some(corners), Some(tints)]);
+        let areas =
+            make(["layer_corner", "layer_colour"], list, &[Some(corners.clone()), Some(tints.clone())]);
+        let lines = wgpu::PrimitiveTopology::LineList;
+        let edges = make(["edge_corner", "layer_colour"], lines, &[Some(corners), Some(tints)]);
         let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Unorm8x4, 3 => Uint32];
         let instances = wgpu::VertexBufferLayout {
             array_stride: MARK_SIZE,
@@ -186,6 +192,7 @@ impl Gpu {
             ground,
             body,
             areas,
+            edges,
             strokes,
             samples,
             smooth,
@@ -331,8 +338,8 @@ impl Gpu {
             pass.draw(0..self.corner_count, 0..1);
         }
         if !self.layers.is_empty() {
-            pass.set_pipeline(&self.areas);
-            self.layers.draw(&mut pass);
+            let edged = (px_per_mm >= EDGED_FROM_PX_PER_MM).then_some(&self.edges);
+            self.layers.draw(&mut pass, &self.areas, edged);
         }
         pass.set_pipeline(&self.strokes);
         self.marks.draw_some(&mut pass, self.afar.drawn(self.marks.count(), px_per_mm));

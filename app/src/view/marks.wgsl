@@ -110,6 +110,14 @@ struct Area { @builtin(position) position: vec4f, @location(0) @interpolate(flat
   return Area(in_window(corner), vec4f(tint.rgb * tint.a, tint.a));
 }
 
+// The edge of what is filled: lighter, the more of it the closer one looks; from afar there would be nothing but edges.
+@vertex fn edge_corner(@location(0) corner: vec2f, @location(1) colour: vec4f) -> Area {
+  let tint = linear(colour);
+  let light = mix(tint.rgb, vec3f(1.0), 0.45);
+  let share = tint.a * smoothstep(8.0, 24.0, frame.px_per_mm / frame.density);
+  return Area(in_window(corner), vec4f(light * share, share));
+}
+
 @fragment fn layer_colour(area: Area) -> @location(0) vec4f { return area.colour; }
 
 // ---- marks -----------------------------------------------------------------------------------------------

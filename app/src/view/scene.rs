@@ -48,6 +48,8 @@ pub struct Mesh {
     pub corners_mm: Vec<[f32; 2]>,
     /// Three indices into them for each triangle.
     pub triangles: Vec<[u32; 3]>,
+    /// The edges of what is filled: closed rings of corners that follow each other, each its first corner and how many.
+    pub rings: Vec<[u32; 2]>,
 }
 
 /// A rounded rectangle.
@@ -159,6 +161,13 @@ impl Scene {
 }
 
 impl Mesh {
+    /// Two indices into the corners for each piece of an edge.
+    pub fn edges(&self) -> impl Iterator<Item = [u32; 2]> + '_ {
+        let pieces =
+            |[first, count]: [u32; 2]| (0..count).map(move |at| [first + at, first + (at + 1) % count]);
+        self.rings.iter().copied().flat_map(pieces)
+    }
+
     /// Lower left and upper right corner; none for nothing.
     pub fn bounds_mm(&self) -> Option<[[f32; 2]; 2]> {
         let corners = self.corners_mm.iter().map(|corner| [*corner; 2]);

@@ -62,6 +62,7 @@ fn drawn(document: &Document, file: &FileRow) -> Option<Mesh> {
             Mesh {
                 triangles: (0..body.len() as u32 / 3).map(|at| [3 * at, 3 * at + 1, 3 * at + 2]).collect(),
                 corners_mm: body,
+                rings: Vec::new(),
             }
         }
         _ => return None,
