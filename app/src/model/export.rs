@@ -188,14 +188,14 @@ fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
 }
 
 /// The open board, what was said of its files and its job.
-pub(super) fn project(model: &Model, with_job: bool) -> Option<Project> {
+fn project(model: &Model) -> Option<Project> {
     let document = model.board.document.as_ref()?;
-    let job = model.job.work.as_ref().filter(|_| with_job).map(|work| project::write(work));
+    let job = model.job.work.as_ref().map(|work| project::write(work));
     Some(Project { files: document.files.clone(), said: document.said.clone(), job })
 }
 
 fn save_project(model: &mut Model) -> Vec<Effect> {
-    let Some(project) = project(model, true) else { return Vec::new() };
+    let Some(project) = project(model) else { return Vec::new() };
     let number = model.next_request();
     model.export.on_the_way = Some(OnTheWay::Saving { number });
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(Request::Save(project)) }]

@@ -113,6 +113,15 @@ impl OnTheWay {
         }
     }
 
+    /// Where in this browser what is being opened was kept.
+    pub(super) fn place(&self) -> Option<u32> {
+        match self {
+            Self::Opening { place, .. } => *place,
+            Self::Reading { wanted, .. } => wanted.place,
+            Self::Nothing | Self::Planning { .. } => None,
+        }
+    }
+
     /// What is said of it.
     pub fn task(&self) -> Option<WorkerTask> {
         match self {
