@@ -5,7 +5,7 @@
 
 use crate::engine::Stopped;
 use crate::engine::messages::{
-    Answer, Compared, Exported, FileRow, PlanReady, Proved, Reading, Request, Timed,
+    Answer, Compared, Exported, FileRow, PlanReady, Proved, Reading, Request, Timed, UnderTile,
 };
 use crate::model::planning::{OnTheWay, PlanStep};
 use crate::model::{
@@ -215,9 +215,17 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
         "compared" => ("compare", Ok(Answer::Compared(Box::new(compared(None))))),
         "compared-carried" => ("compare", Ok(Answer::Compared(Box::new(compared(Some(shifted_work())))))),
         "compare-refused" => ("compare", refused("engine.fell_over")),
+        "underside" => ("underside", Ok(Answer::Underside(vec![tile()]))),
+        "underside-stopped" => ("underside", Err(Stopped::Cancelled)),
+        "underside-gone" => ("underside", refused("engine.board_gone")),
+        "underside-refused" => ("underside", refused("engine.fell_over")),
         "checked" => ("check", Ok(Answer::Checked(crate::engine::messages::Checked::default()))),
         _ => return None,
     })
+}
+
+fn tile() -> UnderTile {
+    UnderTile { first: [0, 0], depths_um: vec![100] }
 }
 
 fn files(number: u8) -> Vec<(String, Vec<u8>)> {

@@ -8,7 +8,7 @@ use crate::page::{frame, open_board, send};
 use crate::widgets::push;
 use annulus_core::board::changes::{Changed, Fate};
 use annulus_core::board::{Board, Hole};
-use leptos::html::{div, h2, header, li, p, section, ul};
+use leptos::html::{div, h2, header, li, p, section, span, ul};
 use leptos::prelude::*;
 
 /// The most holes listed.
@@ -58,14 +58,14 @@ fn lines(anew: &NewExports) -> AnyView {
     ul().class("changes").child(compared.changes.lines().into_iter().map(line).collect::<Vec<_>>()).into_any()
 }
 
-/// Every hole that changed; pressed, it is chosen in the picture.
+/// Every hole that changed; pressed, one that is there is chosen in the picture.
 fn holes(anew: &NewExports) -> impl IntoView + use<> {
     let holes = anew.compared.iter().flat_map(|compared| &compared.changes.holes);
     let rows: Vec<_> = holes.take(MOST_LISTED).map(|hole| li().child(row(hole))).collect();
     (!rows.is_empty()).then(|| ul().class("changes holes").child(rows))
 }
 
-fn row(changed: &Changed<Hole>) -> impl IntoView + use<> {
+fn row(changed: &Changed<Hole>) -> AnyView {
     let unit = frame().unit.get();
     let at = |hole: &Option<Hole>| {
         hole.as_ref().map(|hole| {
@@ -81,25 +81,25 @@ fn row(changed: &Changed<Hole>) -> impl IntoView + use<> {
         (Some(one), _) | (None, Some(one)) => one,
         (None, None) => String::new(),
     };
-    let place = pair(at(&changed.before), at(&changed.now));
-    let size = pair(size(&changed.before), size(&changed.now));
-    let (place, size) = (i18n::number(place), i18n::number(size));
-    let what = match changed.fate {
-        Fate::Added => say!("page.anew.hole_added", place = place, size = size, unit = unit_word()),
-        Fate::Gone => say!("page.anew.hole_gone", place = place, size = size, unit = unit_word()),
-        Fate::Moved => say!("page.anew.hole_moved", place = place, size = size, unit = unit_word()),
-        Fate::Resized => say!("page.anew.hole_resized", place = place, size = size, unit = unit_word()),
-        Fate::Replated => say!("page.anew.hole_replated", place = place, size = size, unit = unit_word()),
+    let place = i18n::number(pair(at(&changed.before), at(&changed.now)));
+    let size = i18n::number(pair(size(&changed.before), size(&changed.now)));
+    let hole = match size.is_empty() {
+        true => say!("page.anew.hole", place = place, unit = unit_word()),
+        false => say!("page.anew.hole_sized", place = place, size = size, unit = unit_word()),
     };
-    let hole = changed.now.clone();
-    push(
-        "button small quiet",
-        move || what.clone(),
-        move |_| {
-            let index = |board: &Board| board.holes.iter().position(|other| Some(other) == hole.as_ref());
-            let chosen =
-                open_board().document.with_untracked(|document| index(&document.as_ref()?.reading.board));
-            send(FrameEvent::Select { hole: chosen.map(|index| index as u32) });
-        },
-    )
+    let what = match changed.fate {
+        Fate::Added => say!("page.anew.hole_added", hole = hole),
+        Fate::Gone => say!("page.anew.hole_gone", hole = hole),
+        Fate::Moved => say!("page.anew.hole_moved", hole = hole),
+        Fate::Resized => say!("page.anew.hole_resized", hole = hole),
+        Fate::Replated => say!("page.anew.hole_replated", hole = hole),
+    };
+    let Some(now) = changed.now.clone() else { return span().class("quiet").child(what).into_any() };
+    let choose = move |_| {
+        let index = |board: &Board| board.holes.iter().position(|other| *other == now);
+        let chosen =
+            open_board().document.with_untracked(|document| index(&document.as_ref()?.reading.board));
+        send(FrameEvent::Select { hole: chosen.map(|index| index as u32) });
+    };
+    push("button small quiet", move || what.clone(), choose).into_any()
 }
