@@ -208,7 +208,8 @@ fn let_go(model: &mut Model) -> Vec<Effect> {
     let keeping = &model.keeping;
     let before = model.before.as_ref().and_then(|before| before.kept.place);
     let mut needed: BTreeSet<Option<u32>> = keeping.records().map(|record| record.kept.place).collect();
-    needed.extend([keeping.open.place, before, model.on_the_way.place()]);
+    let wanted = keeping.wanted.as_ref().map(|offer| offer.place);
+    needed.extend([keeping.open.place, before, wanted, model.on_the_way.place()]);
     let is_needed = |place: &u32| needed.contains(&Some(*place));
     let (held, gone): (BTreeSet<u32>, BTreeSet<u32>) = keeping.held.iter().copied().partition(is_needed);
     model.keeping.held = held;
@@ -253,10 +254,10 @@ fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Takes what is to be restored out of the store, once all is in there.
+/// Takes what is to be restored out of the store, once all of it is in there.
 fn take_wanted(model: &Model) -> Vec<Effect> {
-    let is_all_in = model.keeping.records().next().is_none();
-    let wanted = model.keeping.wanted.as_ref().filter(|_| is_all_in);
+    let is_written = |place| model.keeping.records().all(|record| record.kept.place != Some(place));
+    let wanted = model.keeping.wanted.as_ref().filter(|offer| is_written(offer.place));
     wanted.map(|offer| Effect::TakeFromStore { place: offer.place }).into_iter().collect()
 }
 
@@ -442,12 +443,12 @@ fn failed(model: &mut Model, record: &Record, full: bool) -> Vec<Effect> {
 
 /// The store is free: what waits for that is written, or taken.
 fn go_on_writing(model: &mut Model) -> Vec<Effect> {
+    let mut effects = take_wanted(model);
     if !model.keeping.parting.is_empty() {
         let record = model.keeping.parting.remove(0);
-        return put(model, record);
+        effects.extend(put(model, record));
+    } else if std::mem::take(&mut model.keeping.again) {
+        effects.extend(keep(model));
     }
-    if std::mem::take(&mut model.keeping.again) {
-        return keep(model);
-    }
-    take_wanted(model)
+    effects
 }

@@ -71,11 +71,10 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
             ("begin found-none open certain rested edit rested discard saved written", "write:4"),
             ("begin found-none open certain edit open-other certain", "save plan keep-rests"),
             // what is still being written is restored only when it is written
-            ("begin found-one open certain rested saved discard restore", ""),
-            ("begin found-one open certain rested saved discard restore written", "take:0 let-go:4"),
-            ("begin found-one open certain rested saved discard restore written taken", "call-off open"),
-            ("begin found-none open certain rested saved saved", ""),
-            ("written", ""),
+            ("begin open certain rested saved written edit discard found-fourth restore", ""),
+            ("begin open certain rested saved written edit discard found-fourth restore written", "take:4"),
+            ("begin found-one open certain rested saved discard restore", "take:0"),
+            ("begin found-one open certain rested saved discard restore taken written", "let-go:4"),
         ],
         Story::out,
     );

@@ -430,6 +430,7 @@ impl Story {
             "found-none" => KeepEvent::Found { offers: Vec::new() }.into(),
             "found-one" => KeepEvent::Found { offers: vec![offer(0, 1.0)] }.into(),
             "found-second" => KeepEvent::Found { offers: vec![offer(1, 1.0)] }.into(),
+            "found-fourth" => KeepEvent::Found { offers: vec![offer(4, 1.0)] }.into(),
             "found-two" => KeepEvent::Found { offers: vec![offer(0, 1.0), offer(1, 2.0)] }.into(),
             "rested" => Event::Keep(KeepEvent::Rested { change: self.model.keeping_change() }),
             "rested-before" => Event::Keep(KeepEvent::Rested { change: self.model.keeping_change() - 1 }),
