@@ -15,7 +15,8 @@ const scope = self.registration.scope;
 const PREFIX = `annulus ${scope} `;
 const KEPT = PREFIX + SITE.version;
 const SHARED = `annulus-shared ${scope}`;
-const MOST_SHARED = 2000;
+// More the page does not read at once.
+const MOST_SHARED = { files: 2000, bytes: 256 * 1024 * 1024 };
 
 const hex = (bytes) => Array.from(new Uint8Array(bytes), (byte) => byte.toString(16).padStart(2, "0")).join("");
 
@@ -54,14 +55,17 @@ async function answer(name, request) {
   return (await cache.match(new URL(name, scope).href)) ?? fetch(request);
 }
 
-/** Puts shared files by, each under its name, in place of any from before, and shows the page. */
+/** Puts shared files by, each under its name, in place of any from before, and shows the page, which is told how much it was; of what is
+ * too much nothing is put by. */
 async function share(request) {
   const files = (await request.formData()).getAll("files").filter((file) => file instanceof File);
   await caches.delete(SHARED);
   const cache = await caches.open(SHARED);
   const address = (file, number) => new URL(`shared/${number}/${encodeURIComponent(file.name)}`, scope).href;
-  await Promise.all(files.slice(0, MOST_SHARED).map((file, number) => cache.put(address(file, number), new Response(file))));
-  return Response.redirect(new URL("./?shared", scope).href, 303);
+  const bytes = files.reduce((sum, file) => sum + file.size, 0);
+  if (files.length <= MOST_SHARED.files && bytes <= MOST_SHARED.bytes)
+    await Promise.all(files.map((file, number) => cache.put(address(file, number), new Response(file))));
+  return Response.redirect(new URL(`./?shared=${files.length}+${bytes}`, scope).href, 303);
 }
 
 /** Takes over, unless another window still works with what is there. */

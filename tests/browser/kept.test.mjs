@@ -95,7 +95,8 @@ test("another board does not push out the one that is on offer", async () => {
     await again(page);
     await page.getByRole("button", { name: "Discard" }).click();
     await until(async () => (await kept(page, 1)) === "", "the second board forgotten");
-    await offer(page).waitFor();
+    // Both boards are on offer until the page has looked again.
+    await until(async () => (await offer(page).count()) === 1, "one offer");
     assert.notEqual(await kept(page, 0), "", "the first is still there, and offered");
   } finally {
     await context.close();

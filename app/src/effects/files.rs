@@ -24,11 +24,11 @@ use web_sys::{
     HtmlInputElement,
 };
 
-/// More files than this in one drop are somebody's home folder, not a board.
+/// More files than this at once are somebody's home folder, not a board.
 const MOST_FILES: usize = 2_000;
 
-/// Largest drop, in bytes.
-const MOST_BYTES: usize = 256 * 1024 * 1024;
+/// The most that is read at once, in bytes.
+pub(super) const MOST_BYTES: usize = 256 * 1024 * 1024;
 
 /// The sample board on our own server, in this folder.
 const SAMPLE_FOLDER: &str = "examples/";
@@ -134,8 +134,16 @@ fn brings_files(event: &web_sys::DragEvent) -> bool {
     event.data_transfer().is_some_and(|data| data.types().includes(&"Files".into(), 0))
 }
 
-fn too_much(key: &'static str, most: usize) -> Text {
-    Text::Key { key, args: vec![("most", most.to_string())] }
+/// Why so many files, or so many bytes, are not read at once; nothing where they are.
+pub(super) fn too_much(files: usize, bytes: f64) -> Option<Text> {
+    let most = |key, most: usize| Some(Text::Key { key, args: vec![("most", most.to_string())] });
+    if files > MOST_FILES {
+        most(key!("page.open.too_many"), MOST_FILES)
+    } else if bytes > MOST_BYTES as f64 {
+        most(key!("page.open.too_large"), MOST_BYTES / 1024 / 1024)
+    } else {
+        None
+    }
 }
 
 fn mark(on: bool) {
@@ -165,8 +173,8 @@ fn take_drop(data: &DataTransfer, followed: &Followed) {
         let mut found = Vec::new();
         let mut waiting = entries;
         while let Some(entry) = waiting.pop() {
-            if found.len() >= MOST_FILES {
-                return toast(too_much(key!("page.open.too_many"), MOST_FILES));
+            if let Some(text) = too_much(found.len() + 1, 0.0) {
+                return toast(text);
             }
             let name = entry.full_path().trim_start_matches('/').to_owned();
             if entry.is_file() {
@@ -218,9 +226,8 @@ async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
 
 /// Reads files and gives them to `chosen`.
 fn take(files: Vec<Named>, chosen: fn(Vec<(String, Vec<u8>)>)) {
-    let total: f64 = files.iter().map(|(_, file)| file.size()).sum();
-    if total > MOST_BYTES as f64 {
-        return toast(too_much(key!("page.open.too_large"), MOST_BYTES / 1024 / 1024));
+    if let Some(text) = too_much(files.len(), files.iter().map(|(_, file)| file.size()).sum()) {
+        return toast(text);
     }
     leptos::task::spawn_local(async move {
         let mut read = Vec::new();

@@ -7,8 +7,9 @@
 //! Comes in: what was dropped, what the system opens with the page. Goes out: files that were written anew, by the names that they
 //! were brought by. Where the browser gives no handles, nothing is followed. Does not know what the files are.
 
+use super::files::too_much;
 use crate::browser::window;
-use crate::model::{AnewEvent, FilesEvent};
+use crate::model::{AnewEvent, FilesEvent, FrameEvent};
 use crate::page::send;
 use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
 use leptos::ev;
@@ -86,15 +87,25 @@ impl Followed {
         let followed = self.clone();
         spawn_local(async move {
             let all = followed.0.borrow().clone();
-            let mut anew = Vec::new();
+            let mut written = Vec::new();
             for one in all {
                 let Some(file) = file_of(&one.handle).await else { continue };
-                if file.last_modified() != one.written_ms
-                    && let Some(bytes) = bytes_of(&file).await
-                {
-                    followed.seen(&one.name, file.last_modified());
-                    anew.push((one.name, bytes));
+                if file.last_modified() != one.written_ms {
+                    written.push((one.name, file));
                 }
+            }
+            let mut anew = Vec::new();
+            let said = too_much(written.len(), written.iter().map(|(_, file)| file.size()).sum());
+            for (name, file) in written {
+                if said.is_some() {
+                    followed.seen(&name, file.last_modified());
+                } else if let Some(bytes) = bytes_of(&file).await {
+                    followed.seen(&name, file.last_modified());
+                    anew.push((name, bytes));
+                }
+            }
+            if let Some(text) = said {
+                send(FrameEvent::Say { text });
             }
             if !anew.is_empty() {
                 send(AnewEvent::OnDisk { files: anew });
@@ -125,9 +136,15 @@ impl Followed {
 
     fn open(self, handles: Vec<FileSystemFileHandle>) {
         spawn_local(async move {
-            let (mut files, mut found) = (Vec::new(), Vec::new());
+            let mut launched = Vec::new();
             for handle in handles {
-                let Some(file) = file_of(&handle).await else { continue };
+                launched.extend(file_of(&handle).await.map(|file| (handle, file)));
+            }
+            if let Some(text) = too_much(launched.len(), launched.iter().map(|(_, file)| file.size()).sum()) {
+                return send(FrameEvent::Say { text });
+            }
+            let (mut files, mut found) = (Vec::new(), Vec::new());
+            for (handle, file) in launched {
                 if let Some(bytes) = bytes_of(&file).await {
                     files.push((file.name(), bytes));
                     found.push(One { name: file.name(), handle, written_ms: file.last_modified() });

@@ -2,27 +2,35 @@
 //!
 //! ```text
 //!   ?url=https://…/board.zip ─▶ fetched, without anything that tells who asks ─▶ FilesEvent::Chosen
-//!   ?shared ─▶ what the service worker put by ────────────────────────────────▶ FilesEvent::Chosen
+//!   ?shared=FILES BYTES ─▶ what the service worker put by ────────────────────▶ FilesEvent::Chosen
 //! ```
 //!
 //! Comes in: the address. Goes out: files, or why there are none. The address is tidied: a reload does not fetch once more what is
 //! open by then.
 
+use super::files::{MOST_BYTES, too_much};
 use crate::browser::window;
 use crate::model::{FilesEvent, FrameEvent};
 use crate::page::send;
 use crate::said::{Text, key};
-use js_sys::{Array, Uint8Array};
+use js_sys::{Array, Reflect, Uint8Array};
 use leptos::task::spawn_local;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Cache, Request, RequestCredentials, RequestInit, RequestMode, Response, Url, UrlSearchParams};
 
-/// Largest file behind a link, in bytes.
-const MOST_BYTES: usize = 256 * 1024 * 1024;
-
 /// What the service worker calls the place where it puts shared files, before the folder of the site.
 const SHARED: &str = "annulus-shared ";
+
+#[wasm_bindgen]
+extern "C" {
+    /// A reader of a stream.
+    type Pieces;
+    #[wasm_bindgen(method, catch)]
+    async fn read(this: &Pieces) -> Result<JsValue, JsValue>;
+    #[wasm_bindgen(method, catch)]
+    async fn cancel(this: &Pieces) -> Result<JsValue, JsValue>;
+}
 
 /// Looks at the address. Called once; `alone` is whether the page came from a site without a bridge.
 pub(super) fn begin(alone: bool) {
@@ -37,11 +45,18 @@ pub(super) fn begin(alone: bool) {
             }
         });
     }
-    if asked.has("shared") {
+    if let Some(shared) = asked.get("shared") {
         tidy(&asked, "shared");
-        spawn_local(async {
-            match shared().await {
-                Ok(files) if !files.is_empty() => send(FilesEvent::Chosen { files }),
+        spawn_local(async move {
+            // What is too much the service worker does not even put by.
+            let sizes = || shared.split_once(' ').map(|(files, bytes)| (files.parse(), bytes.parse()));
+            let too_much = match sizes() {
+                Some((Ok(files), Ok(bytes))) => too_much(files, bytes),
+                _ => None,
+            };
+            match (too_much, put_by().await) {
+                (Some(text), _) => send(FrameEvent::Tell { text }),
+                (None, Ok(files)) if !files.is_empty() => send(FilesEvent::Chosen { files }),
                 _ => send(FrameEvent::Tell { text: Text::of(key!("page.link_to.not_shared")) }),
             }
         });
@@ -92,18 +107,33 @@ async fn fetched(address: &str) -> Result<(String, Vec<u8>), Text> {
     if said.is_some_and(|bytes: usize| bytes > MOST_BYTES) {
         return Err(too_large());
     }
-    let body = answer.array_buffer().map_err(unreachable)?;
-    let bytes = Uint8Array::new(&JsFuture::from(body).await.map_err(unreachable)?);
-    if bytes.length() as usize > MOST_BYTES {
-        return Err(too_large());
-    }
+    let bytes = bytes_of(&answer).await.map_err(unreachable)?.ok_or_else(too_large)?;
     let name = url.pathname().rsplit('/').next().unwrap_or_default().to_owned();
     let name = js_sys::decode_uri_component(&name).map_or(name, String::from);
-    Ok((if name.is_empty() { "board".to_owned() } else { name }, bytes.to_vec()))
+    Ok((if name.is_empty() { "board".to_owned() } else { name }, bytes))
+}
+
+/// The bytes of an answer, as they come; none where they are too many, of which no more is read then.
+async fn bytes_of(answer: &Response) -> Result<Option<Vec<u8>>, JsValue> {
+    let Some(body) = answer.body() else { return Ok(Some(Vec::new())) };
+    let pieces: Pieces = body.get_reader().unchecked_into();
+    let mut bytes = Vec::new();
+    loop {
+        let piece = pieces.read().await?;
+        if Reflect::get(&piece, &"done".into())?.is_truthy() {
+            return Ok(Some(bytes));
+        }
+        let piece: Uint8Array = Reflect::get(&piece, &"value".into())?.unchecked_into();
+        if bytes.len() + piece.length() as usize > MOST_BYTES {
+            let _ = pieces.cancel().await;
+            return Ok(None);
+        }
+        bytes.extend(piece.to_vec());
+    }
 }
 
 /// The files that were shared with the page; they are put by no more then.
-async fn shared() -> Result<Vec<(String, Vec<u8>)>, JsValue> {
+async fn put_by() -> Result<Vec<(String, Vec<u8>)>, JsValue> {
     let caches = window().caches()?;
     let scope = Url::new_with_base("./", &window().location().href()?)?.href();
     let name = format!("{SHARED}{scope}");

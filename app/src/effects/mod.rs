@@ -102,7 +102,7 @@ fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: E
         Effect::LookInStore => places.look(),
         Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),
         Effect::LeaveInStore { place, job, at_ms } => store::leave(place, &job, at_ms),
-        Effect::HoldPlace { place } => places.hold(place),
+        Effect::LetGoOfPlace { place } => places.let_go(place),
         Effect::TakeFromStore { place } => places.take(place),
         Effect::LookForDrawings { own } => drawings::look(own),
         Effect::KeepDrawing { of, place, name, text, at_ms } => drawings::keep(of, place, name, text, at_ms),
@@ -111,6 +111,6 @@ fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: E
         Effect::OwnDrawing { place } => drawings::own(place),
         Effect::DrawExample => drawings::example(),
         Effect::TakeUpdate => site::take_update(),
-        Effect::DropFromStore { place } => store::forget(place),
+        Effect::DropFromStore { place } => places.forget(place),
     }
 }

@@ -174,11 +174,19 @@ impl Serial {
         gone.forget();
     }
 
-    /// A device that is known was plugged in: perhaps the adapter that is waited for.
+    /// A device that is known was plugged in. Where an adapter is waited for, any other device is none of this page's business.
     fn plugged(self: &Rc<Self>) {
-        let Some(worker) = self.waits.take() else { return tell(ControllerEvent::Plugged) };
-        let (this, count) = (Rc::clone(self), self.next());
-        spawn_local(async move { this.carry(worker, count).await });
+        if self.waits.borrow().is_none() {
+            return tell(ControllerEvent::Plugged);
+        }
+        let this = Rc::clone(self);
+        spawn_local(async move {
+            let Some(port) = known().await.into_iter().find(is_adapter) else { return };
+            let Some(worker) = this.waits.take() else { return };
+            this.chosen.replace(Some(port));
+            let count = this.next();
+            this.carry(worker, count).await;
+        });
     }
 
     /// Has the browser ask before the page is left, or not.

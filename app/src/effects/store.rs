@@ -79,32 +79,30 @@ impl Places {
     ) {
         let this = self.clone();
         spawn_local(async move {
-            let place = match place {
-                Some(place) => Some(place),
-                None => this.claim().await,
-            };
-            let Some(place) = place else {
+            let claimed = if place.is_none() { this.claim().await } else { None };
+            let Some(there) = place.or(claimed) else {
                 return send(KeepEvent::Written { place: None, full: false });
             };
-            let done = put(place, &name, &job, files, at_ms).await;
+            let done = put(there, &name, &job, files, at_ms).await;
             if let Err(why) = &done {
                 web_sys::console::warn_1(why);
+                claimed.inspect(|place| this.let_go(*place));
             }
             let full = done.as_ref().is_err_and(is_full);
-            send(KeepEvent::Written { place: done.is_ok().then_some(place), full });
+            send(KeepEvent::Written { place: done.is_ok().then_some(there), full });
         });
     }
 
-    /// Holds this place and no other.
-    pub(super) fn hold(&self, place: Option<u32>) {
-        self.0.borrow_mut().retain(|held, _| Some(*held) == place);
+    /// Lets other tabs have a place.
+    pub(super) fn let_go(&self, place: u32) {
+        self.0.borrow_mut().remove(&place);
     }
 
     /// Takes what is at a place, and holds it where no other tab does.
     pub(super) fn take(&self, place: u32) {
         let this = self.clone();
         spawn_local(async move {
-            let own = this.get_hold(place).await;
+            let own = this.has(place) || this.hold(place).await;
             let job = row(place).await.map(|(_, job)| job);
             let files =
                 get(&files_key(place)).await.ok().and_then(|files| files.dyn_into::<Uint8Array>().ok());
@@ -112,40 +110,63 @@ impl Places {
         });
     }
 
-    /// Whether this tab holds `place` now.
-    async fn get_hold(&self, place: u32) -> bool {
-        if self.0.borrow().contains_key(&place) {
-            return true;
-        }
-        match locks::hold(&lock_of(place)).await {
-            Some(held) => {
-                self.0.borrow_mut().insert(place, held);
-                true
+    /// Forgets what is at a place, unless a tab has it.
+    pub(super) fn forget(&self, place: u32) {
+        let this = self.clone();
+        spawn_local(async move {
+            if this.hold(place).await {
+                if let Err(why) = dropped(place).await {
+                    web_sys::console::warn_1(&why);
+                }
+                this.let_go(place);
             }
-            None => false,
+            send(Event::Keep(KeepEvent::Dropped));
+        });
+    }
+
+    /// Whether this tab holds `place`.
+    fn has(&self, place: u32) -> bool {
+        self.0.borrow().contains_key(&place)
+    }
+
+    /// Holds a place that no tab holds, this one neither: what is under way there has it for itself.
+    async fn hold(&self, place: u32) -> bool {
+        if self.has(place) {
+            return false;
         }
+        let held = locks::hold(&lock_of(place)).await;
+        let is_held = held.is_some();
+        self.0.borrow_mut().extend(held.map(|held| (place, held)));
+        is_held
     }
 
     /// Holds a place that nothing is kept at, else the one that was written longest ago.
     async fn claim(&self) -> Option<u32> {
         let mut places = Vec::new();
         for place in 0..PLACES {
-            let found = row(place).await;
-            // What this tab holds and has something in it is about to be opened.
-            if found.is_none() || !self.0.borrow().contains_key(&place) {
-                places.push((found.map_or(f64::NEG_INFINITY, |(offer, _)| offer.at_ms), place));
-            }
+            places.push((written_ms(place).await, place));
         }
         places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (_, place) in places {
-            if self.get_hold(place).await {
-                // Some browsers ask the person first: nothing waits for that.
-                spawn_local(keep_for_good());
-                return Some(place);
+        for (seen_ms, place) in places {
+            if !self.hold(place).await {
+                continue;
             }
+            if written_ms(place).await > seen_ms {
+                // Another tab wrote there meanwhile.
+                self.let_go(place);
+                continue;
+            }
+            // Some browsers ask the person first: nothing waits for that.
+            spawn_local(keep_for_good());
+            return Some(place);
         }
         None
     }
+}
+
+/// When a place was written, in ms since 1970; before all times where nothing is kept there.
+async fn written_ms(place: u32) -> f64 {
+    row(place).await.map_or(f64::NEG_INFINITY, |(offer, _)| offer.at_ms)
 }
 
 fn lock_of(place: u32) -> String {
@@ -207,21 +228,14 @@ fn forget_left(place: u32) {
     }
 }
 
-/// Forgets what is at a place.
-pub(super) fn forget(place: u32) {
-    spawn_local(async move {
-        let gone = async {
-            let (table, done) = table(IdbTransactionMode::Readwrite).await?;
-            table.delete(&files_key(place))?;
-            table.delete(&job_key(place))?;
-            finished(&done).await
-        };
-        forget_left(place);
-        if let Err(why) = gone.await {
-            web_sys::console::warn_1(&why);
-        }
-        send(Event::Keep(KeepEvent::Dropped));
-    });
+/// Takes out what is at a place.
+async fn dropped(place: u32) -> Result<(), JsValue> {
+    let (table, done) = table(IdbTransactionMode::Readwrite).await?;
+    table.delete(&files_key(place))?;
+    table.delete(&job_key(place))?;
+    finished(&done).await?;
+    forget_left(place);
+    Ok(())
 }
 
 fn files_key(place: u32) -> JsValue {

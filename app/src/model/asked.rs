@@ -2,7 +2,7 @@
 //!
 //! Comes in: the model. Goes out: what a plan depends on, and requests. Does not know what is on its way.
 
-use super::Model;
+use super::{Effect, Model};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, Settings, ToPlan, ToRead};
 use annulus_core::cam::work::Work;
@@ -65,16 +65,19 @@ impl Basis {
     }
 }
 
-/// The files of the open board once more, for a worker that does not know it.
-pub(super) fn files_anew(model: &Model, wanted: &ToPlan) -> Option<Request> {
-    let document = model.board.document.as_ref()?;
-    Some(Request::Read(ToRead {
-        board_key: wanted.board_key,
+/// Asks a worker that does not know the board for something of the plan `of`: it is given the files first. Goes out: the number of
+/// what is asked.
+pub(super) fn files_first(model: &mut Model, of: &ToPlan, request: Request) -> Option<(u32, Vec<Effect>)> {
+    let document = model.board.document.clone()?;
+    let files = Request::Read(ToRead {
+        board_key: of.board_key,
         files: document.files.clone(),
         said: document.said.clone(),
         job: None,
-        machine: Some(wanted.machine.clone()),
-    }))
+        machine: Some(of.machine.clone()),
+    });
+    let (first, number) = (model.next_request(), model.next_request());
+    Some((number, vec![Effect::ask(first, files), Effect::ask(number, request)]))
 }
 
 /// Whether a worker refuses because it does not know the board.

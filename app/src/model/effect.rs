@@ -152,7 +152,8 @@ pub enum Effect {
     },
     /// Look for what was kept; comes back as [`super::KeepEvent::Found`].
     LookInStore,
-    /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`].
+    /// Keep a job, and the files where they are not in the store yet; comes back as [`super::KeepEvent::Written`]. This tab holds the
+    /// place then.
     WriteStore {
         /// Where; none for a place that no tab holds: a free one, else the one that was written longest ago.
         place: Option<u32>,
@@ -174,10 +175,10 @@ pub enum Effect {
         /// When, in ms since 1970.
         at_ms: f64,
     },
-    /// Hold this place for this tab and let go of any other.
-    HoldPlace {
-        /// Which; none for none.
-        place: Option<u32>,
+    /// Let other tabs have this place.
+    LetGoOfPlace {
+        /// Which.
+        place: u32,
     },
     /// Take what is kept at a place, and hold it where no other tab does; comes back as [`super::KeepEvent::Taken`].
     TakeFromStore {

@@ -7,7 +7,7 @@
 //! Comes in: wishes, answers of the worker. Goes out: requests, files. What was written is not said any more once the job is
 //! another. Does not know the words of controllers.
 
-use super::asked::{Basis, WorkerTask, board_is_gone, files_anew};
+use super::asked::{Basis, WorkerTask, board_is_gone, files_first};
 use super::{Effect, Lane, Model};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Exported, Request, ToExport};
@@ -188,14 +188,14 @@ fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
 }
 
 /// The open board, what was said of its files and its job.
-pub(super) fn project(model: &Model, with_job: bool) -> Option<Project> {
+fn project(model: &Model) -> Option<Project> {
     let document = model.board.document.as_ref()?;
-    let job = model.job.work.as_ref().filter(|_| with_job).map(|work| project::write(work));
+    let job = model.job.work.as_ref().map(|work| project::write(work));
     Some(Project { files: document.files.clone(), said: document.said.clone(), job })
 }
 
 fn save_project(model: &mut Model) -> Vec<Effect> {
-    let Some(project) = project(model, true) else { return Vec::new() };
+    let Some(project) = project(model) else { return Vec::new() };
     let number = model.next_request();
     model.export.on_the_way = Some(OnTheWay::Saving { number });
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(Request::Save(project)) }]
@@ -243,11 +243,10 @@ pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Ve
 
 /// The worker does not know the board: it is given the files first.
 fn written_anew(model: &mut Model, purpose: Purpose, wanted: Box<ToExport>) -> Vec<Effect> {
-    let Some(files) = files_anew(model, &wanted.plan) else { return Vec::new() };
-    let (first, number) = (model.next_request(), model.next_request());
     let request = Request::Export((*wanted).clone());
+    let Some((number, effects)) = files_first(model, &wanted.plan, request) else { return Vec::new() };
     model.export.on_the_way = Some(OnTheWay::Writing { number, purpose, wanted, reread: true, share: 0.0 });
-    vec![Effect::ask(first, files), Effect::ask(number, request)]
+    effects
 }
 
 fn written(model: &mut Model, purpose: Purpose, exported: Exported) -> Vec<Effect> {

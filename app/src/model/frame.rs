@@ -2,7 +2,7 @@
 //!
 //! Comes in: choices of the person, what the picture tells. Goes out: state; a short word goes away by itself. Knows no board.
 
-use super::{DrawEvent, Effect, Event, Model};
+use super::{DrawEvent, Effect, Event, FilesEvent, Model, files};
 use crate::engine::messages::LayerRow;
 use crate::format::Unit;
 use crate::keys::{KeyAction, OwnKeys, Shortcut, Tab};
@@ -457,7 +457,7 @@ fn own_key(frame: &mut Frame, shortcut: &'static Shortcut, sign: String) -> Vec<
 /// Does what a short word offered.
 fn take(model: &mut Model, number: u32) -> Vec<Effect> {
     match taken(&mut model.frame, number) {
-        Some(ToastAct::Review) => model.board.reviewing = true,
+        Some(ToastAct::Review) => return files::update(model, FilesEvent::Review),
         Some(ToastAct::TakeAnew) => model.anew.want(),
         Some(ToastAct::DrawnBefore) => return super::drawing::update(model, DrawEvent::Back),
         Some(ToastAct::Update) => {

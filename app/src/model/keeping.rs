@@ -10,12 +10,14 @@
 //! Comes in: the open board and its job, as they change; what the store says. Goes out: what to write, and the offers. Nothing
 //! is opened unless the person says so; a project that another tab holds is opened as a copy. Does not know the store.
 
-use super::{Document, Effect, Event, Lane, Model, export, frame};
+use super::{Document, Effect, Event, Lane, Model, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToOpen};
 use crate::said::{Text, key};
 use annulus_core::cam::work::Work;
 use annulus_core::project;
+use annulus_core::project::saved::Project;
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 /// Changes are kept after so long, whether more of them follow or not, in ms.
@@ -36,27 +38,56 @@ pub struct Offer {
     pub elsewhere: bool,
 }
 
-/// A record that is being written.
-#[derive(Clone, Debug, PartialEq)]
+/// A project of this visit, and what of it is in the store.
+#[derive(Clone, Debug, Default)]
+pub(super) struct KeptAs {
+    /// Tells it from others of this visit.
+    project: u32,
+    /// Where it is kept; none until it has a place.
+    place: Option<u32>,
+    /// The board whose files are there.
+    files: Option<Arc<Document>>,
+}
+
+impl KeptAs {
+    /// Whether both are of one project.
+    pub(super) fn same_project(&self, other: &Self) -> bool {
+        self.project == other.project
+    }
+
+    fn has_files_of(&self, document: &Arc<Document>) -> bool {
+        self.files.as_ref().is_some_and(|files| Arc::ptr_eq(files, document))
+    }
+}
+
+/// A board and its job, on their way to the store.
+#[derive(Clone, Debug)]
 struct Record {
     document: Arc<Document>,
     name: String,
     job: String,
-    /// Of which project of this visit, and where that is kept.
-    project: u32,
-    place: Option<u32>,
+    kept: KeptAs,
 }
 
 /// What the store is doing.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default)]
 enum Store {
     /// Nothing.
     #[default]
     Rests,
     /// The files are packed in a worker, by this request.
-    Packing { number: u32, record: Record, again: bool },
+    Packing { number: u32, record: Record },
     /// The record is written.
-    Writing { record: Record, again: bool },
+    Writing { record: Record },
+}
+
+impl Store {
+    fn record(&self) -> Option<&Record> {
+        match self {
+            Self::Rests => None,
+            Self::Packing { record, .. } | Self::Writing { record } => Some(record),
+        }
+    }
 }
 
 /// What is kept in this browser.
@@ -66,13 +97,17 @@ pub struct Keeping {
     pub offers: Vec<Offer>,
     /// The open project cannot be kept, and why: the key of a sentence.
     pub failed: Option<&'static str>,
-    /// Where the open project is kept; none until it has a place.
-    place: Option<u32>,
+    /// The open project.
+    open: KeptAs,
     /// Counts the projects of this visit.
-    project: u32,
-    /// The board whose files are in the store.
-    kept: Option<Arc<Document>>,
+    projects: u32,
+    /// Places that this tab holds.
+    held: BTreeSet<u32>,
     store: Store,
+    /// What is open changed while the store was busy.
+    again: bool,
+    /// Projects that were left while the store was busy, as they were then.
+    parting: Vec<Record>,
     /// Counts changes.
     change: u32,
     /// Changes up to this one are kept, or on their way.
@@ -142,6 +177,11 @@ impl Keeping {
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         matches!(&self.store, Store::Packing { number, .. } if *number == wanted)
     }
+
+    /// What the store has to write, the first thing first.
+    fn records(&self) -> impl Iterator<Item = &Record> {
+        self.store.record().into_iter().chain(&self.parting)
+    }
 }
 
 /// The page was opened: looks for what was kept.
@@ -149,17 +189,31 @@ pub(super) fn begun() -> Vec<Effect> {
     vec![Effect::LookInStore]
 }
 
-/// Waits for a rest where board or job is another one.
+/// Waits for a rest where board or job is another one, and lets go of places that are not needed any more.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
+    let mut effects = let_go(model);
     let now = (model.board.document.as_ref(), model.job.work.as_ref());
     let seen = (model.keeping.seen.0.as_ref(), model.keeping.seen.1.as_ref());
     let same_document = now.0.map(Arc::as_ptr) == seen.0.map(Arc::as_ptr);
     let same_work = now.1.map(Arc::as_ptr) == seen.1.map(Arc::as_ptr);
-    if same_document && same_work {
-        return Vec::new();
+    if !(same_document && same_work) {
+        model.keeping.seen = (model.board.document.clone(), model.job.work.clone());
+        effects.extend(rest(model));
     }
-    model.keeping.seen = (model.board.document.clone(), model.job.work.clone());
-    rest(model)
+    effects
+}
+
+/// A place is held for what is open, what there is to go back to, what is being opened, and what is being written.
+fn let_go(model: &mut Model) -> Vec<Effect> {
+    let keeping = &model.keeping;
+    let before = model.before.as_ref().and_then(|before| before.kept.place);
+    let mut needed: BTreeSet<Option<u32>> = keeping.records().map(|record| record.kept.place).collect();
+    let wanted = keeping.wanted.as_ref().map(|offer| offer.place);
+    needed.extend([keeping.open.place, before, wanted, model.on_the_way.place()]);
+    let is_needed = |place: &u32| needed.contains(&Some(*place));
+    let (held, gone): (BTreeSet<u32>, BTreeSet<u32>) = keeping.held.iter().copied().partition(is_needed);
+    model.keeping.held = held;
+    gone.into_iter().map(|place| Effect::LetGoOfPlace { place }).collect()
 }
 
 /// Keeps what is open once nothing has changed for a while.
@@ -174,17 +228,19 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
     match event {
         KeepEvent::Found { offers } => found(model, offers),
         KeepEvent::Looked if model.board.document.is_none() => vec![Effect::LookInStore],
+        // There may be room by now.
+        KeepEvent::Looked if model.keeping.failed.is_some() => keep(model),
         KeepEvent::Rested { change } if change > model.keeping.kept_change => keep(model),
         KeepEvent::Leaving => left(model),
         KeepEvent::Looked | KeepEvent::Rested { .. } => Vec::new(),
         KeepEvent::Written { place, full } => written(model, place, full),
         KeepEvent::Restore { offer } => {
-            let place = offer.place;
             model.keeping.wanted = Some(offer);
-            vec![Effect::TakeFromStore { place }]
+            take_wanted(model)
         }
         // What was taken is opened where files are.
         KeepEvent::Taken { .. } => Vec::new(),
+        KeepEvent::Discard { offer } if model.keeping.wanted.as_ref() == Some(&offer) => Vec::new(),
         KeepEvent::Discard { offer } => vec![Effect::DropFromStore { place: offer.place }],
         KeepEvent::Dropped => vec![Effect::LookInStore],
     }
@@ -192,35 +248,64 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
 
 /// Offers what was kept but the project that is open.
 fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
-    offers.retain(|offer| Some(offer.place) != model.keeping.place);
+    offers.retain(|offer| Some(offer.place) != model.keeping.open.place);
     offers.sort_by(|a, b| b.at_ms.total_cmp(&a.at_ms));
     model.keeping.offers = offers;
     Vec::new()
 }
 
-/// Another project is open: that of a place which this tab holds, or one that has none yet.
-pub(super) fn another(model: &mut Model, place: Option<u32>) -> Effect {
-    let keeping = &mut model.keeping;
-    keeping.project += 1;
-    (keeping.place, keeping.kept, keeping.failed) = (place, None, None);
-    keeping.offers.retain(|offer| Some(offer.place) != place);
-    Effect::HoldPlace { place }
+/// Takes what is to be restored out of the store, once all of it is in there.
+fn take_wanted(model: &Model) -> Vec<Effect> {
+    let is_written = |place| model.keeping.records().all(|record| record.kept.place != Some(place));
+    let wanted = model.keeping.wanted.as_ref().filter(|offer| is_written(offer.place));
+    wanted.map(|offer| Effect::TakeFromStore { place: offer.place }).into_iter().collect()
 }
 
-/// Another project is coming: what is not kept yet of this one is.
+/// Another project is open: that of a place which this tab holds, or one that has none yet.
+pub(super) fn another(model: &mut Model, place: Option<u32>) {
+    model.keeping.projects += 1;
+    let project = model.keeping.projects;
+    go_on(model, KeptAs { project, place, files: None });
+}
+
+/// How the open project is kept, to go on with that where it is open again.
+pub(super) fn kept_as(model: &Model) -> KeptAs {
+    model.keeping.open.clone()
+}
+
+/// A project is open that may have been open before.
+pub(super) fn go_on(model: &mut Model, kept: KeptAs) {
+    let keeping = &mut model.keeping;
+    (keeping.failed, keeping.again) = (None, false);
+    keeping.offers.retain(|offer| Some(offer.place) != kept.place);
+    keeping.open = kept;
+}
+
+/// Another project comes in place of the open one: what is not kept yet of this one is.
 pub(super) fn leaving(model: &mut Model) -> Vec<Effect> {
-    let open = model.board.document.as_ref();
-    let has_place = open.zip(model.keeping.kept.as_ref()).is_some_and(|(open, kept)| Arc::ptr_eq(open, kept));
-    if has_place && model.keeping.change > model.keeping.kept_change { keep(model) } else { Vec::new() }
+    let keeping = &model.keeping;
+    let begun = keeping.open.place.is_some()
+        || keeping.store.record().is_some_and(|record| record.kept.same_project(&keeping.open));
+    if keeping.change <= keeping.kept_change || !begun && !model.job.edited() {
+        return Vec::new();
+    }
+    let Some(record) = record(model) else { return Vec::new() };
+    model.keeping.kept_change = model.keeping.change;
+    if model.keeping.store.record().is_some() {
+        model.keeping.parting.push(record);
+        return Vec::new();
+    }
+    put(model, record)
 }
 
 /// The page is left, or hidden: the job that is not in the store yet is put where that takes no time.
 fn left(model: &mut Model) -> Vec<Effect> {
     let keeping = &model.keeping;
     let is_new = keeping.change > keeping.kept_change;
-    let open = model.board.document.as_ref().zip(keeping.kept.as_ref());
-    let place = keeping.place.filter(|_| open.is_some_and(|(open, kept)| Arc::ptr_eq(open, kept)));
-    let left = place.zip(model.job.work.as_ref()).filter(|_| is_new || keeping.store != Store::Rests);
+    let document = model.board.document.as_ref();
+    let place = keeping.open.place.filter(|_| document.is_some_and(|open| keeping.open.has_files_of(open)));
+    let is_unwritten = is_new || keeping.store.record().is_some();
+    let left = place.zip(model.job.work.as_ref()).filter(|_| is_unwritten);
     let at_ms = model.clock.wall_ms;
     let left = left.map(|(place, work)| Effect::LeaveInStore { place, job: project::write(work), at_ms });
     let mut effects: Vec<Effect> = left.into_iter().collect();
@@ -232,7 +317,8 @@ fn left(model: &mut Model) -> Vec<Effect> {
 
 /// The project is closed; it is on offer with the others.
 pub(super) fn closed(model: &mut Model) -> Vec<Effect> {
-    vec![another(model, None), Effect::LookInStore]
+    another(model, None);
+    vec![Effect::LookInStore]
 }
 
 /// What is to be opened, and from which place that this tab holds; what says that it is gone.
@@ -242,7 +328,10 @@ pub(super) fn taken(
     files: Option<Vec<u8>>,
     own: bool,
 ) -> Result<Option<(ToOpen, Option<u32>)>, Effect> {
-    let wanted = model.keeping.wanted.take().filter(|offer| offer.place == place);
+    if own {
+        model.keeping.held.insert(place);
+    }
+    let wanted = model.keeping.wanted.take_if(|offer| offer.place == place);
     let Some(offer) = wanted else { return Ok(None) };
     match files {
         Some(bytes) => Ok(Some((ToOpen { name: offer.name, bytes }, own.then_some(place)))),
@@ -256,66 +345,109 @@ pub(super) fn say_elsewhere(model: &mut Model, name: &str) {
     frame::say(model, Text::Key { key: key!("page.kept.copy"), args });
 }
 
-/// Keeps what is open, again where it changed while the store was busy.
-fn keep(model: &mut Model) -> Vec<Effect> {
-    if let Store::Packing { again, .. } | Store::Writing { again, .. } = &mut model.keeping.store {
-        *again = true;
-        return Vec::new();
-    }
-    let (document, work) = (model.board.document.clone(), model.job.work.clone());
-    let (Some(document), Some(work)) = (document, work) else { return Vec::new() };
-    model.keeping.kept_change = model.keeping.change;
+/// What is open, as it is to be kept.
+fn record(model: &Model) -> Option<Record> {
+    let (document, work) = model.board.document.clone().zip(model.job.work.as_ref())?;
     let name = document.reading.board.name.clone();
-    let (project, place) = (model.keeping.project, model.keeping.place);
-    let record = Record { name, job: project::write(&work), project, place, document };
-    let known = model.keeping.kept.as_ref().is_some_and(|kept| Arc::ptr_eq(kept, &record.document));
-    if known {
-        return write(model, record, None, false);
-    }
-    let Some(project) = export::project(model, false) else { return Vec::new() };
-    let number = model.next_request();
-    model.keeping.store = Store::Packing { number, record, again: false };
-    vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(Request::Save(project)) }]
+    Some(Record { name, job: project::write(work), kept: kept_as(model), document })
 }
 
-fn write(model: &mut Model, record: Record, files: Option<Vec<u8>>, again: bool) -> Vec<Effect> {
-    let (place, name, job) = (record.place, record.name.clone(), record.job.clone());
-    model.keeping.store = Store::Writing { record, again };
+/// Keeps what is open, again where it changed while the store was busy.
+fn keep(model: &mut Model) -> Vec<Effect> {
+    if model.keeping.store.record().is_some() {
+        model.keeping.again = true;
+        return Vec::new();
+    }
+    let Some(record) = record(model) else { return Vec::new() };
+    model.keeping.kept_change = model.keeping.change;
+    put(model, record)
+}
+
+/// Puts a record in the store, its files first packed where they are not there yet.
+fn put(model: &mut Model, record: Record) -> Vec<Effect> {
+    if record.kept.has_files_of(&record.document) {
+        return write(model, record, None);
+    }
+    let (files, said) = (record.document.files.clone(), record.document.said.clone());
+    let request = Box::new(Request::Save(Project { files, said, job: None }));
+    let number = model.next_request();
+    model.keeping.store = Store::Packing { number, record };
+    vec![Effect::Ask { lane: Lane::Beside, number, request }]
+}
+
+fn write(model: &mut Model, record: Record, files: Option<Vec<u8>>) -> Vec<Effect> {
+    let (place, name, job) = (record.kept.place, record.name.clone(), record.job.clone());
+    model.keeping.store = Store::Writing { record };
     vec![Effect::WriteStore { place, name, job, files, at_ms: model.clock.wall_ms }]
 }
 
 /// The files are packed.
 pub(super) fn packed(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
-    let Store::Packing { record, again, .. } = std::mem::take(&mut model.keeping.store) else {
+    let Store::Packing { record, .. } = std::mem::take(&mut model.keeping.store) else {
         return Vec::new();
     };
     match answer {
-        Ok(Answer::Saved(bytes)) => write(model, record, Some(bytes), again),
+        Ok(Answer::Saved(bytes)) => write(model, record, Some(bytes)),
         _ => {
-            model.keeping.store = Store::Writing { record, again };
+            model.keeping.store = Store::Writing { record };
             written(model, None, false)
         }
     }
 }
 
 fn written(model: &mut Model, place: Option<u32>, full: bool) -> Vec<Effect> {
-    let Store::Writing { record, again } = std::mem::take(&mut model.keeping.store) else {
+    let Store::Writing { record } = std::mem::take(&mut model.keeping.store) else {
         return Vec::new();
     };
-    let mut effects = Vec::new();
-    if record.project != model.keeping.project {
-        // What was written belongs to a project that is closed: its place is not held any more.
-        effects.push(Effect::HoldPlace { place: model.keeping.place });
-    } else if let Some(place) = place {
-        model.keeping.kept = Some(record.document);
-        (model.keeping.place, model.keeping.failed) = (Some(place), None);
-    } else {
-        let why = if full { key!("page.kept.full") } else { key!("page.kept.failed") };
-        if model.keeping.failed.replace(why) != Some(why) {
-            effects.push(frame::toast(model, Text::of(why), None));
+    let mut effects = match place {
+        Some(place) => {
+            is_at(model, record, place);
+            Vec::new()
+        }
+        None => failed(model, &record, full),
+    };
+    effects.extend(go_on_writing(model));
+    effects
+}
+
+/// A record is in the store: whoever has to do with its project knows where.
+fn is_at(model: &mut Model, record: Record, place: u32) {
+    let Record { document, kept: KeptAs { project, .. }, .. } = record;
+    let kept = KeptAs { project, place: Some(place), files: Some(document) };
+    let keeping = &mut model.keeping;
+    keeping.held.insert(place);
+    if keeping.open.same_project(&kept) {
+        keeping.failed = None;
+        keeping.open = kept.clone();
+    }
+    for record in keeping.parting.iter_mut().filter(|record| record.kept.same_project(&kept)) {
+        record.kept = kept.clone();
+    }
+    if let Some(before) = model.before.as_mut().filter(|before| before.kept.same_project(&kept)) {
+        Arc::make_mut(before).kept = kept;
+    }
+}
+
+/// A record could not be written: it is said, and tried again when there is an occasion.
+fn failed(model: &mut Model, record: &Record, full: bool) -> Vec<Effect> {
+    let why = if full { key!("page.kept.full") } else { key!("page.kept.failed") };
+    let keeping = &mut model.keeping;
+    if keeping.open.same_project(&record.kept) {
+        keeping.kept_change = 0;
+        if keeping.failed.replace(why) == Some(why) {
+            return Vec::new();
         }
     }
-    if again {
+    vec![frame::toast(model, Text::of(why), None)]
+}
+
+/// The store is free: what waits for that is written, or taken.
+fn go_on_writing(model: &mut Model) -> Vec<Effect> {
+    let mut effects = take_wanted(model);
+    if !model.keeping.parting.is_empty() {
+        let record = model.keeping.parting.remove(0);
+        effects.extend(put(model, record));
+    } else if std::mem::take(&mut model.keeping.again) {
         effects.extend(keep(model));
     }
     effects

@@ -8,7 +8,7 @@
 //! Comes in: wishes, answers of the worker, the second on show. Goes out: requests, the row in work. Does not know the words of
 //! controllers.
 
-use super::asked::{board_is_gone, files_anew};
+use super::asked::{board_is_gone, files_first};
 use super::{Effect, Model, export, play};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, Timed, ToExport};
@@ -216,9 +216,8 @@ pub(super) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Ve
 
 /// The worker does not know the board: it is given the files first.
 fn written_anew(model: &mut Model, wanted: Box<ToExport>) -> Vec<Effect> {
-    let Some(files) = files_anew(model, &wanted.plan) else { return Vec::new() };
-    let (first, number) = (model.next_request(), model.next_request());
     let request = Request::Lines((*wanted).clone());
+    let Some((number, effects)) = files_first(model, &wanted.plan, request) else { return Vec::new() };
     model.lines.number = Some((number, wanted, true));
-    vec![Effect::ask(first, files), Effect::ask(number, request)]
+    effects
 }

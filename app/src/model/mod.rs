@@ -332,8 +332,7 @@ fn taken(
 
 /// What the line tells of the inputs goes to the Lab too.
 fn linked(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
-    let mut effects = link::update(model, event);
-    effects.extend(link::controller::follow(model));
+    let effects = link::update(model, event);
     if let Some(status) = &model.link.status {
         model.lab.told(model.clock.wall_ms, status.inputs);
     }

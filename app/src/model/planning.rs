@@ -9,7 +9,7 @@
 //! Comes in: answers with their numbers. Goes out: requests. An answer whose number is not waited for is dropped: it is of an
 //! older generation. Does not know the worker.
 
-use super::asked::{Basis, WorkerTask, board_is_gone, files_anew};
+use super::asked::{Basis, WorkerTask, board_is_gone, files_first};
 use super::board::take_meshes;
 use super::{Effect, Job, LaidBoard, Model, OpenBoard, ToastAct, export, frame};
 use crate::engine::Stopped;
@@ -113,6 +113,15 @@ impl OnTheWay {
         }
     }
 
+    /// Where in this browser what is being opened was kept.
+    pub(super) fn place(&self) -> Option<u32> {
+        match self {
+            Self::Opening { place, .. } => *place,
+            Self::Reading { wanted, .. } => wanted.place,
+            Self::Nothing | Self::Planning { .. } => None,
+        }
+    }
+
     /// What is said of it.
     pub fn task(&self) -> Option<WorkerTask> {
         match self {
@@ -211,12 +220,11 @@ pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answe
 
 /// The worker does not know the board: it is given the files first.
 fn planned_anew(model: &mut Model, wanted: ToPlan, again: bool) -> Vec<Effect> {
-    let Some(files) = files_anew(model, &wanted) else { return Vec::new() };
-    let (first, number) = (model.next_request(), model.next_request());
     let request = Request::Plan(wanted.clone());
+    let Some((number, effects)) = files_first(model, &wanted, request) else { return Vec::new() };
     let (wanted, step) = (Box::new(wanted), PlanStep::Plan);
     model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: true, again };
-    vec![Effect::ask(first, files), Effect::ask(number, request)]
+    effects
 }
 
 fn was_planned(

@@ -12,7 +12,7 @@ use super::canvas::{Picture, look, palette, system_dark, wanted, with_view};
 use super::layers;
 use super::rulers;
 use super::shown::{Shown, machine_has_own_job, missing_holes, moment, shown};
-use crate::i18n::{key, say, t};
+use crate::i18n::{self, key, say, t};
 use crate::keys::{KeyAction, Tab};
 use crate::layers::LayerKind;
 use crate::model::{FrameEvent, PlayEvent};
@@ -59,7 +59,7 @@ pub(crate) fn stage() -> impl IntoView {
         (Icon::Minus, KeyAction::ZoomOut, key!("page.view.further")),
     ];
     let buttons = buttons.map(|(icon, action, name)| {
-        picture_button(icon, move || crate::i18n::text(name, &[]), move |_| send(FrameEvent::Look { action }))
+        picture_button(icon, move || i18n::text(name, &[]), move |_| send(FrameEvent::Look { action }))
     });
     div().class("stage").attr("role", "region").attr("aria-label", t!("page.view.title")).child((
         div().class("canvas").node_ref(host),
@@ -87,7 +87,7 @@ fn scale() -> impl IntoView {
     let bar = move || frame().unit.get().scale(frame().zoom.get(), SCALE_PX).filter(|_| flat.get());
     move || {
         bar().map(|(px, length)| {
-            let text = format!("{} {}", crate::format::plain(length), crate::i18n::unit_word());
+            let text = format!("{} {}", crate::format::plain(length), i18n::unit_word());
             div()
                 .class("scale")
                 .attr("aria-hidden", "true")
@@ -123,10 +123,12 @@ fn chosen(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
         let hole = shown.board.holes.get(number as usize)?;
         let [x, y] =
             shown.work_of_picture(picture::place(picture::origin(shown.body), hole.at).map(f64::from));
-        let (unit, word) = (frame().unit.get(), crate::i18n::unit_word());
-        let size = hole.diameter.map_or_else(|| say!("page.holes.unsized"), |size| unit.size(size.mm()));
-        let (x, y) = (unit.coordinate(x), unit.coordinate(y));
-        Some(say!("page.view.chosen", number = number + 1, size = size, unit = word, x = x, y = y))
+        let (unit, word, number) = (frame().unit.get(), i18n::unit_word(), number + 1);
+        let (x, y) = (i18n::number(unit.coordinate(x)), i18n::number(unit.coordinate(y)));
+        Some(match hole.diameter.map(|size| i18n::number(unit.size(size.mm()))) {
+            Some(size) => say!("page.view.chosen", number = number, size = size, unit = word, x = x, y = y),
+            None => say!("page.view.chosen_unsized", number = number, unit = word, x = x, y = y),
+        })
     };
     div().class("unseen").attr("role", "status").child(words)
 }

@@ -12,8 +12,8 @@
 
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Compared, Request, ToCompare, ToRead};
-use crate::model::planning::{self, Brought, Wanted};
-use crate::model::{Document, Effect, JobEdit, JobEvent, Lane, Model, ToastAct, files, frame, job};
+use crate::model::planning::{Brought, Wanted};
+use crate::model::{BoardBefore, Document, Effect, JobEvent, Lane, Model, ToastAct, files, frame, job};
 use crate::said::{Text, key};
 use annulus_core::cam::work::Work;
 use annulus_core::project::anew::{ExportedAnew, exported_anew};
@@ -39,25 +39,20 @@ pub struct NewExports {
     pub failed: bool,
 }
 
-/// The board as it was before.
-#[derive(Clone, Debug)]
-struct Before {
-    document: Arc<Document>,
-    job: JobEdit,
-    accepted: BTreeSet<String>,
-    /// The files that were brought.
-    brought: Files,
-}
-
 /// New exports of the open board.
 #[derive(Clone, Debug, Default)]
 pub struct Anew {
     /// What is shown of them.
     pub shown: Option<Arc<NewExports>>,
-    before: Option<Before>,
+    /// The board as it was before.
+    before: Option<BoardBefore>,
+    /// The files as they were brought.
+    brought: Files,
     /// The request that is waited for, and the job that went with it.
     asked: Option<(u32, Arc<Work>)>,
-    /// Files that changed on the disk and are on offer.
+    /// The job went along with the board: it does so once.
+    carried: bool,
+    /// Files that changed on the disk.
     on_disk: Files,
     /// The person wants these.
     wanted: bool,
@@ -92,6 +87,11 @@ impl Anew {
         self.wanted = true;
     }
 
+    /// There is nothing to compare any more.
+    pub(super) fn end(&mut self) {
+        *self = Self { on_disk: std::mem::take(&mut self.on_disk), ..Self::default() };
+    }
+
     /// Whether this request is waited for.
     pub(in crate::model) fn waits_for(&self, wanted: u32) -> bool {
         self.asked.as_ref().is_some_and(|(number, _)| *number == wanted)
@@ -110,10 +110,7 @@ pub(in crate::model) fn update(model: &mut Model, event: AnewEvent) -> Vec<Effec
             Vec::new()
         }
         AnewEvent::Back => back(model),
-        AnewEvent::Another => match std::mem::take(&mut model.anew).before {
-            Some(before) => files::read_chosen(model, before.brought),
-            None => Vec::new(),
-        },
+        AnewEvent::Another => another(model),
     }
 }
 
@@ -138,9 +135,10 @@ pub(super) fn read(model: &mut Model, brought: Brought) -> Vec<Effect> {
     files::read(model, Wanted { files, said, job, again: true, place: None, anew })
 }
 
-/// Files of the open board, by whatever names.
+/// Files of the open board, by whatever names; a saved project is a board of its own.
 fn chosen(model: &mut Model, files: Files) -> Vec<Effect> {
-    let Some(open) = model.board.document.clone().filter(|open| open.files != files) else {
+    let open = model.board.document.clone();
+    let Some(open) = open.filter(|open| open.files != files && !files::is_project(&files)) else {
         return files::chosen(model, files);
     };
     // Where one of them is called otherwise, they are all the files that there are.
@@ -169,40 +167,39 @@ fn whole(open: &[(String, Vec<u8>)], files: &[(String, Vec<u8>)]) -> ExportedAne
     anew
 }
 
-/// Offers what changed on the disk.
+/// Offers what changed on the disk, with what changed there before and is not open yet.
 fn on_disk(model: &mut Model, files: Files) -> Vec<Effect> {
-    let Some(anew) = exports(model, &files) else { return Vec::new() };
-    let names = anew.replaced.join(", ");
-    model.anew.on_disk = files;
+    let known = &mut model.anew.on_disk;
+    known.retain(|(name, _)| bytes_of(&files, name).is_none());
+    known.extend(files);
     model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::TakeAnew));
-    let text = Text::Key { key: key!("page.anew.on_disk"), args: vec![("names", names)] };
+    let Some(Brought { anew, .. }) = as_on_disk(model) else { return Vec::new() };
+    let text = Text::Key { key: key!("page.anew.on_disk"), args: vec![("names", anew.replaced.join(", "))] };
     frame::offer(model, text, ToastAct::TakeAnew);
     Vec::new()
 }
 
-/// What changed on the disk is taken in, where the person wants it.
+/// The files of the open board as they are on the disk; none where they are open so.
+fn as_on_disk(model: &Model) -> Option<Brought> {
+    let open = model.board.document.as_ref()?;
+    let now = |(name, bytes): &(String, Vec<u8>)| {
+        (name.clone(), bytes_of(&model.anew.on_disk, name).unwrap_or(bytes).to_vec())
+    };
+    let files: Files = open.files.iter().map(now).collect();
+    exports(model, &files).map(|anew| Brought { anew, files })
+}
+
+/// What changed on the disk is taken in, where the person wants it; where there is nothing to take in, it is not offered.
 pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
-    if !std::mem::take(&mut model.anew.wanted) {
-        return Vec::new();
+    if std::mem::take(&mut model.anew.wanted) {
+        let brought = as_on_disk(model);
+        model.anew.on_disk = Vec::new();
+        return brought.map_or_else(Vec::new, |brought| read(model, brought));
     }
-    let files = std::mem::take(&mut model.anew.on_disk);
-    match exports(model, &files) {
-        Some(anew) => read(model, Brought { anew, files }),
-        None => Vec::new(),
+    if model.anew.on_disk.is_empty() {
+        model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::TakeAnew));
     }
-}
-
-/// The open board, before its files are replaced.
-pub(super) struct Replaced {
-    document: Arc<Document>,
-    job: JobEdit,
-    accepted: BTreeSet<String>,
-}
-
-/// What there is to go back to.
-pub(super) fn replaced(model: &Model) -> Option<Replaced> {
-    let document = model.board.document.clone()?;
-    Some(Replaced { document, job: model.job.clone(), accepted: model.board.accepted.clone() })
+    Vec::new()
 }
 
 /// Whether a person has to look at the files: they have something to say that those before had not.
@@ -216,12 +213,18 @@ pub(super) fn has_new_warnings(before: &Document, now: &Document) -> bool {
 }
 
 /// The new files were read, and are open: what changed is found out.
-pub(super) fn taken_in(model: &mut Model, before: Option<Replaced>, brought: Brought) -> Vec<Effect> {
-    let Some(Replaced { document, job, accepted }) = before else { return Vec::new() };
+pub(super) fn taken_in(model: &mut Model, before: Option<BoardBefore>, brought: Brought) -> Vec<Effect> {
     let ExportedAnew { replaced, added, gone, .. } = brought.anew;
+    let shown = Arc::new(NewExports { replaced, added, gone, ..NewExports::default() });
+    model.anew.end();
+    if as_on_disk(model).is_none() {
+        model.anew.on_disk = Vec::new();
+    }
     model.anew = Anew {
-        before: Some(Before { document, job, accepted, brought: brought.files }),
-        shown: Some(Arc::new(NewExports { replaced, added, gone, ..NewExports::default() })),
+        before,
+        brought: brought.files,
+        shown: Some(shown),
+        on_disk: std::mem::take(&mut model.anew.on_disk),
         ..Anew::default()
     };
     ask(model)
@@ -255,7 +258,9 @@ pub(in crate::model) fn answered(model: &mut Model, answer: Result<Answer, Stopp
         Ok(Answer::Compared(compared)) => Some(*compared),
         _ => None,
     };
-    let carried = compared.as_ref().and_then(|compared| compared.work.clone());
+    let carried =
+        compared.as_ref().and_then(|compared| compared.work.clone()).filter(|_| !model.anew.carried);
+    model.anew.carried |= carried.is_some();
     if let Some(shown) = model.anew.shown.as_deref().cloned() {
         let failed = compared.is_none();
         model.anew.shown = Some(Arc::new(NewExports { compared: compared.map(Arc::new), failed, ..shown }));
@@ -276,13 +281,15 @@ fn forget_where_seen(model: &mut Model) {
 
 /// Files and job as they were.
 fn back(model: &mut Model) -> Vec<Effect> {
-    let Some(before) = std::mem::take(&mut model.anew).before else { return Vec::new() };
-    let effects = planning::called_off(model);
-    planning::clear(model);
-    model.board.document = Some(before.document);
-    model.board.accepted = before.accepted;
-    model.board.reviewing = false;
-    model.job = before.job;
-    files::layers(model);
+    let before = model.anew.before.take();
+    before.map_or_else(Vec::new, |before| files::reopen(model, &before))
+}
+
+/// Files and job as they were; what was brought is opened by itself.
+fn another(model: &mut Model) -> Vec<Effect> {
+    let brought = std::mem::take(&mut model.anew.brought);
+    let Some(before) = model.anew.before.take() else { return Vec::new() };
+    let mut effects = files::reopen(model, &before);
+    effects.extend(files::read_chosen(model, brought));
     effects
 }

@@ -11,8 +11,9 @@
 
 pub mod anew;
 
+use super::keeping::{self, KeptAs};
 use super::planning::{self, Brought, OnTheWay, Wanted};
-use super::{Document, Effect, JobEdit, Model, frame, keeping};
+use super::{Document, Effect, JobEdit, Model, OpenBoard, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Reading, Request, Settings, ToOpen, ToRead};
 use crate::keys::Tab;
@@ -23,8 +24,8 @@ use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// What was open before a review, its own or that of other files.
-#[derive(Debug)]
+/// A board as it was open, before a review, other files or new exports: to be gone back to.
+#[derive(Clone, Debug)]
 pub struct BoardBefore {
     /// The board.
     pub document: Arc<Document>,
@@ -32,6 +33,10 @@ pub struct BoardBefore {
     job: JobEdit,
     /// Errors of it that were seen, by code.
     accepted: BTreeSet<String>,
+    /// Its review was on show.
+    reviewing: bool,
+    /// How it is kept.
+    pub(super) kept: KeptAs,
 }
 
 /// What happens to the files.
@@ -103,19 +108,21 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
         FilesEvent::Sample => return vec![Effect::Sample],
         FilesEvent::Chosen { files } => return chosen(model, files),
         FilesEvent::Review => {
-            model.before = before(model);
-            model.board.reviewing = true;
+            let open = open_now(model);
+            model.board.reviewing = open.is_some();
+            model.before = before_review(model, open);
         }
         FilesEvent::Reviewed => {
             board.reviewing = false;
             model.before = None;
         }
-        FilesEvent::Back => return back(model),
+        FilesEvent::Back => {
+            return model.before.take().map_or_else(Vec::new, |before| reopen(model, &before));
+        }
         FilesEvent::Discarded => {
             let mut effects = keeping::leaving(model);
             (model.board.document, model.board.reviewing) = (None, false);
-            model.anew = Anew::default();
-            model.before = None;
+            (model.anew, model.before) = (Anew::default(), None);
             layers(model);
             effects.extend(keeping::closed(model));
             return effects;
@@ -142,18 +149,18 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Files, new exports of the open board among them, or a saved project.
-pub(super) fn chosen(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
-    match <[_; 1]>::try_from(files) {
-        Ok([(name, bytes)]) if saved::looks_like_one(&bytes) || saved::is_called_one(&name) => {
-            open_project(model, ToOpen { name, bytes }, None, None)
-        }
-        Ok([file]) => brought(model, vec![file]),
-        Err(files) => brought(model, files),
-    }
+/// Whether `files` are a saved project.
+fn is_project(files: &[(String, Vec<u8>)]) -> bool {
+    matches!(files, [(name, bytes)] if saved::looks_like_one(bytes) || saved::is_called_one(name))
 }
 
-fn brought(model: &mut Model, files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
+/// Files, new exports of the open board among them, or a saved project.
+pub(super) fn chosen(model: &mut Model, mut files: Vec<(String, Vec<u8>)>) -> Vec<Effect> {
+    if is_project(&files)
+        && let Some((name, bytes)) = files.pop()
+    {
+        return open_project(model, ToOpen { name, bytes }, None, None);
+    }
     match anew::exports(model, &files) {
         Some(exports) => anew::read(model, Brought { anew: exports, files }),
         None => read_chosen(model, files),
@@ -200,26 +207,41 @@ fn say(model: &mut Model, change: impl FnOnce(&mut SaidOfFiles)) -> Vec<Effect> 
     read(model, Wanted { files, said, job, again: true, place: None, anew: None })
 }
 
-/// What is open, to be gone back to; while it is under review, what was open before that.
-fn before(model: &Model) -> Option<Arc<BoardBefore>> {
-    if model.board.reviewing {
-        return model.before.clone();
-    }
-    let (document, accepted) = (model.board.document.clone()?, model.board.accepted.clone());
-    Some(Arc::new(BoardBefore { document, job: model.job.clone(), accepted }))
+/// The board that is open, as it is.
+fn open_now(model: &Model) -> Option<BoardBefore> {
+    let OpenBoard { document, accepted, reviewing, .. } = &model.board;
+    Some(BoardBefore {
+        document: document.clone()?,
+        job: model.job.clone(),
+        accepted: accepted.clone(),
+        reviewing: *reviewing,
+        kept: keeping::kept_as(model),
+    })
 }
 
-/// Opens what was open before the review.
-fn back(model: &mut Model) -> Vec<Effect> {
-    let Some(before) = model.before.take() else { return Vec::new() };
-    let mut effects = keeping::leaving(model);
+/// What there is to go back to from a review: what was `open`, and where that is under review itself, what was before it.
+fn before_review(model: &Model, open: Option<BoardBefore>) -> Option<Arc<BoardBefore>> {
+    match open {
+        Some(open) if open.reviewing => model.before.clone(),
+        open => open.map(Arc::new),
+    }
+}
+
+/// Opens a board as it was: the project goes on where it is kept.
+fn reopen(model: &mut Model, before: &BoardBefore) -> Vec<Effect> {
+    let mut effects = Vec::new();
+    if !before.kept.same_project(&keeping::kept_as(model)) {
+        effects.extend(keeping::leaving(model));
+        keeping::go_on(model, before.kept.clone());
+    }
     effects.extend(planning::called_off(model));
-    effects.push(keeping::another(model, None));
     planning::clear(model);
     let board = &mut model.board;
     (board.document, board.accepted, board.reviewing) =
-        (Some(before.document.clone()), before.accepted.clone(), false);
+        (Some(before.document.clone()), before.accepted.clone(), before.reviewing);
     model.job = before.job.clone();
+    model.before.take_if(|_| !before.reviewing);
+    model.anew.end();
     layers(model);
     effects
 }
@@ -238,8 +260,7 @@ fn flip_use(model: &mut Model, row: u32) -> Vec<Effect> {
 
 /// Reads files into a board.
 pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
-    let mut effects = if wanted.again { Vec::new() } else { keeping::leaving(model) };
-    effects.extend(planning::called_off(model));
+    let mut effects = planning::called_off(model);
     let number = model.next_request();
     let request = Request::Read(ToRead {
         board_key: number,
@@ -256,35 +277,35 @@ pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
 /// Files that were open already keep the person's job and the screen.
 pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> Vec<Effect> {
     let Wanted { files, said, job, again, place, anew } = wanted;
-    let replaced = anew.as_ref().and_then(|_| anew::replaced(model));
-    let open = model.board.document.clone();
-    let other = open.as_ref().is_some_and(|open| open.said.board != said.board);
+    let open = open_now(model);
+    let mut effects = if again { Vec::new() } else { keeping::leaving(model) };
+    let before = open.as_ref().map(|open| open.document.clone());
+    let other_board = anew.is_none() && before.is_some_and(|before| before.said.board != said.board);
     let document = Document::new(files, said, job, reading);
-    let doubtful = document.doubtful();
-    planning::clear(model);
-    model.board.accepted = BTreeSet::new();
-    if anew.is_some() {
-        model.board.reviewing = open.is_some_and(|open| anew::has_new_warnings(&open, &document));
-        model.frame.tab = Tab::Board;
-    } else if !again {
-        model.before = before(model).filter(|_| doubtful);
-        model.board.reviewing = doubtful;
-        model.frame.tab = Tab::Board;
+    if !again || anew.is_some() {
+        let known = open.as_ref().filter(|open| anew.is_some() && !open.reviewing);
+        let known = known.is_some_and(|open| !anew::has_new_warnings(&open.document, &document));
+        let reviewing = document.doubtful() && !known;
+        model.before = before_review(model, open.clone()).filter(|_| reviewing);
+        (model.board.reviewing, model.frame.tab) = (reviewing, Tab::Board);
     }
-    if !again || other || !model.job.edited() {
+    planning::clear(model);
+    if !again || other_board || !model.job.edited() {
         model.job.open(document.reading.work.clone());
     }
-    model.board.just_opened = !doubtful && !again;
+    model.board.accepted = BTreeSet::new();
+    model.board.just_opened = !document.doubtful() && !again;
     model.board.document = Some(Arc::new(document));
     layers(model);
     match anew {
-        Some(brought) => anew::taken_in(model, replaced, *brought),
-        None if again => anew::ask(model),
+        Some(brought) => effects.extend(anew::taken_in(model, open, *brought)),
+        None if again => effects.extend(anew::ask(model)),
         None => {
             model.anew = Anew::default();
-            vec![keeping::another(model, place)]
+            keeping::another(model, place);
         }
     }
+    effects
 }
 
 /// The layers panel follows what was read.

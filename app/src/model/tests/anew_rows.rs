@@ -2,7 +2,7 @@
 
 use super::story::{Story, compare, shifted_work};
 use crate::keys::Tab;
-use crate::model::{FrameEvent, Model};
+use crate::model::{AnewEvent, FilesEvent, FrameEvent, Model};
 
 /// The files that are open, by name and content.
 fn open(model: &Model) -> String {
@@ -28,14 +28,24 @@ fn files_with_the_names_of_those_that_are_open_replace_them_and_are_compared() {
                 "open certain open-anew certain say-aligned certain",
                 "planning | board stale | compare plan keep-rests",
             ),
-            ("open certain open-other certain", "planning | board stale | hold-none plan keep-rests"),
-            ("open-anew certain", "planning | board stale | hold-none plan keep-rests"),
+            ("open certain open-other certain", "planning | board stale | plan keep-rests"),
+            ("open-anew certain", "planning | board stale | plan keep-rests"),
             ("open certain choose-anew", "planning | board stale | choose-anew"),
             ("open certain chosen-anew certain", "planning | board stale | compare plan keep-rests"),
             // a review is wanted where the new files have something to say that the old ones had not
             ("open certain open-anew warning", "nothing | board review stale | compare keep-rests"),
             ("open warning reviewed open-anew warning", "planning | board stale | compare plan keep-rests"),
             ("open warning reviewed open-anew empty", "nothing | board review stale | compare keep-rests"),
+            // and where the old ones are under review themselves
+            ("open warning open-anew warning", "nothing | board review | compare keep-rests"),
+            ("open warning open-anew certain", "planning | board stale | compare plan keep-rests"),
+            (
+                "open warning open-anew certain as-before",
+                "nothing | board review stale | call-off keep-rests",
+            ),
+            ("open certain open-anew warning back", "planning | board stale | call-off plan keep-rests"),
+            ("open certain open-anew warning reviewed back", "planning | board stale | "),
+            ("open certain chosen-anew-project", "opening | board stale | call-off open"),
         ],
         Story::stands,
     );
@@ -49,12 +59,22 @@ fn which_files_are_open_follows_what_was_brought() {
             ("open certain open-anew certain as-before", "a.drl=[1] b.drl=[1]"),
             ("open certain open-anew read-refused", "a.drl=[1] b.drl=[1]"),
             ("open certain open-anew certain another certain", "a.drl=[3]"),
+            ("open certain open-anew-whole certain another", "a.drl=[1] b.drl=[1]"),
+            ("open certain open-anew-whole certain another certain", "a.drl=[3] b.drl=[3]"),
+            ("open certain open-anew warning back", "a.drl=[1] b.drl=[1]"),
             ("open certain chosen-anew certain", "c.drl=[2] d.drl=[2]"),
             ("open certain chosen-anew certain as-before", "a.drl=[1] b.drl=[1]"),
             // one of those that were chosen is called otherwise: they are all that there are
             ("open certain chosen-anew-mixed certain", "a.drl=[3] c.drl=[2]"),
             ("open certain chosen-anew-one certain", "a.drl=[3] b.drl=[1]"),
             ("open certain on-disk take-from-disk certain", "a.drl=[1] b.drl=[9]"),
+            // what was written later does not push out what was written before
+            ("open certain on-disk on-disk-a take-from-disk certain", "a.drl=[8] b.drl=[9]"),
+            ("open certain on-disk open-anew certain take-from-disk certain", "a.drl=[3] b.drl=[9]"),
+            (
+                "open certain on-disk open-anew certain as-before take-from-disk certain",
+                "a.drl=[1] b.drl=[9]",
+            ),
             ("open certain open-anew certain compared seen as-before", "a.drl=[3] b.drl=[1]"),
         ],
         |story| open(&story.model),
@@ -83,6 +103,8 @@ fn what_changed_is_shown_until_it_was_seen() {
             ("open certain open-anew certain compared as-before", "nothing"),
             ("open certain open-anew certain compared open-other certain", "nothing"),
             ("open certain open-anew certain compared discard", "nothing"),
+            ("open certain open-anew warning back", "nothing"),
+            ("open certain open-anew certain another", "nothing"),
         ],
         shown,
     );
@@ -110,6 +132,13 @@ fn the_job_stays_is_carried_over_and_comes_back() {
         carried,
         "also once it was seen"
     );
+    let later = "open certain open-anew certain compared-carried edit say-aligned certain compared-carried";
+    assert_ne!(depth(later), carried, "it goes along with the board once");
+    assert_eq!(
+        depth("open certain say-board certain flip-use certain edit chosen-anew certain"),
+        depth("open certain say-board certain flip-use certain edit"),
+        "also where what was said is of files that are gone"
+    );
     let story = Story::told("open certain edit open-anew certain edit as-before");
     assert!(story.model.job.edited(), "with its own steps back");
 }
@@ -124,6 +153,11 @@ fn what_was_written_on_the_disk_is_offered_once_and_taken_only_when_it_is_wanted
             ("on-disk", ""),
             ("open-other certain on-disk", ""),
             ("open certain on-disk take-from-disk", ""),
+            ("open certain on-disk on-disk-same", ""),
+            // it stays on offer as long as there is something to take in
+            ("open certain on-disk open-anew certain", "page.anew.on_disk"),
+            ("open certain on-disk open-other certain", ""),
+            ("open certain on-disk discard", ""),
         ],
         |story| story.toasts().join(" "),
     );
@@ -137,4 +171,15 @@ fn the_board_is_on_show_with_what_changed() {
     story.send(FrameEvent::Show { tab: Tab::Cam });
     ["open-anew", "certain"].into_iter().for_each(|word| story.tell(word));
     assert_eq!(story.model.frame.tab, Tab::Board);
+}
+
+#[test]
+fn a_file_of_a_folder_that_was_written_anew_leaves_the_others_there() {
+    let named = |name: &str, byte| (format!("board/{name}"), vec![byte]);
+    let mut story = Story::default();
+    story.send(FilesEvent::Chosen { files: vec![named("a.drl", 1), named("b.drl", 1)] });
+    story.tell("certain");
+    story.send(AnewEvent::OnDisk { files: vec![named("a.drl", 2)] });
+    ["take-from-disk", "certain"].into_iter().for_each(|word| story.tell(word));
+    assert_eq!(open(&story.model), "board/a.drl=[2] board/b.drl=[1]");
 }

@@ -13,10 +13,10 @@ fn files_are_read_and_what_is_certain_is_planned_at_once() {
             ("choose", "nothing |  | choose"),
             ("sample", "nothing |  | sample"),
             ("open", "reading |  | call-off read"),
-            ("open certain", "planning | board stale | hold-none plan keep-rests"),
-            ("open warning", "nothing | board review | hold-none keep-rests"),
-            ("open error", "nothing | board review | hold-none keep-rests"),
-            ("open empty", "nothing | board review | hold-none keep-rests"),
+            ("open certain", "planning | board stale | plan keep-rests"),
+            ("open warning", "nothing | board review | keep-rests"),
+            ("open error", "nothing | board review | keep-rests"),
+            ("open empty", "nothing | board review | keep-rests"),
             ("open read-refused", "nothing |  | toast-goes"),
             ("open read-stopped", "nothing |  | "),
             ("open warning reviewed", "planning | board stale | plan"),
@@ -27,7 +27,7 @@ fn files_are_read_and_what_is_certain_is_planned_at_once() {
             // while a project is taken apart nothing is said of it
             ("open-project", "opening |  | call-off open"),
             ("open-project opened", "reading |  | call-off read"),
-            ("open-project opened certain", "planning | board stale | hold-none plan keep-rests"),
+            ("open-project opened certain", "planning | board stale | plan keep-rests"),
             ("open-project open-refused", "nothing |  | toast-goes"),
         ],
         Story::stands,
@@ -43,28 +43,19 @@ fn what_was_open_is_replaced_only_by_what_could_be_read() {
                 "open certain plan prove time open-other read-refused",
                 "nothing | board plan proof job | toast-goes",
             ),
-            (
-                "open certain plan prove time open-other certain",
-                "planning | board stale | hold-none plan keep-rests",
-            ),
+            ("open certain plan prove time open-other certain", "planning | board stale | plan keep-rests"),
             // a plan that was not finished is made once there is time again
             ("open certain open-other read-refused", "planning | board stale | toast-goes plan"),
             ("open certain open-other old-certain", "reading | board stale | "),
-            (
-                "open certain open-other old-certain certain",
-                "planning | board stale | hold-none plan keep-rests",
-            ),
+            ("open certain open-other old-certain certain", "planning | board stale | plan keep-rests"),
             ("open open-other old-certain", "reading |  | "),
-            (
-                "open open-other old-certain old-warning certain",
-                "planning | board stale | hold-none plan keep-rests",
-            ),
+            ("open open-other old-certain old-warning certain", "planning | board stale | plan keep-rests"),
             ("open open-project", "opening |  | call-off open"),
             ("open open-project certain", "opening |  | "),
             ("open-project open opened", "reading |  | "),
             // a machine that is described meanwhile does not throw away what is read
             ("open machine", "reading |  | "),
-            ("open machine certain", "planning | board stale | hold-none plan keep-rests"),
+            ("open machine certain", "planning | board stale | plan keep-rests"),
         ],
         Story::stands,
     );
@@ -81,24 +72,22 @@ fn the_review_holds_planning_back() {
             ("open warning say-aligned certain reviewed", "planning | board stale | plan"),
             ("open warning flip-use certain reviewed", "planning | board stale | plan"),
             ("open warning say-board warning", "nothing | board review | keep-rests"),
-            ("open warning discard", "nothing |  | hold-none look keep-rests"),
+            ("open warning discard", "nothing |  | look keep-rests"),
             ("open certain plan prove time review", "nothing | board review plan proof job | "),
             ("open certain plan prove time review reviewed", "planning | board plan proof job stale | plan"),
             ("open error accept", "nothing | board review | "),
             ("open error accept reviewed", "planning | board stale | plan"),
-            (
-                "open certain plan prove time open-other warning",
-                "nothing | board review | hold-none keep-rests",
-            ),
+            ("open certain plan prove time open-other warning", "nothing | board review | keep-rests"),
             (
                 "open certain plan prove time open-other warning back",
-                "planning | board stale | call-off hold-none plan keep-rests",
+                "planning | board stale | call-off plan keep-rests",
             ),
             (
                 "open certain plan prove time review say-aligned certain back",
-                "planning | board stale | call-off hold-none plan keep-rests",
+                "planning | board stale | call-off plan keep-rests",
             ),
             ("open warning back", "nothing | board review | "),
+            ("review", "nothing |  | "),
             ("open certain plan prove time review reviewed back", "planning | board plan proof job stale | "),
             ("say-aligned", "nothing |  | "),
             ("flip-use", "nothing |  | "),
@@ -119,6 +108,8 @@ fn the_way_back_from_the_review_leads_to_the_board_before_with_its_job_and_its_u
     assert_eq!(story.model.job.work, work);
     assert!(story.model.job.can_undo().0);
     assert!(story.model.before.is_none());
+    let story = Story::told("open error accept reviewed open-other warning back");
+    assert!(story.model.board.accepted.contains("board.something"), "what was seen of it stays seen");
 }
 
 #[test]
@@ -166,6 +157,7 @@ fn what_a_short_word_offers_is_done_once() {
     let number = story.model.frame.toasts[0].number;
     story.send(FrameEvent::Taken { number });
     assert!(story.model.board.reviewing && story.toasts().is_empty());
+    assert!(story.model.before.is_some(), "with a way back, as from any review");
     story.send(FilesEvent::Reviewed);
     story.send(FrameEvent::Taken { number });
     assert!(!story.model.board.reviewing, "it is gone");

@@ -1,6 +1,7 @@
 //! What is kept in the browser, offered, restored and forgotten.
 
-use super::story::{Story, compare};
+use super::story::{Story, compare, offer};
+use crate::model::{KeepEvent, OnTheWay};
 
 #[test]
 fn what_is_open_is_kept_half_a_second_after_it_changed() {
@@ -24,7 +25,10 @@ fn what_is_open_is_kept_half_a_second_after_it_changed() {
             ("begin open certain rested saved", "write:new+files"),
             // another project has a place of its own, and what was not kept yet of the one before is
             ("begin open certain rested saved written open-other certain rested saved", "write:new+files"),
-            ("begin open certain rested saved written edit open-other", "write:4 call-off read"),
+            ("begin open certain rested saved written edit open-other", "call-off read"),
+            ("begin open certain rested saved written edit open-other certain", "write:4 plan keep-rests"),
+            ("begin open certain rested saved written edit open-other certain written", "let-go:4"),
+            ("begin open certain rested saved written open-other certain", "plan let-go:4 keep-rests"),
             ("begin open certain rested saved written open-other", "call-off read"),
             // the page is left: what is not in the store yet is put where it takes no time
             ("begin open certain rested saved written edit leaving", "leave:4 write:4"),
@@ -32,7 +36,7 @@ fn what_is_open_is_kept_half_a_second_after_it_changed() {
             ("begin open certain rested saved written leaving", ""),
             ("begin open certain leaving", "save"),
             ("begin found-none open certain plan", "toast-goes prove"),
-            ("begin found-none open certain discard", "hold-none look keep-rests"),
+            ("begin found-none open certain discard", "look keep-rests"),
             ("begin found-none open certain discard rested", ""),
             ("begin found-none looked", "look"),
             ("begin found-none open certain looked", ""),
@@ -56,9 +60,21 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
             ),
             // what was on its way when another one was opened is kept at a place of its own, which is not held then
             ("begin found-none open certain rested open-other certain saved", "write:new+files"),
-            ("begin found-none open certain rested open-other certain saved written", "hold-none"),
-            ("begin found-none open certain rested saved saved", ""),
-            ("written", ""),
+            ("begin found-none open certain rested open-other certain saved written", "let-go:4"),
+            // and so is what changed of it before it was left
+            ("begin found-none open certain rested edit open-other certain", "plan keep-rests"),
+            ("begin found-none open certain rested edit open-other certain saved written", "write:4"),
+            (
+                "begin found-none open certain rested edit open-other certain saved written written",
+                "let-go:4",
+            ),
+            ("begin found-none open certain rested edit rested discard saved written", "write:4"),
+            ("begin found-none open certain edit open-other certain", "save plan keep-rests"),
+            // what is still being written is restored only when it is written
+            ("begin open certain rested saved written edit discard found-fourth restore", ""),
+            ("begin open certain rested saved written edit discard found-fourth restore written", "take:4"),
+            ("begin found-one open certain rested saved discard restore", "take:0"),
+            ("begin found-one open certain rested saved discard restore taken written", "let-go:4"),
         ],
         Story::out,
     );
@@ -93,6 +109,14 @@ fn that_nothing_can_be_kept_is_said_once_and_stays_told() {
         &[
             ("begin open certain rested saved full", "toast-goes Guard { on: true }"),
             ("begin open certain rested saved full edit rested saved written", "Guard { on: false }"),
+            // it is tried again when the page is looked at, when it is left, and when another board comes
+            ("begin open certain rested saved full looked", "save"),
+            ("begin open certain rested saved full leaving", "save"),
+            (
+                "begin open certain edit rested saved full open-other certain",
+                "save plan keep-rests Guard { on: false }",
+            ),
+            ("begin open certain rested saved written looked", ""),
         ],
         Story::out,
     );
@@ -114,16 +138,21 @@ fn projects_are_offered_restored_and_forgotten() {
             ("begin found-one restore taken opened", "kept 0 | reading |  | call-off read"),
             (
                 "begin found-two restore taken opened certain",
-                "kept 0 | planning | board stale | hold:1 plan keep-rests",
+                "kept 0 | planning | board stale | plan keep-rests",
             ),
-            ("begin found-one restore taken opened warning", " | nothing | board review | hold:0 keep-rests"),
+            ("begin found-one restore taken opened warning", " | nothing | board review | keep-rests"),
             // what could not be opened is still there
-            ("begin found-one restore taken open-refused", "kept 0 | nothing |  | toast-goes"),
-            ("begin found-one restore taken opened read-refused", "kept 0 | nothing |  | toast-goes"),
-            ("begin found-one restore taken-nothing", "kept 0 | nothing |  | toast-goes"),
+            ("begin found-one restore taken open-refused", "kept 0 | nothing |  | toast-goes let-go:0"),
+            (
+                "begin found-one restore taken opened read-refused",
+                "kept 0 | nothing |  | toast-goes let-go:0",
+            ),
+            ("begin found-one restore taken-nothing", "kept 0 | nothing |  | toast-goes let-go:0"),
             ("begin found-one restore open taken", "kept 0 | opening |  | call-off open"),
             ("begin found-one restore taken open opened", "kept 0 | reading |  | "),
-            ("begin found-one taken", "kept 0 | nothing |  | "),
+            ("begin found-one restore taken open", "kept 0 | reading |  | call-off read let-go:0"),
+            ("begin found-one taken", "kept 0 | nothing |  | let-go:0"),
+            ("begin found-one restore forget", "kept 0 | nothing |  | "),
             ("begin found-one forget", "kept 0 | nothing |  | drop:0"),
             ("begin found-two forget forgotten", "kept 1, kept 0 | nothing |  | look"),
             ("begin found-two forget forgotten found-one", "kept 0 | nothing |  | "),
@@ -142,11 +171,70 @@ fn a_restored_project_is_kept_where_it_was_and_that_of_another_tab_is_not() {
                 "begin found-one restore taken opened read-refused open certain rested saved",
                 "write:new+files",
             ),
-            ("begin found-one restore taken-elsewhere opened certain", "hold-none plan keep-rests"),
+            ("begin found-one restore taken-elsewhere opened certain", "plan keep-rests"),
             ("begin found-one restore taken-elsewhere opened certain rested saved", "write:new+files"),
         ],
         Story::out,
     );
     let story = Story::told("begin found-one restore taken-elsewhere opened certain");
     assert_eq!(story.toasts(), ["page.kept.copy"], "and the person is told");
+}
+
+#[test]
+fn of_two_that_are_wanted_the_last_is_restored_and_the_other_is_let_go_of() {
+    let mut story = Story::told("begin found-two");
+    let taken = |place| KeepEvent::Taken { place, files: Some(vec![1]), job: None, own: true };
+    story.send(KeepEvent::Restore { offer: offer(1, 2.0) });
+    story.send(KeepEvent::Restore { offer: offer(0, 1.0) });
+    story.send(taken(1));
+    assert_eq!((story.way(), story.out().as_str()), ("nothing", "let-go:1"));
+    story.send(taken(0));
+    assert!(matches!(story.model.on_the_way, OnTheWay::Opening { place: Some(0), .. }));
+}
+
+#[test]
+fn the_way_back_leads_to_the_place_of_the_board_before() {
+    compare(
+        &[
+            // it is this tab's as long as there is a way back
+            ("begin open certain rested saved written open-other warning", "keep-rests"),
+            ("begin open certain rested saved written open-other warning reviewed", "plan let-go:4"),
+            (
+                "begin open certain rested saved written open-other warning discard",
+                "look let-go:4 keep-rests",
+            ),
+            (
+                "begin open certain rested saved written open-other warning rested saved written-fifth back",
+                "call-off plan let-go:5 keep-rests",
+            ),
+            ("begin open certain rested saved written open-other warning back rested", "write:4"),
+            (
+                "begin open certain rested saved written edit open-other warning written back rested",
+                "write:4",
+            ),
+            // what was on its way when the other one came is known when it is there
+            ("begin open certain rested saved open-other warning written back rested", "write:4"),
+            ("begin open certain rested saved open-other warning back written", ""),
+            // a review of its own changes nothing
+            ("begin open certain rested saved written review back", "call-off plan"),
+            ("begin open certain rested saved written review say-aligned certain back rested", "write:4"),
+            ("begin open certain rested saved written edit open-anew warning back rested", "write:4"),
+        ],
+        Story::out,
+    );
+}
+
+#[test]
+fn what_only_had_the_names_of_the_board_does_not_push_it_out() {
+    let board = "begin open certain rested saved written edit open-anew certain rested saved written";
+    let rows = [
+        ("another", "call-off call-off read keep-rests"),
+        ("another certain", "save plan keep-rests"),
+        ("another certain saved", "write:4+files"),
+        ("another certain saved written", "let-go:4"),
+        ("another certain saved written rested saved", "write:new+files"),
+    ];
+    for (words, out) in rows {
+        assert_eq!(Story::told(&format!("{board} {words}")).out(), out, "{words}");
+    }
 }

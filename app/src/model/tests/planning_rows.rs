@@ -1,6 +1,14 @@
 //! Planning, proving and timing; planning again while an answer is on its way; answers of older generations.
 
 use super::story::{Story, compare};
+use crate::model::FrameEvent;
+use annulus_core::geometry::{Bounds, Point};
+use annulus_core::sim::Stock;
+use annulus_core::units::Length;
+use std::sync::Arc;
+
+/// The side of a board.
+const MM: Length = Length::from_um(1_000);
 
 #[test]
 fn a_plan_is_proved_and_then_timed() {
@@ -167,4 +175,26 @@ fn what_is_done_is_told_while_it_lasts() {
         ],
         task,
     );
+}
+
+#[test]
+fn what_was_cut_of_the_other_side_is_asked_for_until_it_is_known() {
+    let rows = [
+        ("", "underside"),
+        // what was called off with something else is asked for again, of a worker that is given the board first
+        ("underside-stopped", "underside"),
+        ("underside-stopped underside-gone", "read underside"),
+        ("underside-stopped underside-gone underside-gone", ""),
+        ("underside-refused", ""),
+        ("underside", ""),
+    ];
+    for (words, out) in rows {
+        let mut story = Story::told("open certain plan prove time bottom plan prove time");
+        let bounds = Bounds { min: Point::default(), max: Point::new(MM, MM) };
+        story.model.play.carved = Some(Arc::new(Stock::new(bounds, MM).unwrap()));
+        story.send(FrameEvent::Grid);
+        words.split_whitespace().for_each(|word| story.tell(word));
+        assert_eq!(story.out(), out, "{words}");
+        assert_eq!(story.model.underside.tiles.len(), usize::from(words == "underside"), "{words}");
+    }
 }

@@ -5,7 +5,7 @@
 
 use crate::engine::Stopped;
 use crate::engine::messages::{
-    Answer, Compared, Exported, FileRow, PlanReady, Proved, Reading, Request, Timed,
+    Answer, Compared, Exported, FileRow, PlanReady, Proved, Reading, Request, Timed, UnderTile,
 };
 use crate::model::planning::{OnTheWay, PlanStep};
 use crate::model::{
@@ -78,8 +78,7 @@ fn word(effect: &Effect) -> String {
             format!("write:{place}{}", if files.is_some() { "+files" } else { "" })
         }
         Effect::LeaveInStore { place, .. } => format!("leave:{place}"),
-        Effect::HoldPlace { place: Some(place) } => format!("hold:{place}"),
-        Effect::HoldPlace { place: None } => "hold-none".to_owned(),
+        Effect::LetGoOfPlace { place } => format!("let-go:{place}"),
         Effect::TakeFromStore { place } => format!("take:{place}"),
         Effect::DropFromStore { place } => format!("drop:{place}"),
         other => format!("{other:?}"),
@@ -216,13 +215,27 @@ fn answer(word: &str, number: u32) -> Option<(&'static str, Result<Answer, Stopp
         "compared" => ("compare", Ok(Answer::Compared(Box::new(compared(None))))),
         "compared-carried" => ("compare", Ok(Answer::Compared(Box::new(compared(Some(shifted_work())))))),
         "compare-refused" => ("compare", refused("engine.fell_over")),
+        "underside" => ("underside", Ok(Answer::Underside(vec![tile()]))),
+        "underside-stopped" => ("underside", Err(Stopped::Cancelled)),
+        "underside-gone" => ("underside", refused("engine.board_gone")),
+        "underside-refused" => ("underside", refused("engine.fell_over")),
         "checked" => ("check", Ok(Answer::Checked(crate::engine::messages::Checked::default()))),
         _ => return None,
     })
 }
 
+fn tile() -> UnderTile {
+    UnderTile { first: [0, 0], depths_um: vec![100] }
+}
+
 fn files(number: u8) -> Vec<(String, Vec<u8>)> {
     vec![("a.drl".to_owned(), vec![number]), ("b.drl".to_owned(), vec![number])]
+}
+
+/// A saved project.
+fn saved_project() -> Vec<(String, Vec<u8>)> {
+    let project = Project { files: files(7), said: SaidOfFiles::default(), job: None };
+    vec![("a.annulus".to_owned(), annulus_core::project::saved::write(&project).unwrap())]
 }
 
 /// Files of another board.
@@ -250,7 +263,7 @@ fn described(settings: Vec<(String, Value)>) -> Event {
     LinkEvent::Heard { tell: Some(Box::new(tell)) }.into()
 }
 
-fn offer(place: u32, at_ms: f64) -> Offer {
+pub(super) fn offer(place: u32, at_ms: f64) -> Offer {
     Offer { place, name: format!("kept {place}"), at_ms, elsewhere: false }
 }
 
@@ -307,11 +320,8 @@ impl Story {
             "open" => FilesEvent::Chosen { files: files(1) },
             "open-other" => FilesEvent::Chosen { files: other_files() },
             "open-anew" => FilesEvent::Chosen { files: vec![("a.drl".to_owned(), vec![3])] },
-            "open-project" => {
-                let project = Project { files: files(7), said: SaidOfFiles::default(), job: None };
-                let bytes = annulus_core::project::saved::write(&project).unwrap();
-                FilesEvent::Chosen { files: vec![("a.annulus".to_owned(), bytes)] }
-            }
+            "open-anew-whole" => FilesEvent::Chosen { files: files(3) },
+            "open-project" => FilesEvent::Chosen { files: saved_project() },
             "choose" => FilesEvent::Choose,
             "sample" => FilesEvent::Sample,
             "review" => FilesEvent::Review,
@@ -394,7 +404,9 @@ impl Story {
             "chosen-anew-mixed" => AnewEvent::Chosen {
                 files: vec![("a.drl".to_owned(), vec![3]), ("c.drl".to_owned(), vec![2])],
             },
+            "chosen-anew-project" => AnewEvent::Chosen { files: saved_project() },
             "on-disk" => AnewEvent::OnDisk { files: written(9) },
+            "on-disk-a" => AnewEvent::OnDisk { files: vec![("a.drl".to_owned(), vec![8])] },
             "on-disk-same" => AnewEvent::OnDisk { files: written(1) },
             "take-from-disk" => {
                 let toasts = &self.model.frame.toasts;
@@ -418,12 +430,14 @@ impl Story {
             "found-none" => KeepEvent::Found { offers: Vec::new() }.into(),
             "found-one" => KeepEvent::Found { offers: vec![offer(0, 1.0)] }.into(),
             "found-second" => KeepEvent::Found { offers: vec![offer(1, 1.0)] }.into(),
+            "found-fourth" => KeepEvent::Found { offers: vec![offer(4, 1.0)] }.into(),
             "found-two" => KeepEvent::Found { offers: vec![offer(0, 1.0), offer(1, 2.0)] }.into(),
             "rested" => Event::Keep(KeepEvent::Rested { change: self.model.keeping_change() }),
             "rested-before" => Event::Keep(KeepEvent::Rested { change: self.model.keeping_change() - 1 }),
             "looked" => KeepEvent::Looked.into(),
             "leaving" => KeepEvent::Leaving.into(),
             "written" => KeepEvent::Written { place: Some(4), full: false }.into(),
+            "written-fifth" => KeepEvent::Written { place: Some(5), full: false }.into(),
             "not-written" => KeepEvent::Written { place: None, full: false }.into(),
             "full" => KeepEvent::Written { place: None, full: true }.into(),
             "restore" => KeepEvent::Restore { offer: self.model.keeping.offers.first()?.clone() }.into(),

@@ -1,4 +1,4 @@
-//! New exports of the open board: which files came, what changed, each hole that did, and the way back.
+//! New exports of the open board: which files came, what changed, each hole and slot that did, and the way back.
 //!
 //! Comes in: what changed. Goes out: choices of the person, the hole chosen. What changed is marked in the picture too.
 
@@ -7,11 +7,13 @@ use crate::model::{AnewEvent, FrameEvent, NewExports};
 use crate::page::{frame, open_board, send};
 use crate::widgets::push;
 use annulus_core::board::changes::{Changed, Fate};
-use annulus_core::board::{Board, Hole};
-use leptos::html::{div, h2, header, li, p, section, ul};
+use annulus_core::board::{Board, Hole, Slot};
+use annulus_core::geometry::Point;
+use annulus_core::units::Length;
+use leptos::html::{div, h2, header, li, p, section, span, ul};
 use leptos::prelude::*;
 
-/// The most holes listed.
+/// The most holes and slots listed.
 const MOST_LISTED: usize = 100;
 
 /// The block; nothing where there is nothing to show.
@@ -25,7 +27,7 @@ fn shown(anew: &NewExports) -> impl IntoView + use<> {
         header().child(h2().child(t!("page.anew.title"))),
         p().class("quiet").child(files(anew)),
         div().attr("role", "status").child(lines(anew)),
-        holes(anew),
+        changed(anew),
         another.then(|| p().class("warning").child(t!("changes.another"))),
         div().class("row").child((
             push("button small primary", t!("page.anew.seen"), |_| send(AnewEvent::Seen)),
@@ -58,48 +60,81 @@ fn lines(anew: &NewExports) -> AnyView {
     ul().class("changes").child(compared.changes.lines().into_iter().map(line).collect::<Vec<_>>()).into_any()
 }
 
-/// Every hole that changed; pressed, it is chosen in the picture.
-fn holes(anew: &NewExports) -> impl IntoView + use<> {
-    let holes = anew.compared.iter().flat_map(|compared| &compared.changes.holes);
-    let rows: Vec<_> = holes.take(MOST_LISTED).map(|hole| li().child(row(hole))).collect();
-    (!rows.is_empty()).then(|| ul().class("changes holes").child(rows))
+/// Every hole and slot that changed, the first of them; pressed, a hole that is there is chosen in the picture.
+fn changed(anew: &NewExports) -> impl IntoView + use<> {
+    let compared = anew.compared.as_ref()?;
+    let (holes, slots) = (&compared.changes.holes, &compared.changes.slots);
+    let more = (holes.len() + slots.len()).saturating_sub(MOST_LISTED);
+    let rows = holes.iter().map(hole_row).chain(slots.iter().map(slot_row));
+    let rows: Vec<_> = rows.take(MOST_LISTED).map(|row| li().child(row)).collect();
+    (!rows.is_empty()).then(|| {
+        (
+            ul().class("changes holes").child(rows),
+            (more > 0).then(|| p().class("quiet").child(t!("page.anew.more", count = more))),
+        )
+    })
 }
 
-fn row(changed: &Changed<Hole>) -> impl IntoView + use<> {
-    let unit = frame().unit.get();
-    let at = |hole: &Option<Hole>| {
-        hole.as_ref().map(|hole| {
-            format!("X {} Y {}", unit.coordinate(hole.at.x.mm()), unit.coordinate(hole.at.y.mm()))
-        })
-    };
-    let size = |hole: &Option<Hole>| {
-        let length = hole.as_ref()?.diameter?;
-        Some(format!("⌀ {}", unit.size(length.mm())))
-    };
-    let pair = |before: Option<String>, now: Option<String>| match (before, now) {
+/// What there was and what there is now, in one.
+fn pair<T>(changed: &Changed<T>, words: impl Fn(&T) -> Option<String>) -> String {
+    let (before, now) = (changed.before.as_ref().and_then(&words), changed.now.as_ref().and_then(&words));
+    let text = match (before, now) {
         (Some(before), Some(now)) if before != now => format!("{before} → {now}"),
-        (Some(one), _) | (None, Some(one)) => one,
-        (None, None) => String::new(),
+        (before, now) => now.or(before).unwrap_or_default(),
     };
-    let place = pair(at(&changed.before), at(&changed.now));
-    let size = pair(size(&changed.before), size(&changed.now));
-    let (place, size) = (i18n::number(place), i18n::number(size));
-    let what = match changed.fate {
-        Fate::Added => say!("page.anew.hole_added", place = place, size = size, unit = unit_word()),
-        Fate::Gone => say!("page.anew.hole_gone", place = place, size = size, unit = unit_word()),
-        Fate::Moved => say!("page.anew.hole_moved", place = place, size = size, unit = unit_word()),
-        Fate::Resized => say!("page.anew.hole_resized", place = place, size = size, unit = unit_word()),
-        Fate::Replated => say!("page.anew.hole_replated", place = place, size = size, unit = unit_word()),
+    i18n::number(text)
+}
+
+fn at(place: Point) -> String {
+    let unit = frame().unit.get();
+    format!("X {} Y {}", unit.coordinate(place.x.mm()), unit.coordinate(place.y.mm()))
+}
+
+/// A diameter or a width, where the file says one.
+fn size(length: Option<Length>) -> Option<String> {
+    Some(frame().unit.get().size(length?.mm()))
+}
+
+/// What became of a hole or slot.
+fn fate(fate: Fate, what: String) -> String {
+    match fate {
+        Fate::Added => say!("page.anew.one_added", what = what),
+        Fate::Gone => say!("page.anew.one_gone", what = what),
+        Fate::Moved => say!("page.anew.one_moved", what = what),
+        Fate::Resized => say!("page.anew.one_resized", what = what),
+        Fate::Replated => say!("page.anew.one_replated", what = what),
+    }
+}
+
+fn hole_row(changed: &Changed<Hole>) -> AnyView {
+    let place = pair(changed, |hole| Some(at(hole.at)));
+    let size = pair(changed, |hole| Some(format!("⌀ {}", size(hole.diameter)?)));
+    let what = match size.is_empty() {
+        true => say!("page.anew.hole", place = place, unit = unit_word()),
+        false => say!("page.anew.hole_sized", place = place, size = size, unit = unit_word()),
     };
-    let hole = changed.now.clone();
-    push(
-        "button small quiet",
-        move || what.clone(),
-        move |_| {
-            let index = |board: &Board| board.holes.iter().position(|other| Some(other) == hole.as_ref());
-            let chosen =
-                open_board().document.with_untracked(|document| index(&document.as_ref()?.reading.board));
-            send(FrameEvent::Select { hole: chosen.map(|index| index as u32) });
-        },
-    )
+    let words = fate(changed.fate, what);
+    let Some(now) = changed.now.clone() else { return still(words) };
+    let choose = move |_| {
+        let index = |board: &Board| board.holes.iter().position(|other| *other == now);
+        let chosen =
+            open_board().document.with_untracked(|document| index(&document.as_ref()?.reading.board));
+        send(FrameEvent::Select { hole: chosen.map(|index| index as u32) });
+    };
+    push("button small quiet", move || words.clone(), choose).into_any()
+}
+
+fn slot_row(changed: &Changed<Slot>) -> AnyView {
+    let ends = |slot: &Slot| Some(format!("{} – {}", at(*slot.path.first()?), at(*slot.path.last()?)));
+    let (place, size) = (pair(changed, ends), pair(changed, |slot| size(slot.width)));
+    let what = match size.is_empty() {
+        true => say!("page.anew.slot", place = place, unit = unit_word()),
+        false => say!("page.anew.slot_sized", place = place, size = size, unit = unit_word()),
+    };
+    still(fate(changed.fate, what))
+}
+
+/// A row that cannot be pressed.
+fn still(words: String) -> AnyView {
+    span().class("quiet").child(words).into_any()
 }
