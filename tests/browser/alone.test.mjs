@@ -275,6 +275,16 @@ test("a link to a board opens it; one that is missing, shut or no link is told i
       assert.equal(await other.getByRole("heading", { name: /Drop the files/ }).count(), 1, "and the page is as it was");
       await other.close();
     }
+    // A link that is put in by hand goes the same way.
+    const other = await context.newPage();
+    await other.goto(`${server.url}?lang=en`);
+    const field = other.getByLabel("Or paste a link to a board");
+    await field.fill(`${boards.origin}/missing.drl`);
+    await other.getByRole("button", { name: "Open the link" }).click();
+    await other.getByText(/answered with status 404/).waitFor();
+    await field.fill(`${boards.origin}/open/sensor.drl`);
+    await field.press("Enter");
+    await until(async () => Number(await data(other, "holes").catch(() => 0)) > 0, "the board behind the link put in");
   } finally {
     await context.close();
     server.stop();

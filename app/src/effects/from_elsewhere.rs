@@ -1,11 +1,11 @@
 //! Boards that come from outside with the address of the page: a link to one, files that were shared with the page.
 //!
 //! ```text
-//!   ?url=https://…/board.zip ─▶ fetched, without anything that tells who asks ─▶ FilesEvent::Chosen
+//!   ?url=https://…/board.zip, a link that is put in ─▶ fetched, without anything that tells who asks ─▶ FilesEvent::Chosen
 //!   ?shared=FILES BYTES ─▶ what the service worker put by ────────────────────▶ FilesEvent::Chosen
 //! ```
 //!
-//! Comes in: the address. Goes out: files, or why there are none. The address is tidied: a reload does not fetch once more what is
+//! Comes in: the address, a link. Goes out: files, or why there are none. The address is tidied: a reload does not fetch once more what is
 //! open by then.
 
 use super::files::{MOST_BYTES, too_much};
@@ -38,12 +38,11 @@ pub(super) fn begin(alone: bool) {
     let Ok(asked) = UrlSearchParams::new_with_str(&search) else { return };
     if let Some(address) = asked.get("url") {
         tidy(&asked, "url");
-        spawn_local(async move {
-            match if alone { fetched(&address).await } else { Err(Text::of(key!("page.link_to.bridge"))) } {
-                Ok(file) => send(FilesEvent::Chosen { files: vec![file] }),
-                Err(text) => send(FrameEvent::Tell { text }),
-            }
-        });
+        if alone {
+            open(address);
+        } else {
+            send(FrameEvent::Tell { text: Text::of(key!("page.link_to.bridge")) });
+        }
     }
     if let Some(shared) = asked.get("shared") {
         tidy(&asked, "shared");
@@ -61,6 +60,16 @@ pub(super) fn begin(alone: bool) {
             }
         });
     }
+}
+
+/// Opens the board behind a link.
+pub(super) fn open(address: String) {
+    spawn_local(async move {
+        match fetched(address.trim()).await {
+            Ok(file) => send(FilesEvent::Chosen { files: vec![file] }),
+            Err(text) => send(FrameEvent::Tell { text }),
+        }
+    });
 }
 
 /// Takes `name` out of the address.

@@ -57,6 +57,11 @@ pub enum Effect {
     ChooseDialect,
     /// Fetch the sample board; comes back as [`super::FilesEvent::Chosen`].
     Sample,
+    /// Fetch the file behind a link; comes back as [`super::FilesEvent::Chosen`], or it is told why not.
+    FollowLink {
+        /// The link.
+        address: String,
+    },
     /// Tell when the browser draws; comes as [`super::PlayEvent::Frame`].
     Frame,
     /// Exchange the token of the address for a session; comes back as [`super::LinkEvent::Paired`].

@@ -1,18 +1,18 @@
-//! The empty page: drop files, open files, try the sample, or go on with one of the projects that were open before.
+//! The empty page: drop files, open files or a link, try the sample, or go on with one of the projects that were open before.
 //!
 //! Comes in: nothing. Goes out: files chosen.
 
 use crate::i18n::{language, t};
 use crate::keys::Tab;
 use crate::model::{FilesEvent, FrameEvent, KeepEvent, Offer};
-use crate::page::open_board;
-use crate::page::send;
+use crate::page::{frame, open_board, send};
 use crate::widgets::{Icon, icon, push};
 use js_sys::Date;
 use leptos::ev;
-use leptos::html::{button, details, div, h2, li, p, section, span, strong, summary, ul};
+use leptos::html::{button, details, div, form, h2, input, label, li, p, section, span, strong, summary, ul};
 use leptos::prelude::*;
 use wasm_bindgen::JsValue;
+use web_sys::SubmitEvent;
 
 /// The sheet.
 pub(crate) fn welcome() -> impl IntoView {
@@ -55,9 +55,32 @@ pub(crate) fn welcome() -> impl IntoView {
             push("button large primary", t!("page.welcome.open"), |_| send(FilesEvent::Choose)),
         )),
         div().class("tiles").child((sample, draw, machine)),
+        link_to,
         earlier,
         p().class("promise").child((icon(Icon::Lock), t!("page.welcome.promise"))),
     )))
+}
+
+/// A link to a board, put in by hand; where a bridge serves the page, it may ask no other server.
+fn link_to() -> impl IntoView {
+    frame().alone.get().then(|| {
+        let link = RwSignal::new(String::new());
+        let field = input()
+            .attr("type", "url")
+            .attr("inputmode", "url")
+            .attr("placeholder", "https://")
+            .attr("autocomplete", "off")
+            .prop("value", link)
+            .on(ev::input, move |event| link.set(event_target_value(&event)));
+        let open = move |event: SubmitEvent| {
+            event.prevent_default();
+            send(FilesEvent::Link { address: link.get_untracked() });
+        };
+        form().class("link-to").attr("novalidate", "").on(ev::submit, open).child((
+            label().class("field grow").child((span().child(t!("page.welcome.link")), field)),
+            button().attr("type", "submit").class("button").child(t!("page.welcome.open_link")),
+        ))
+    })
 }
 
 /// The projects that were open before: the last one above all, the others in a list that opens.

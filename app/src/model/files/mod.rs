@@ -46,6 +46,11 @@ pub enum FilesEvent {
     Choose,
     /// The person wants the sample board.
     Sample,
+    /// The board behind a link is wanted.
+    Link {
+        /// The link.
+        address: String,
+    },
     /// Files were chosen or dropped.
     Chosen {
         /// Names and bytes.
@@ -106,6 +111,7 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
     match event {
         FilesEvent::Choose => return vec![Effect::ChooseFiles { anew: false }],
         FilesEvent::Sample => return vec![Effect::Sample],
+        FilesEvent::Link { address } => return vec![Effect::FollowLink { address }],
         FilesEvent::Chosen { files } => return chosen(model, files),
         FilesEvent::Review => {
             let open = open_now(model);

@@ -71,6 +71,7 @@ fn word(effect: &Effect) -> String {
         Effect::Save { name, .. } => format!("save:{name}"),
         Effect::ChooseFiles { anew } => if *anew { "choose-anew" } else { "choose" }.to_owned(),
         Effect::ChooseDialect => "choose-dialect".to_owned(),
+        Effect::FollowLink { address } => format!("fetch {address}"),
         Effect::Sample => "sample".to_owned(),
         Effect::LookInStore => "look".to_owned(),
         Effect::WriteStore { place, files, .. } => {
