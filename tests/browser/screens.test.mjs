@@ -226,6 +226,43 @@ test("keys of one letter can be turned off, and stay off; the others stay", asyn
   }
 });
 
+test("a single key is moved to another, stays moved, is written so in the help, and goes back", async () => {
+  const { page, context } = await opened();
+  const now = () => page.getByRole("navigation", { name: "Screens" }).locator("[aria-current=page]").innerText();
+  const leave = () => page.evaluate(() => document.activeElement?.blur());
+  try {
+    await show(page, "Settings");
+    await page.getByText("Keys of your own").click();
+    const field = page.getByRole("textbox", { name: "Show CAM" });
+    await field.fill("3");
+    await field.press("Tab");
+    await page.getByText("3 is taken: Show Simulate.").waitFor();
+    assert.equal(await field.inputValue(), "2", "what could not be had is not left there");
+    await field.fill("q");
+    await field.press("Tab");
+    await until(async () => (await field.inputValue()) === "Q", "Q shows CAM");
+    assert.deepEqual(await findings(page), []);
+    await page.reload();
+    await page.getByRole("button", { name: "Settings" }).waitFor();
+    await leave();
+    await page.keyboard.press("2");
+    assert.equal(await now(), "Settings", "its old key is free");
+    await page.keyboard.press("q");
+    await until(async () => (await now()) === "CAM", "CAM by its new key");
+    await page.keyboard.press("F1");
+    await page.getByRole("dialog").getByRole("listitem").filter({ hasText: "Show CAM" }).getByText("Q", { exact: true }).waitFor();
+    await page.keyboard.press("Escape");
+    await show(page, "Settings");
+    await page.getByText("Keys of your own").click();
+    await page.getByRole("button", { name: "All as they were" }).click();
+    await leave();
+    await page.keyboard.press("2");
+    await until(async () => (await now()) === "CAM", "CAM by its number again");
+  } finally {
+    await context.close();
+  }
+});
+
 test("holes are reached in the picture by Tab and arrows, said, and shown in the list", async () => {
   const { page, context } = await opened();
   try {
