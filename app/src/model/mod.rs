@@ -281,6 +281,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
             return Vec::new();
         }
         Event::Begun => keeping::begun(),
+        Event::Frame(FrameEvent::Taken { number }) => offered(model, number),
         Event::Frame(event) => frame::update(model, event),
         Event::Files(event) => files::update(model, event),
         Event::Job(event) => job::update(model, event),
@@ -319,6 +320,23 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(frame::follow(model));
     settings::follow(model);
     effects
+}
+
+/// What a short word offered is done.
+fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
+    match frame::taken(&mut model.frame, number) {
+        Some(ToastAct::Review) => files::update(model, FilesEvent::Review),
+        Some(ToastAct::DrawnBefore) => drawing::update(model, DrawEvent::Back),
+        Some(ToastAct::TakeAnew) => {
+            model.anew.want();
+            Vec::new()
+        }
+        Some(ToastAct::Update) => {
+            model.frame.update_ready = false;
+            vec![Effect::TakeUpdate]
+        }
+        None => Vec::new(),
+    }
 }
 
 /// What was kept is opened, where it was wanted and is there.
