@@ -10,6 +10,7 @@ import { createInterface } from "node:readline";
 import { root } from "./harness.mjs";
 
 const [STEP, DIRECTION, STOP, INPUT, SPINDLE] = [2, 6, 10, 11, 20]; // pins
+const CLOCK_HZ = 120_000_000;
 const TURN = 60_000; // cycles: half a millisecond
 /** Where the carriage stands at first, in steps from its switches: X and Y beside them, Z below. */
 const START = [90, 70, -120];
@@ -36,7 +37,7 @@ export async function startAdapter(built) {
   const place = [...START];
   const ways = [false, false, false];
   const [said, came, waiting, passages] = [[], [], [], []];
-  let [plugged, spindle, steps, over] = [true, false, 0, false];
+  let [plugged, spindle, steps, turns, over] = [true, false, 0, 0, false];
   const tell = () => {
     while (waiting.length && (came.length || !plugged)) waiting.shift()(came.length ? Buffer.concat(came.splice(0)) : null);
   };
@@ -62,6 +63,7 @@ export async function startAdapter(built) {
       if (plugged && bytes.length) await order({ do: "send", bytes });
       const answer = await order({ do: "run", cycles: TURN });
       if (!answer) return;
+      turns++;
       for (let at = 0; at < answer.edges.length; at += 2) edge(answer.edges[at + 1] >> 1, (answer.edges[at + 1] & 1) === 1);
       if (plugged && answer.bytes.length) came.push(Buffer.from(answer.bytes));
       tell();
@@ -84,6 +86,11 @@ export async function startAdapter(built) {
       plugged = !plugged;
       said.length = came.length = 0;
       tell();
+    },
+    /** Until so many seconds of the adapter's own time have passed. */
+    passed: async (seconds) => {
+      const end = turns + (seconds * CLOCK_HZ) / TURN;
+      while (turns < end && !over) await new Promise((later) => setTimeout(later, 20));
     },
     place: () => [...place],
     spindle: () => spindle,

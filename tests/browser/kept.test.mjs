@@ -93,10 +93,20 @@ test("another board does not push out the one that is on offer", async () => {
     await openSample(page);
     await until(async () => (await kept(page, 1)) !== "", "the second board beside it");
     await again(page);
-    await page.getByRole("button", { name: "Discard" }).click();
+    const discard = page.getByRole("button", { name: "Discard" });
+    const press = async (clickCount) => {
+      const { x, y, width, height } = await discard.boundingBox();
+      await page.mouse.move(x + width / 2, y + height / 2);
+      await page.mouse.down({ clickCount });
+      await page.mouse.up({ clickCount });
+    };
+    await press(1);
     await until(async () => (await kept(page, 1)) === "", "the second board forgotten");
     // Both boards are on offer until the page has looked again.
     await until(async () => (await offer(page).count()) === 1, "one offer");
+    // The second press of a double click finds the first board where the second was.
+    await press(2);
+    await page.waitForTimeout(500);
     assert.notEqual(await kept(page, 0), "", "the first is still there, and offered");
   } finally {
     await context.close();
@@ -347,6 +357,8 @@ test("damaged projects, two hundred files and a layer of 100 MB are told of, and
     if (await earlier.isVisible()) await earlier.click();
     await page.getByRole("region", { name: "A board that was open before" }).filter({ hasText: /^sensor was/ }).getByRole("button", { name: "Restore" }).click();
     await until(async () => (await holes(page)) > 0, "a board again");
+    await morePasses(page);
+    await until(async () => /passes = 3/.test(await kept(page, 0)), "and it is kept, whatever there was to be written before");
   } finally {
     await context.close();
     await bridge.stop();

@@ -10,6 +10,7 @@
 //! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
 
 use super::follow::{self, Followed, bytes_of};
+use super::limits::{MOST_FILES, too_much, too_much_of};
 use crate::browser;
 use crate::model::{AnewEvent, FilesEvent, FrameEvent, TemplateEvent};
 use crate::page::send;
@@ -23,12 +24,6 @@ use web_sys::{
     DataTransfer, File, FileList, FileSystemDirectoryEntry, FileSystemEntry, FileSystemFileEntry,
     HtmlInputElement,
 };
-
-/// More files than this at once are somebody's home folder, not a board.
-const MOST_FILES: usize = 2_000;
-
-/// The most that is read at once, in bytes.
-pub(super) const MOST_BYTES: usize = 256 * 1024 * 1024;
 
 /// The sample board on our own server, in this folder.
 const SAMPLE_FOLDER: &str = "examples/";
@@ -134,18 +129,6 @@ fn brings_files(event: &web_sys::DragEvent) -> bool {
     event.data_transfer().is_some_and(|data| data.types().includes(&"Files".into(), 0))
 }
 
-/// Why so many files, or so many bytes, are not read at once; nothing where they are.
-pub(super) fn too_much(files: usize, bytes: f64) -> Option<Text> {
-    let most = |key, most: usize| Some(Text::Key { key, args: vec![("most", most.to_string())] });
-    if files > MOST_FILES {
-        most(key!("page.open.too_many"), MOST_FILES)
-    } else if bytes > MOST_BYTES as f64 {
-        most(key!("page.open.too_large"), MOST_BYTES / 1024 / 1024)
-    } else {
-        None
-    }
-}
-
 fn mark(on: bool) {
     if let Some(body) = document().body() {
         let _ = body.class_list().toggle_with_force("dropping", on);
@@ -173,7 +156,7 @@ fn take_drop(data: &DataTransfer, followed: &Followed) {
         let mut found = Vec::new();
         let mut waiting = entries;
         while let Some(entry) = waiting.pop() {
-            if let Some(text) = too_much(found.len() + 1, 0.0) {
+            if let Some(text) = too_much(found.len() + 1, 0) {
                 return toast(text);
             }
             let name = entry.full_path().trim_start_matches('/').to_owned();
@@ -226,7 +209,7 @@ async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
 
 /// Reads files and gives them to `chosen`.
 fn take(files: Vec<Named>, chosen: fn(Vec<(String, Vec<u8>)>)) {
-    if let Some(text) = too_much(files.len(), files.iter().map(|(_, file)| file.size()).sum()) {
+    if let Some(text) = too_much_of(files.iter().map(|(_, file)| file)) {
         return toast(text);
     }
     leptos::task::spawn_local(async move {

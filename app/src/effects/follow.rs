@@ -7,7 +7,7 @@
 //! Comes in: what was dropped, what the system opens with the page. Goes out: files that were written anew, by the names that they
 //! were brought by. Where the browser gives no handles, nothing is followed. Does not know what the files are.
 
-use super::files::too_much;
+use super::limits::too_much_of;
 use crate::browser::window;
 use crate::model::{AnewEvent, FilesEvent, FrameEvent};
 use crate::page::send;
@@ -95,7 +95,7 @@ impl Followed {
                 }
             }
             let mut anew = Vec::new();
-            let said = too_much(written.len(), written.iter().map(|(_, file)| file.size()).sum());
+            let said = too_much_of(written.iter().map(|(_, file)| file));
             for (name, file) in written {
                 if said.is_some() {
                     followed.seen(&name, file.last_modified());
@@ -140,7 +140,7 @@ impl Followed {
             for handle in handles {
                 launched.extend(file_of(&handle).await.map(|file| (handle, file)));
             }
-            if let Some(text) = too_much(launched.len(), launched.iter().map(|(_, file)| file.size()).sum()) {
+            if let Some(text) = too_much_of(launched.iter().map(|(_, file)| file)) {
                 return send(FrameEvent::Say { text });
             }
             let (mut files, mut found) = (Vec::new(), Vec::new());

@@ -8,7 +8,7 @@
 //! Comes in: the address, a link. Goes out: files, or why there are none. The address is tidied: a reload does not fetch once more what is
 //! open by then.
 
-use super::files::{MOST_BYTES, too_much};
+use super::limits::{MOST_BYTES, too_much};
 use crate::browser::window;
 use crate::model::{FilesEvent, FrameEvent};
 use crate::page::send;

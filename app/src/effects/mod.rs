@@ -15,6 +15,7 @@ mod follow;
 mod from_elsewhere;
 mod jobs;
 mod languages;
+mod limits;
 mod locks;
 mod serial;
 mod session;

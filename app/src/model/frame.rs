@@ -2,7 +2,7 @@
 //!
 //! Comes in: choices of the person, what the picture tells. Goes out: state; a short word goes away by itself. Knows no board.
 
-use super::{DrawEvent, Effect, Event, FilesEvent, Model, files};
+use super::{Effect, Event, Model};
 use crate::engine::messages::LayerRow;
 use crate::format::Unit;
 use crate::keys::{KeyAction, OwnKeys, Shortcut, Tab};
@@ -435,7 +435,8 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
                 frame.update_ready = false;
             }
         }
-        FrameEvent::Taken { number } => return take(model, number),
+        // What a short word offers is done where all of the page is known.
+        FrameEvent::Taken { .. } => {}
     }
     Vec::new()
 }
@@ -454,23 +455,8 @@ fn own_key(frame: &mut Frame, shortcut: &'static Shortcut, sign: String) -> Vec<
     }
 }
 
-/// Does what a short word offered.
-fn take(model: &mut Model, number: u32) -> Vec<Effect> {
-    match taken(&mut model.frame, number) {
-        Some(ToastAct::Review) => return files::update(model, FilesEvent::Review),
-        Some(ToastAct::TakeAnew) => model.anew.want(),
-        Some(ToastAct::DrawnBefore) => return super::drawing::update(model, DrawEvent::Back),
-        Some(ToastAct::Update) => {
-            model.frame.update_ready = false;
-            return vec![Effect::TakeUpdate];
-        }
-        None => {}
-    }
-    Vec::new()
-}
-
 /// Takes a short word away; gives what it offered.
-fn taken(frame: &mut Frame, number: u32) -> Option<ToastAct> {
+pub(super) fn taken(frame: &mut Frame, number: u32) -> Option<ToastAct> {
     let found = frame.toasts.iter().position(|toast| toast.number == number)?;
     frame.toasts.remove(found).act
 }

@@ -20,6 +20,7 @@ pub mod frame;
 pub mod job;
 pub mod keeping;
 pub mod lab;
+pub mod level;
 pub mod lines;
 pub mod link;
 pub mod planning;
@@ -44,6 +45,7 @@ pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
 pub use lab::{Lab, LabEvent};
+pub use level::{LevelEvent, Leveling, PlannedMap};
 pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
 pub use planning::{OnTheWay, PlanStep};
@@ -92,6 +94,8 @@ pub struct Model {
     pub link: Link,
     /// Programs of the machine, and the pre-flight.
     pub start: Start,
+    /// The height map as it would be touched now.
+    pub level: Leveling,
     /// The Lab.
     pub lab: Lab,
     /// The board editor.
@@ -134,6 +138,8 @@ pub enum Event {
     Export(ExportEvent),
     /// The template editor.
     Template(TemplateEvent),
+    /// The height map.
+    Level(LevelEvent),
     /// The Lab.
     Lab(LabEvent),
     /// The board editor.
@@ -187,6 +193,7 @@ from_parts!(
     Template(TemplateEvent),
     Keep(KeepEvent),
     Anew(AnewEvent),
+    Level(LevelEvent),
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
@@ -210,6 +217,7 @@ impl Default for Model {
             template: Template::default(),
             link: Link::default(),
             start: Start::default(),
+            level: Leveling::default(),
             lab: Lab::default(),
             draw: Draw::default(),
             play: Play::default(),
@@ -273,6 +281,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
             return Vec::new();
         }
         Event::Begun => keeping::begun(),
+        Event::Frame(FrameEvent::Taken { number }) => offered(model, number),
         Event::Frame(event) => frame::update(model, event),
         Event::Files(event) => files::update(model, event),
         Event::Job(event) => job::update(model, event),
@@ -284,6 +293,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Progress { number, share } => worker::progress(model, number, share),
         Event::Answered { number, answer } => worker::answered(model, number, answer),
         Event::Cancelled => planning::cancelled(model),
+        Event::Level(event) => level::update(model, event),
         Event::Lab(event) => lab::update(model, event),
         Event::Draw(event) => drawing::update(model, event),
         Event::Link(event) => linked(model, event),
@@ -305,10 +315,28 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(lines::follow(model));
     effects.extend(underside::follow(model));
     effects.extend(start::follow(model));
+    level::follow(model);
     effects.extend(link::controller::follow(model));
     effects.extend(frame::follow(model));
     settings::follow(model);
     effects
+}
+
+/// What a short word offered is done.
+fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
+    match frame::taken(&mut model.frame, number) {
+        Some(ToastAct::Review) => files::update(model, FilesEvent::Review),
+        Some(ToastAct::DrawnBefore) => drawing::update(model, DrawEvent::Back),
+        Some(ToastAct::TakeAnew) => {
+            model.anew.want();
+            Vec::new()
+        }
+        Some(ToastAct::Update) => {
+            model.frame.update_ready = false;
+            vec![Effect::TakeUpdate]
+        }
+        None => Vec::new(),
+    }
 }
 
 /// What was kept is opened, where it was wanted and is there.

@@ -10,7 +10,7 @@ pub use crate::model::link::{
     Armed, Control, Controller, Hand, Interrupted, JobEnded, LinkPhase, MachineQueue, Notice,
 };
 use crate::model::start::Preflight;
-use crate::model::{Job, LinkEvent, SettingsDraft};
+use crate::model::{Job, LinkEvent, PlannedMap, SettingsDraft};
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
@@ -60,6 +60,12 @@ pub struct Link {
     pub outputs: ReadSignal<Outputs>,
     /// What is known of the surface of the board on a controller.
     pub height_map: ReadSignal<Arc<HeightMapReport>>,
+    /// Its dialog is open.
+    pub levels: ReadSignal<bool>,
+    /// How far apart the board would be touched, mm.
+    pub spacing_mm: ReadSignal<u8>,
+    /// Where it would be touched now, or why not.
+    pub planned_map: ReadSignal<Option<Result<PlannedMap, Diagnostic>>>,
     /// The job the machine has, where that is another one than was planned.
     pub fetched: ReadSignal<Option<Arc<Job>>>,
     /// The job that the Machine screen shows.
@@ -100,6 +106,9 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         queue: slots.part(|model| &model.link.queue),
         outputs: slots.part(|model| &model.link.outputs),
         height_map: slots.kept(|model| &model.link.height_map),
+        levels: slots.part(|model| &model.level.open),
+        spacing_mm: slots.part(|model| &model.level.spacing_mm),
+        planned_map: slots.part(|model| &model.level.planned),
         fetched: slots.handle(|model| &model.start.fetched),
         shown_job: slots.handle(|model| &model.start.shown),
         preflight: slots.part(|model| &model.start.preflight),

@@ -85,13 +85,16 @@ fn link_to() -> impl IntoView {
 
 /// The projects that were open before: the last one above all, the others in a list that opens.
 fn last() -> impl IntoView {
-    move || open_board().offers.with(|offers| offers.first().cloned()).map(kept)
+    move || {
+        open_board().offers.with(|offers| offers.first().cloned()).map(|offer| kept(offer, Some("status")))
+    }
 }
 
 /// Those before the last one.
 fn earlier() -> impl IntoView {
     let offers = open_board().offers.get();
-    let rows = offers.into_iter().skip(1).map(|offer| li().child(kept(offer)).into_any()).collect::<Vec<_>>();
+    let rows =
+        offers.into_iter().skip(1).map(|offer| li().child(kept(offer, None)).into_any()).collect::<Vec<_>>();
     let count = rows.len();
     (count > 0).then(|| {
         details()
@@ -100,8 +103,11 @@ fn earlier() -> impl IntoView {
     })
 }
 
-/// The offer of what was open before.
-fn kept(offer: Offer) -> impl IntoView {
+/// The offer of what was open before; its buttons are described by its sentence. The `role` of that is a status where it is told by
+/// itself.
+fn kept(offer: Offer, role: Option<&'static str>) -> impl IntoView {
+    let sentence_id = format!("kept-{}", offer.place);
+    let described = sentence_id.clone();
     let at = Date::new(&offer.at_ms.into()).to_locale_string(&language(), &JsValue::UNDEFINED);
     let (name, at) = (offer.name.clone(), String::from(at));
     let label = t!("page.kept.title");
@@ -113,12 +119,17 @@ fn kept(offer: Offer) -> impl IntoView {
     };
     let restore = if elsewhere { t!("page.kept.open_copy") } else { t!("page.kept.restore") };
     section().class("kept").attr("aria-label", label).child((
-        p().class("grow").attr("role", "status").child(sentence),
-        push("button", restore, move |_| send(KeepEvent::Restore { offer: again.clone() })),
+        p().class("grow").id(sentence_id).attr("role", role).child(sentence),
+        push("button", restore, move |_| send(KeepEvent::Restore { offer: again.clone() }))
+            .attr("aria-describedby", described.clone()),
         (!elsewhere).then(|| {
-            push("button", t!("page.kept.discard"), move |_| {
-                send(KeepEvent::Discard { offer: offer.clone() });
+            push("button", t!("page.kept.discard"), move |event| {
+                // At the second press of a double click the next board lies under the pointer.
+                if event.detail() < 2 {
+                    send(KeepEvent::Discard { offer: offer.clone() });
+                }
             })
+            .attr("aria-describedby", described)
         }),
     ))
 }

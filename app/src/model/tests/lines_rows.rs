@@ -53,7 +53,7 @@ fn the_program_is_written_where_its_lines_are_looked_at() {
     );
 }
 
-fn program() -> Program {
+pub(super) fn program() -> Program {
     let um = Length::from_um;
     let up = Command::Retract { to: um(2_000) };
     let plunge = Command::Plunge { to: um(-200), feed_um_per_s: 5_000, gate: None };

@@ -16,6 +16,7 @@ mod files_rows;
 mod job_rows;
 mod keeping_rows;
 mod lab_rows;
+mod level_rows;
 mod lines_rows;
 mod link_rows;
 mod planning_rows;

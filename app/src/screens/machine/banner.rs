@@ -100,7 +100,7 @@ enum Told {
     Interrupted,
 }
 
-/// Which of them is on show; none while an alarm says more than they do.
+/// Which of them is on show; while an alarm says more than they do, only why a press came to nothing: that of its own button too.
 fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<Told>> {
     let alarm = alarm_of(line);
     Memo::new(move |_| {
@@ -111,7 +111,7 @@ fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<
             (Told::Interrupted, line.interrupted.with(Option::is_some)),
         ];
         let told = rows.into_iter().find(|(_, is)| *is).map(|(told, _)| told);
-        told.filter(|_| alarm.with(Option::is_none))
+        told.filter(|told| *told == Told::Refused || alarm.with(Option::is_none))
     })
 }
 

@@ -115,7 +115,11 @@ pub(crate) fn jog() -> impl IntoView {
         .child((
             header()
                 .child((h2().child(t!("page.jog.title")), span().class("quiet").child(t!("page.jog.step")))),
-            div().class("segmented").child(Vec::from(steps)),
+            div()
+                .class("segmented")
+                .attr("role", "group")
+                .attr("aria-label", t!("page.jog.step"))
+                .child(Vec::from(steps)),
             buttons,
             p().class("quiet").child(hint),
             button()

@@ -9,75 +9,62 @@
 //! Comes in: the job of the machine, what the controller told. Goes out: wishes. The machine moves by *Touch the board* alone.
 
 use crate::i18n::{advice, message, say, t};
+use crate::model::level::{LevelEvent, PlannedMap, SPACINGS_MM};
 use crate::page::link::{self, Link};
+use crate::page::send;
 use crate::widgets::{Dialog, choice, dialog, push, push_if};
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::job::{Program, touched};
-use annulus_core::level::{ProbeGrid, key_of};
+use annulus_core::level::ProbeGrid;
 use annulus_core::units::Length;
 use annulus_core::wire::{Ask, HeightMapReport};
 use leptos::html::{div, p};
 use leptos::prelude::*;
 use leptos::svg::{circle, rect, svg};
 
-/// How far apart the places may be, mm.
-const SPACINGS_MM: [u8; 4] = [5, 10, 15, 20];
-/// How far inside of what is cut they lie, how far the tip is lifted between them, and how much lower one may lie, µm.
-const MARGIN: Length = Length::from_um(2_000);
-const CLEAR_UM: u32 = 1_000;
-const DEPTH_UM: u32 = 2_000;
 /// Hues of the lowest and of the highest height.
 const HUES_DEG: [f64; 2] = [220.0, 25.0];
 
 /// Button and dialog, where the page has a controller.
 pub(super) fn level(line: Link) -> impl IntoView {
     let chosen = Memo::new(move |_| line.controller.with(|controller| controller.chosen));
-    let open = RwSignal::new(false);
-    let spacing_mm = RwSignal::new(10_u8);
     move || {
         chosen.get().then(|| {
-            let show = push("button", t!("page.level.open"), move |_| open.set(true));
-            (show, box_of(line, open, spacing_mm))
+            let show = push("button", t!("page.level.open"), |_| send(LevelEvent::Show { on: true }));
+            (show, box_of(line))
         })
     }
 }
 
-/// Where the board would be touched now.
-fn wanted(program: &Program, spacing_mm: u8) -> Result<ProbeGrid, Diagnostic> {
-    let bounds = touched(program).ok_or_else(|| Diagnostic::error("level.nothing_cut"))?;
-    ProbeGrid::over(bounds, Length::from_um(i64::from(spacing_mm) * 1_000), MARGIN)
-}
-
-fn planned(line: Link, spacing_mm: u8) -> Option<Result<(ProbeGrid, String), Diagnostic>> {
-    line.shown_job.with(|job| {
-        let program = &job.as_ref()?.program;
-        Some(wanted(program, spacing_mm).map(|grid| (grid, key_of(program))))
-    })
-}
-
-fn box_of(line: Link, open: RwSignal<bool>, spacing_mm: RwSignal<u8>) -> impl IntoView {
-    let report = move || line.height_map.get();
-    let goes = move || line.height_map.with(|report| report.goes);
-    let spacings = SPACINGS_MM.map(|mm| {
+/// How far apart the places are to be.
+fn spacings(line: Link) -> impl IntoView {
+    let choices = SPACINGS_MM.map(|mm| {
         choice(
-            move || spacing_mm.get() == mm,
+            move || line.spacing_mm.get() == mm,
             move || say!("page.level.mm", mm = mm),
-            move |_| spacing_mm.set(mm),
+            move |_| send(LevelEvent::Space { mm }),
         )
     });
-    let plan = Memo::new(move |_| planned(line, spacing_mm.get()));
+    div()
+        .class("segmented")
+        .attr("role", "group")
+        .attr("aria-label", t!("page.level.spacing"))
+        .child(Vec::from(choices))
+}
+
+fn box_of(line: Link) -> impl IntoView {
+    let report = move || line.height_map.get();
+    let goes = move || line.height_map.with(|report| report.goes);
+    let plan = line.planned_map;
     let body = div().class("level").child((
         p().child(t!("page.level.is")),
-        div().class("row").child((
-            p().class("quiet grow").child(t!("page.level.spacing")),
-            div().class("segmented").child(Vec::from(spacings)),
-        )),
+        div().class("row").child((p().class("quiet grow").child(t!("page.level.spacing")), spacings(line))),
         move || {
             let report = report();
             let known = report.grid.map(|grid| (grid, report.heights.clone()));
-            let planned = plan.get().and_then(Result::ok).map(|(grid, _)| (grid, vec![None; grid.count()]));
+            let planned =
+                plan.get().and_then(Result::ok).map(|plan| (plan.grid, vec![None; plan.grid.count()]));
             known.or(planned).map(|(grid, heights)| mesh(&grid, &heights, report.next))
         },
         p().class("tabular").attr("role", "status").child(move || says(&report(), plan.get())),
@@ -86,19 +73,13 @@ fn box_of(line: Link, open: RwSignal<bool>, spacing_mm: RwSignal<u8>) -> impl In
     let ready = move || {
         line.may_act() && line.state() == Some(State::Ready) && plan.get().is_some_and(|plan| plan.is_ok())
     };
-    let touch = move |_| {
-        if let Some(Ok((grid, job))) = plan.get_untracked() {
-            let now_s = (js_sys::Date::now() / 1e3) as u64;
-            link::ask(Ask::Survey { grid, job, clear_um: CLEAR_UM, depth_um: DEPTH_UM, now_s });
-        }
-    };
     let has = move || line.height_map.with(|report| report.grid.is_some() && !report.goes);
     let paused = move || line.state() == Some(State::Paused);
     let again = move || if has() { say!("page.level.again") } else { say!("page.level.touch") };
     let pause_word = move || if paused() { say!("page.level.go_on") } else { say!("page.level.pause") };
     let pause = move |_| link::ask(if paused() { Ask::Resume } else { Ask::Pause });
     let foot = (
-        push("button", t!("page.close"), move |_| open.set(false)),
+        push("button", t!("page.close"), |_| send(LevelEvent::Show { on: false })),
         push_if(
             "button",
             move || has() && line.may_act(),
@@ -108,11 +89,11 @@ fn box_of(line: Link, open: RwSignal<bool>, spacing_mm: RwSignal<u8>) -> impl In
             },
         ),
         push_if("button", move || goes() && line.may_act(), pause_word, pause),
-        push_if("button primary", ready, again, touch),
+        push_if("button primary", ready, again, |_| send(LevelEvent::Touch)),
     );
     dialog(
-        open.into(),
-        move || open.set(false),
+        line.levels.into(),
+        || send(LevelEvent::Show { on: false }),
         Dialog {
             name: "level",
             role: "dialog",
@@ -124,7 +105,7 @@ fn box_of(line: Link, open: RwSignal<bool>, spacing_mm: RwSignal<u8>) -> impl In
 }
 
 /// How far it is, or what was found.
-fn says(report: &HeightMapReport, plan: Option<Result<(ProbeGrid, String), Diagnostic>>) -> String {
+fn says(report: &HeightMapReport, plan: Option<Result<PlannedMap, Diagnostic>>) -> String {
     let mm = |length: Length| crate::i18n::number(format!("{:.3}", length.mm()));
     if report.goes {
         return say!("page.level.progress", done = report.done, of = report.of);
@@ -135,7 +116,7 @@ fn says(report: &HeightMapReport, plan: Option<Result<(ProbeGrid, String), Diagn
         return say!("page.level.found", low = mm(low), high = mm(high), most = mm(most));
     }
     match plan {
-        Some(Ok((grid, _))) => say!("page.level.places", places = grid.count()),
+        Some(Ok(plan)) => say!("page.level.places", places = plan.grid.count()),
         _ => say!("page.level.no_job"),
     }
 }
@@ -144,10 +125,10 @@ fn says(report: &HeightMapReport, plan: Option<Result<(ProbeGrid, String), Diagn
 fn troubles(
     line: Link,
     report: &HeightMapReport,
-    plan: Option<Result<(ProbeGrid, String), Diagnostic>>,
+    plan: Option<Result<PlannedMap, Diagnostic>>,
 ) -> Vec<AnyView> {
     let other = match &plan {
-        Some(Ok((_, job))) if report.grid.is_some() && *job != report.job => {
+        Some(Ok(plan)) if report.grid.is_some() && plan.job != report.job => {
             Some(Diagnostic::error("level.other_job"))
         }
         Some(Err(why)) => Some(why.clone()),

@@ -53,13 +53,16 @@ pub(super) fn steps() -> impl IntoView {
         (wanted && !moves).then(|| way_back(&status, is_broken_off))
     });
     move || {
-        let rows = steps.get()?.into_iter().map(|(step, mark)| {
+        let steps = steps.get()?;
+        // Two may be done now; one is the next.
+        let next = steps.iter().find(|(_, mark)| *mark == BackMark::Now).map(|(step, _)| *step);
+        let rows = steps.into_iter().map(|(step, mark)| {
             let class = match mark {
                 BackMark::Done => "done",
                 BackMark::Now => "now",
                 BackMark::Later => "later",
             };
-            let current = (mark == BackMark::Now).then_some("step");
+            let current = (next == Some(step)).then_some("step");
             let button = (mark == BackMark::Now).then(|| button(step, line));
             li().class(class)
                 .attr("aria-current", current)

@@ -1,0 +1,31 @@
+//! How much is read at once, by whatever way it comes: dropped, chosen, followed, opened with the page, shared, behind a link.
+//!
+//! Comes in: how many files, how many bytes. Goes out: why that is too much. Reads nothing.
+
+use crate::said::{Text, key};
+use web_sys::File;
+
+/// More files than this at once are somebody's home folder, not a board.
+pub(super) const MOST_FILES: usize = 2_000;
+
+/// The most that is read at once, in bytes.
+pub(super) const MOST_BYTES: usize = 256 * 1024 * 1024;
+
+/// Why so many files with so many bytes together are not read at once; nothing where they are.
+pub(super) fn too_much(files: usize, bytes: u64) -> Option<Text> {
+    let most = |key, most: usize| Some(Text::Key { key, args: vec![("most", most.to_string())] });
+    if files > MOST_FILES {
+        most(key!("page.open.too_many"), MOST_FILES)
+    } else if bytes > MOST_BYTES as u64 {
+        most(key!("page.open.too_large"), MOST_BYTES / 1024 / 1024)
+    } else {
+        None
+    }
+}
+
+/// The same of `files`.
+pub(super) fn too_much_of<'a>(files: impl ExactSizeIterator<Item = &'a File>) -> Option<Text> {
+    let count = files.len();
+    let bytes: f64 = files.map(|file| file.size()).sum();
+    too_much(count, bytes as u64)
+}

@@ -1,0 +1,51 @@
+//! The height map as it would be touched: where, how far apart, for which job, when.
+
+use super::lines_rows::program;
+use crate::model::{Clocks, Effect, Event, Job, LevelEvent, Model, update};
+use annulus_core::level::key_of;
+use annulus_core::wire::Ask;
+use std::sync::Arc;
+
+fn job() -> Arc<Job> {
+    let program = program();
+    Arc::new(Job { program, bytes: Vec::new(), key: String::new(), stream_digest: String::new() })
+}
+
+fn told(events: &[LevelEvent]) -> (Model, Vec<Effect>) {
+    let mut model = Model::default();
+    model.board.job = Some(job());
+    let clock = Clocks { page_ms: 0.0, wall_ms: 1_800_000_000_900.0 };
+    update(&mut model, Event::Clock { clock });
+    let mut effects = Vec::new();
+    for event in events {
+        effects = update(&mut model, (*event).into());
+    }
+    (model, effects)
+}
+
+#[test]
+fn the_board_would_be_touched_where_the_job_cuts_as_far_apart_as_is_wanted() {
+    let count = |events: &[LevelEvent]| {
+        let planned = told(events).0.level.planned;
+        planned.map(|planned| planned.map(|planned| (planned.grid.columns, planned.grid.rows)))
+    };
+    let show = LevelEvent::Show { on: true };
+    assert_eq!(count(&[]), None, "nobody looks at it");
+    assert_eq!(count(&[show]), Some(Ok((3, 2))), "16 × 6 mm, at most 10 mm apart");
+    assert_eq!(count(&[show, LevelEvent::Space { mm: 5 }]), Some(Ok((5, 3))));
+    let (mut model, _) = told(&[show]);
+    model.board.job = None;
+    update(&mut model, show.into());
+    assert_eq!(model.level.planned, None, "there is no job any more");
+}
+
+#[test]
+fn it_is_touched_for_that_job_and_at_that_time() {
+    let (_, effects) = told(&[LevelEvent::Touch]);
+    assert_eq!(effects, [], "nothing is planned");
+    let (model, effects) = told(&[LevelEvent::Show { on: true }, LevelEvent::Touch]);
+    let [Effect::Send { text }] = effects.as_slice() else { panic!("{effects:?}") };
+    let Ok(Ask::Survey { grid, job, now_s, .. }) = serde_json::from_str(text) else { panic!("{text}") };
+    let planned = model.level.planned.unwrap().unwrap();
+    assert_eq!((grid, job, now_s), (planned.grid, key_of(&program()), 1_800_000_000));
+}
