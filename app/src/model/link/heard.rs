@@ -112,6 +112,11 @@ fn welcome(model: &mut Model) -> Vec<Effect> {
 fn told(model: &mut Model, status: Status) {
     let link = &mut model.link;
     stop::status(link, status.state);
+    // What was refused while an alarm stood, a press on its own button among it, is answered once that was read.
+    let had_alarm = link.status.as_ref().is_some_and(|before| before.alarm.is_some());
+    if had_alarm && status.alarm.is_none() {
+        link.refused = None;
+    }
     if link.log.is_news(&status) {
         Arc::make_mut(&mut link.log).seen(model.clock.wall_ms, &status);
     }
