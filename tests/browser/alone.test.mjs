@@ -302,17 +302,26 @@ test("files that another program shares with the page are opened once, and the b
     const told = installabilityErrors.map((one) => one.errorId).filter((id) => id !== "in-incognito");
     assert.deepEqual(told, [], "installable");
     const text = readFileSync(join(root, "www/examples/sensor.drl"), "utf8");
-    await page.evaluate((text) => {
-      const [form, files, data] = [document.createElement("form"), document.createElement("input"), new DataTransfer()];
-      Object.assign(form, { method: "post", action: "share", enctype: "multipart/form-data" });
-      Object.assign(files, { type: "file", name: "files", multiple: true });
-      data.items.add(new File([text], "shared board.drl"));
-      files.files = data.files;
-      form.append(files);
-      document.body.append(form);
-      form.submit();
-    }, text);
+    /** Shares so many files of this text, as the system's share sheet does. */
+    const share = (text, count) =>
+      page.evaluate(
+        ([text, count]) => {
+          const [form, files, data] = [document.createElement("form"), document.createElement("input"), new DataTransfer()];
+          Object.assign(form, { method: "post", action: "share", enctype: "multipart/form-data" });
+          Object.assign(files, { type: "file", name: "files", multiple: true });
+          for (let number = 0; number < count; number++) data.items.add(new File([text], `shared board ${number}.drl`));
+          files.files = data.files;
+          form.append(files);
+          document.body.append(form);
+          form.submit();
+        },
+        [text, count],
+      );
+    await share(text, 1);
     await until(async () => Number(await data(page, "holes").catch(() => 0)) > 0, "the board that was shared");
+    assert.equal(new URL(page.url()).search, "");
+    await share("M48", 2001);
+    await page.getByText("More than 2000 files at once.").waitFor();
     assert.equal(new URL(page.url()).search, "");
     await page.goto(`${server.url}?shared`);
     await page.getByText("The files that were shared are not there any more.").waitFor();

@@ -274,6 +274,31 @@ test("a file exported anew takes the place of its namesake, what changed is show
   }
 });
 
+test("the way back from a review leads to the board before at its place, which no other tab takes meanwhile", async () => {
+  const bridge = await startBridge();
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await openSample(page);
+    await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+    await drop(page, [{ name: "other.drl", buffer: Buffer.from("M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y5.0\nHELLO\nM30\n") }]);
+    const back = page.getByRole("button", { name: /^Back to sensor/ });
+    await back.waitFor();
+    await until(async () => (await kept(page, 1)) !== "", "what is looked over has a place of its own");
+    const other = await context.newPage();
+    await other.goto(bridge.origin);
+    await other.getByText("Earlier boards: 1").click();
+    await other.getByText("sensor is open in another tab, which keeps it.").waitFor();
+    await other.close();
+    await back.click();
+    await morePasses(page);
+    await until(async () => /passes = 3/.test(await kept(page, 0)), "the board is kept where it was");
+    assert.equal(await kept(page, 2), "", "and nowhere else");
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
 test("files that the system opened with the page are followed: written anew, they are offered when the page is looked at", async () => {
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, "about:blank");

@@ -116,6 +116,8 @@ pub struct Keeping {
     seen: (Option<Arc<Document>>, Option<Arc<Work>>),
     /// What is being restored.
     wanted: Option<Offer>,
+    /// Places that are being taken out of the store.
+    taking: BTreeSet<u32>,
 }
 
 /// What happens to it.
@@ -176,6 +178,11 @@ impl Keeping {
     /// Whether this request is waited for.
     pub(super) fn waits_for(&self, wanted: u32) -> bool {
         matches!(&self.store, Store::Packing { number, .. } if *number == wanted)
+    }
+
+    /// Whether what is kept there is being restored.
+    fn wants(&self, place: u32) -> bool {
+        self.wanted.as_ref().is_some_and(|wanted| wanted.place == place)
     }
 
     /// What the store has to write, the first thing first.
@@ -240,7 +247,7 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
         }
         // What was taken is opened where files are.
         KeepEvent::Taken { .. } => Vec::new(),
-        KeepEvent::Discard { offer } if model.keeping.wanted.as_ref() == Some(&offer) => Vec::new(),
+        KeepEvent::Discard { offer } if model.keeping.wants(offer.place) => Vec::new(),
         KeepEvent::Discard { offer } => vec![Effect::DropFromStore { place: offer.place }],
         KeepEvent::Dropped => vec![Effect::LookInStore],
     }
@@ -254,11 +261,13 @@ fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
     Vec::new()
 }
 
-/// Takes what is to be restored out of the store, once all of it is in there.
-fn take_wanted(model: &Model) -> Vec<Effect> {
-    let is_written = |place| model.keeping.records().all(|record| record.kept.place != Some(place));
-    let wanted = model.keeping.wanted.as_ref().filter(|offer| is_written(offer.place));
-    wanted.map(|offer| Effect::TakeFromStore { place: offer.place }).into_iter().collect()
+/// Takes what is to be restored out of the store, once, when all of it is in there.
+fn take_wanted(model: &mut Model) -> Vec<Effect> {
+    let keeping = &mut model.keeping;
+    let Some(place) = keeping.wanted.as_ref().map(|offer| offer.place) else { return Vec::new() };
+    let is_written = keeping.records().all(|record| record.kept.place != Some(place));
+    let is_new = is_written && keeping.taking.insert(place);
+    is_new.then_some(Effect::TakeFromStore { place }).into_iter().collect()
 }
 
 /// Another project is open: that of a place which this tab holds, or one that has none yet.
@@ -328,6 +337,7 @@ pub(super) fn taken(
     files: Option<Vec<u8>>,
     own: bool,
 ) -> Result<Option<(ToOpen, Option<u32>)>, Effect> {
+    model.keeping.taking.remove(&place);
     if own {
         model.keeping.held.insert(place);
     }
