@@ -27,6 +27,8 @@ use tempfile::TempDir;
 enum Fault {
     None,
     Silence,
+    /// It talks without end, and says nothing.
+    Noise,
     WrongSum,
     Exception,
     /// The motor turns at half its speed.
@@ -133,7 +135,6 @@ struct Converter {
 impl Converter {
     fn start(is_huanyang: bool) -> Self {
         let (mut own, theirs) = TTYPort::pair().unwrap();
-        own.set_timeout(Duration::from_millis(5)).unwrap();
         let port = theirs.name().unwrap();
         let motor = Motor { is_huanyang, fault: Fault::None, centi_hz: 0, runs_since: None, stops: 0 };
         let (motor, ends) = (Arc::new(Mutex::new(motor)), Arc::new(AtomicBool::new(false)));
@@ -141,6 +142,11 @@ impl Converter {
         let thread = thread::spawn(move || {
             let mut heard = Vec::new();
             while !over.load(Ordering::SeqCst) {
+                let noisy = shared.lock().unwrap().fault == Fault::Noise;
+                let _ = own.set_timeout(Duration::from_millis(if noisy { 1 } else { 5 }));
+                if noisy {
+                    let _ = own.write_all(&[0x55; 8]);
+                }
                 let mut bytes = [0; 64];
                 let count = own.read(&mut bytes).unwrap_or(0);
                 heard.extend_from_slice(&bytes[..count]);
@@ -176,6 +182,9 @@ fn turn(heard: &mut Vec<u8>, motor: &mut Motor) -> Option<Vec<u8>> {
         return None;
     }
     let mut answer = motor.answer(&request);
+    if motor.fault == Fault::Noise {
+        return None;
+    }
     if motor.fault == Fault::Exception {
         answer = vec![request[0], request[1] | 0x80, 4];
     }
@@ -301,6 +310,7 @@ fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
     let (bridge, mut page) = bridge(&machine("delta", &converter.port));
     let rows = [
         (Fault::Silence, "spindle.silent"),
+        (Fault::Noise, "spindle.garbled"),
         (Fault::WrongSum, "spindle.garbled"),
         (Fault::Exception, "spindle.refused"),
         (Fault::Slow, "spindle.slow"),

@@ -155,6 +155,13 @@ pub struct SurveyStart {
     pub over_mm_per_min: f64,
 }
 
+impl SurveyStart {
+    /// As fast as it is usual.
+    pub fn usual(grid: ProbeGrid, clear_mm: f64, depth_mm: f64) -> Self {
+        Self { grid, clear_mm, depth_mm, mm_per_min: 60.0, over_mm_per_min: 800.0 }
+    }
+}
+
 /// A job to be run.
 #[derive(Clone, Debug)]
 pub struct EngineStart {

@@ -19,7 +19,7 @@ use super::lines::number;
 use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::level::Survey;
+use crate::level::{ProbeGrid, Survey};
 use crate::units::Length;
 
 /// A probing move that ends further from its place than this did not go where it was sent, mm.
@@ -84,8 +84,12 @@ impl Controller {
         let (Some(zero), Some(place)) = (self.zero_mm, self.place()) else {
             return self.found(Diagnostic::error("grbl.no_report"));
         };
+        if !start.grid.is_sound() {
+            return self.found(Diagnostic::error("level.no_grid").with("most", ProbeGrid::MOST));
+        }
         let sound = |value: f64, most: f64| value.is_finite() && value > 0.0 && value <= most;
-        if !sound(start.clear_mm, 20.0) || !sound(start.depth_mm, 20.0) || !sound(start.mm_per_min, 1_000.0) {
+        let heights = sound(start.clear_mm, 20.0) && sound(start.depth_mm, 20.0);
+        if !heights || !sound(start.mm_per_min, 1_000.0) || !sound(start.over_mm_per_min, 1_000.0) {
             return self.found(Diagnostic::error("level.bad_survey"));
         }
         let corners = [mm(start.grid.low), mm(start.grid.high)];
@@ -229,14 +233,13 @@ impl Controller {
         let Some(run) = self.survey.take() else { return };
         self.found(why);
         self.out.push(EngineAction::Surveyed { survey: None });
-        self.send(&format!("G91G0Z{}", number(run.start.clear_mm)), Meaning::Jog);
-        self.send("G90", Meaning::Jog);
-        self.set(EnginePhase::Jogging);
+        self.lift(run.start.clear_mm);
     }
 
-    /// Something else ended it: an alarm, a reset, a cable.
-    pub(super) fn survey_is_over(&mut self) {
+    /// Something else ended it: an alarm, a reset, a cable; `code` is what there is to say of that, where nobody else does.
+    pub(super) fn survey_is_over(&mut self, code: Option<&str>) {
         if self.survey.take().is_some() {
+            self.out.extend(code.map(|code| EngineAction::Found(Diagnostic::error(code))));
             self.out.push(EngineAction::Surveyed { survey: None });
         }
     }

@@ -18,10 +18,6 @@ use annulus_drill::controller::{AttendedJob, Told};
 use std::sync::Arc;
 use std::time::SystemTime;
 
-/// How fast the tip goes down, and from place to place, mm/min.
-const DOWN_MM_PER_MIN: f64 = 60.0;
-const OVER_MM_PER_MIN: f64 = 800.0;
-
 /// Touches a board and keeps its map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     let programs = super::aligned(program::read(&args.job, &args.more)?, &args.how)?;
@@ -109,13 +105,7 @@ impl Operator {
             self.find_board(depth)?;
         }
         self.worst = None;
-        let start = SurveyStart {
-            grid,
-            clear_mm: touches.clear,
-            depth_mm: touches.depth + touches.clear,
-            mm_per_min: DOWN_MM_PER_MIN,
-            over_mm_per_min: OVER_MM_PER_MIN,
-        };
+        let start = SurveyStart::usual(grid, touches.clear, touches.depth);
         self.owner.ask(EngineAsk::Survey(start));
         let survey = self.until_surveyed();
         self.rests();
