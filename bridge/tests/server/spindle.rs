@@ -135,18 +135,26 @@ struct Converter {
 impl Converter {
     fn start(is_huanyang: bool) -> Self {
         let (mut own, theirs) = TTYPort::pair().unwrap();
+        own.set_timeout(Duration::from_millis(5)).unwrap();
+        let mut noise = own.try_clone_native().unwrap();
         let port = theirs.name().unwrap();
         let motor = Motor { is_huanyang, fault: Fault::None, centi_hz: 0, runs_since: None, stops: 0 };
         let (motor, ends) = (Arc::new(Mutex::new(motor)), Arc::new(AtomicBool::new(false)));
         let (shared, over) = (Arc::clone(&motor), Arc::clone(&ends));
+        thread::spawn(move || {
+            while !over.load(Ordering::SeqCst) {
+                let fault = shared.lock().unwrap().fault;
+                if fault == Fault::Noise {
+                    let _ = noise.write_all(&[0x55; 64]);
+                } else {
+                    thread::sleep(Duration::from_millis(2));
+                }
+            }
+        });
+        let (shared, over) = (Arc::clone(&motor), Arc::clone(&ends));
         let thread = thread::spawn(move || {
             let mut heard = Vec::new();
             while !over.load(Ordering::SeqCst) {
-                let noisy = shared.lock().unwrap().fault == Fault::Noise;
-                let _ = own.set_timeout(Duration::from_millis(if noisy { 1 } else { 5 }));
-                if noisy {
-                    let _ = own.write_all(&[0x55; 8]);
-                }
                 let mut bytes = [0; 64];
                 let count = own.read(&mut bytes).unwrap_or(0);
                 heard.extend_from_slice(&bytes[..count]);
@@ -246,6 +254,10 @@ fn start(bridge: &Running, page: &mut Page, machine: &Machine) {
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
     for left in (0..ATTEMPTS).rev() {
+        // What was told of an attempt before is not taken for this one's.
+        let mark = left as f64 + 0.5;
+        page.ask(&Ask::Ping { stamp: mark });
+        page.until(|tell| matches!(tell, Tell::Pong { stamp, .. } if *stamp == mark));
         page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
         let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
         let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };

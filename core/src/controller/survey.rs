@@ -188,8 +188,8 @@ impl Controller {
             }
             (SurveyStep::Down, _) if off(0) || off(1) => self.survey_fails(told("level.elsewhere")),
             (SurveyStep::Down, false) => {
-                let depth = run.start.depth_mm;
-                self.survey_fails(told("level.no_board").with("mm", depth));
+                let below = format!("{:.3}", -wanted[2]);
+                self.survey_fails(told("level.no_board").with("mm", below));
             }
             (SurveyStep::Down, true) => {
                 if let Some(run) = &mut self.survey {
