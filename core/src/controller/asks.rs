@@ -254,7 +254,18 @@ pub enum EngineAction {
         /// Index into the routine's tools.
         tool: u32,
     },
-    /// A place of a survey was touched.
+    /// What came of a board that is touched.
+    Survey(SurveyNews),
+    /// The job is over.
+    Ended(Ending),
+    /// Something to be said; an error stands until the next ask.
+    Found(Diagnostic),
+}
+
+/// What comes of a board that is touched.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SurveyNews {
+    /// A place was touched.
     Touched {
         /// Its number in the grid.
         index: usize,
@@ -265,15 +276,11 @@ pub enum EngineAction {
         /// And how many there will be, as far as is known.
         of: usize,
     },
-    /// A survey is over; nothing comes of one that was stopped or that failed.
-    Surveyed {
+    /// It is over; nothing comes of a survey that was stopped or that failed.
+    Over {
         /// With all its heights.
         survey: Option<Box<Survey>>,
     },
-    /// The job is over.
-    Ended(Ending),
-    /// Something to be said; an error stands until the next ask.
-    Found(Diagnostic),
 }
 
 /// Who is there.

@@ -13,7 +13,7 @@
 //! Comes in: asks and answers, from the engine. Goes out: lines, touches, at last the survey. mm in flight, work coordinates. Does not
 //! know what the map is for.
 
-use super::asks::{EngineAction, EnginePhase, SurveyStart};
+use super::asks::{EngineAction, EnginePhase, SurveyNews, SurveyStart};
 use super::engine::{Controller, Meaning};
 use super::lines::number;
 use crate::control::Trust;
@@ -217,7 +217,7 @@ impl Controller {
         run.highest_mm = run.highest_mm.max(height_mm);
         run.wanted_mm[2] = height_mm;
         let (done, of) = run.survey.progress();
-        self.out.push(EngineAction::Touched { index, height, done, of });
+        self.out.push(EngineAction::Survey(SurveyNews::Touched { index, height, done, of }));
         self.survey_rises();
     }
 
@@ -225,14 +225,14 @@ impl Controller {
         let Some(run) = self.survey.take() else { return };
         // Ready once it has reported where that is.
         self.set(EnginePhase::Jogging);
-        self.out.push(EngineAction::Surveyed { survey: Some(Box::new(run.survey)) });
+        self.out.push(EngineAction::Survey(SurveyNews::Over { survey: Some(Box::new(run.survey)) }));
     }
 
     /// It ends here. The tip goes straight up, where nothing can be in its way.
     fn survey_fails(&mut self, why: Diagnostic) {
         let Some(run) = self.survey.take() else { return };
         self.found(why);
-        self.out.push(EngineAction::Surveyed { survey: None });
+        self.out.push(EngineAction::Survey(SurveyNews::Over { survey: None }));
         self.lift(run.start.clear_mm);
     }
 
@@ -240,7 +240,7 @@ impl Controller {
     pub(super) fn survey_is_over(&mut self, code: Option<&str>) {
         if self.survey.take().is_some() {
             self.out.extend(code.map(|code| EngineAction::Found(Diagnostic::error(code))));
-            self.out.push(EngineAction::Surveyed { survey: None });
+            self.out.push(EngineAction::Survey(SurveyNews::Over { survey: None }));
         }
     }
 

@@ -4,8 +4,8 @@ use super::{Bench, Faults, ZERO, routine};
 use annulus_core::align::{BoardFit, FoundHole};
 use annulus_core::control::Trust;
 use annulus_core::controller::{
-    Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyStart,
-    aligned_routine, cut_bounds, level_routine, read,
+    Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyNews,
+    SurveyStart, aligned_routine, cut_bounds, level_routine, read,
 };
 use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE, job_key};
@@ -30,7 +30,11 @@ fn start() -> SurveyStart {
 
 fn survey_of(bench: &Bench) -> Option<Option<Box<Survey>>> {
     bench.told.iter().find_map(|action| {
-        if let EngineAction::Surveyed { survey } = action { Some(survey.clone()) } else { None }
+        if let EngineAction::Survey(SurveyNews::Over { survey }) = action {
+            Some(survey.clone())
+        } else {
+            None
+        }
     })
 }
 
@@ -123,8 +127,13 @@ fn a_board_is_touched_at_every_place_and_followed() {
 fn it_holds_between_two_touches_and_goes_on_and_stops_where_it_is_told() {
     let mut bench = bench(Some(bow));
     bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
-    let touches =
-        |bench: &Bench| bench.told.iter().filter(|told| matches!(told, EngineAction::Touched { .. })).count();
+    let touches = |bench: &Bench| {
+        bench
+            .told
+            .iter()
+            .filter(|told| matches!(told, EngineAction::Survey(SurveyNews::Touched { .. })))
+            .count()
+    };
     assert!(bench.until(100_000, |bench| touches(bench) == 3));
     bench.event(EngineEvent::Ask(EngineAsk::Hold));
     assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Held));
@@ -201,7 +210,8 @@ fn the_way_up_after_a_touch_that_failed_and_after_a_probe_ends_at_stop() {
     let deep = |_: f64, _: f64| ZERO[2] - 2.0;
     let probe = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 600.0, plate_mm: 0.0, up_mm: 10.0 };
     let survey = EngineAsk::Survey(SurveyStart { clear_mm: 10.0, ..start() });
-    let rows: [(EngineAsk, Option<fn(f64, f64) -> f64>); 2] = [(probe, Some(deep)), (survey, None)];
+    type Row = (EngineAsk, Option<fn(f64, f64) -> f64>);
+    let rows: [Row; 2] = [(probe, Some(deep)), (survey, None)];
     for (ask, surface) in rows {
         let mut bench = bench(surface);
         bench.event(EngineEvent::Ask(ask));
@@ -266,9 +276,9 @@ fn a_survey_that_a_cable_or_a_reset_ends_is_told() {
         bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
         bench.until(3_000, |_| false);
         if pulled {
-            bench.unplug()
+            bench.unplug();
         } else {
-            bench.board.power_up()
+            bench.board.power_up();
         }
         assert!(bench.until(20_000, |bench| survey_of(bench).is_some()), "{:?}", bench.words());
         assert_eq!((survey_of(&bench), found(&bench)), (Some(None), vec![code.to_owned()]));

@@ -2,7 +2,6 @@
 //!
 //! Comes in: asks, touches. Goes out: tells, the map in a file, orders whose depth follows it. Does not know how depth is corrected.
 
-use super::attended::Told;
 use super::order::Order;
 use super::station::Station;
 use super::surface::{HeightSet, Touching};
@@ -10,7 +9,7 @@ use crate::files::{File, Files};
 use crate::journal::sealed;
 use crate::prepare::row;
 use annulus_core::control::Trust;
-use annulus_core::controller::{EngineAsk, SurveyStart, settings};
+use annulus_core::controller::{EngineAsk, SurveyNews, SurveyStart, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, key_of};
@@ -43,16 +42,16 @@ impl<F: Files> Station<F> {
     }
 
     /// A touch, or the end of all.
-    pub(super) fn touched(&mut self, told: &Told) {
-        match told {
-            Told::Touched { index, height, done, of } => {
+    pub(super) fn touched(&mut self, news: &SurveyNews) {
+        match news {
+            SurveyNews::Touched { index, height, done, of } => {
                 let touching = &mut self.surface.touching;
                 if let Some(place) = touching.heights.get_mut(*index) {
                     *place = Some(*height);
                 }
                 (touching.done, touching.of) = (*done, *of);
             }
-            Told::Surveyed { survey } => {
+            SurveyNews::Over { survey } => {
                 let touching = std::mem::take(&mut self.surface.touching);
                 let heights = survey.as_ref().and_then(|survey| survey.done());
                 if let (Some(grid), Some(heights)) = (touching.grid, heights) {
@@ -68,7 +67,6 @@ impl<F: Files> Station<F> {
                     }
                 }
             }
-            _ => return,
         }
         self.tell_surface();
     }

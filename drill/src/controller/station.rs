@@ -321,7 +321,7 @@ impl<F: Files> Station<F> {
                 self.hand.touched = first && self.hand.height.is_some();
             }
             Told::Ended(ending) => self.ended(*ending),
-            Told::Touched { .. } | Told::Surveyed { .. } => self.touched(told),
+            Told::Survey(news) => self.touched(news),
             Told::Found(_) | Told::Progress | Told::Gone => {}
         }
     }
