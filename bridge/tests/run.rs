@@ -230,6 +230,27 @@ fn a_signal_stops_in_a_controlled_way_and_the_job_goes_on_later() {
 
 #[test]
 #[cfg(unix)]
+fn a_board_whose_touching_was_broken_off_is_touched_anew() {
+    let folder = folder();
+    let home = folder.path();
+    let level = |speed: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
+        command.args(["level", "board.drl", "--grid", "1", "--json", "--speed", speed]).current_dir(home);
+        command.env("ANNULUS_HOME", home.join("home")).stdout(Stdio::piped()).stderr(Stdio::piped());
+        command
+    };
+    // Ended without a word, and taken away: wherever it was, what it had touched is known to nobody.
+    let mut child = level("8").spawn().unwrap();
+    std::thread::sleep(Duration::from_secs(3));
+    let sent = Command::new("sh").args(["-c", &format!("kill -s INT {}", child.id())]).status();
+    assert!(sent.unwrap().success() && child.wait().is_ok());
+    let output = level("2000").output().unwrap();
+    let map = json(&output);
+    assert!(output.status.success() && map["heights_um"].as_array().unwrap().len() >= 4, "{map}");
+}
+
+#[test]
+#[cfg(unix)]
 fn a_signal_while_homing_starts_nothing() {
     let folder = folder();
     let output = signalled(folder.path(), "board.drl --speed 0.1 --json", 0, "INT");

@@ -28,8 +28,8 @@ use crate::{AXES, FULL_RATE, NEWEST, OLDEST};
 /// When nothing of the session was heard for so many µs, what moves comes to rest on the path, and outputs go off at rest.
 pub const OUTPUTS_US: u32 = 250_000;
 
-/// Outputs go off after so many µs although it still moves.
-pub const OUTPUTS_AT_LAST_US: u32 = 500_000;
+/// Outputs go off after so many µs although it still moves: later than the gentlest rest, that of 1.6 s, has come to its end.
+pub const OUTPUTS_AT_LAST_US: u32 = 2_000_000;
 
 /// A status is said this often, in µs.
 pub const STATUS_US: u32 = 10_000;

@@ -4,7 +4,7 @@
 //! Comes in: a port, a disk, bytes. Goes out: who is there afterwards. Does not know who wants it, nor whether they may.
 
 use super::image::boot_disks;
-use super::port::{Plug, named};
+use super::port::{Plug, adapters, named};
 use crate::serial;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::pins::through;
@@ -88,7 +88,45 @@ pub(crate) fn copy(bytes: &[u8], disk: &Path) -> Result<(), Diagnostic> {
     })
 }
 
-/// Who came back; none where nobody did.
-pub(crate) fn came_back(name: &str, time: Time) -> Option<(String, Welcome)> {
-    awaited(|| asked(name, time).ok())
+/// Who came back; none where nobody did. It may come under another name than the one that it had, but under none of the `others`,
+/// which were there before: they may be at work, and are not asked.
+pub(crate) fn came_back(name: &str, others: &[String], time: Time) -> Option<(String, Welcome)> {
+    awaited(|| {
+        let asks = |there: &String| asked(there, time).ok();
+        returned(name, others, adapters()).iter().find_map(asks)
+    })
+}
+
+/// Under which names it may be there again: its own, and that of the only adapter that is new.
+fn returned(name: &str, others: &[String], there: Vec<String>) -> Vec<String> {
+    let mut new: Vec<String> =
+        there.into_iter().filter(|there| there != name && !others.contains(there)).collect();
+    new.truncate(if new.len() == 1 { 1 } else { 0 });
+    let own = Some(name.to_owned()).filter(|name| !name.is_empty());
+    own.into_iter().chain(new).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn whoever_comes_back_under_another_name_is_found_and_nobody_else_is_asked() {
+        let names = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        let rows = [
+            // named, others, there, asked in this order
+            ("", "", "A", "A"),
+            ("", "", "", ""),
+            ("", "", "A B", ""),
+            ("", "B", "A B", "A"),
+            ("A", "", "A", "A"),
+            ("A", "", "C", "A C"),
+            ("A", "B", "B", "A"),
+            ("A", "B", "B C", "A C"),
+            ("A", "", "B C", "A"),
+        ];
+        for (name, others, there, asked) in rows {
+            assert_eq!(returned(name, &names(others), names(there)), names(asked), "{name} {others} {there}");
+        }
+    }
 }

@@ -15,5 +15,5 @@ pub(crate) mod image;
 mod port;
 mod seat;
 
-pub(crate) use port::is_adapter;
+pub(crate) use port::{adapters, is_adapter};
 pub(crate) use seat::start;

@@ -19,13 +19,17 @@ pub(crate) fn is_adapter(listed: &serial::Listed) -> bool {
     listed.usb == Some(USB)
 }
 
+/// The names of all ports with an adapter.
+pub(crate) fn adapters() -> Vec<String> {
+    serial::list().into_iter().filter(is_adapter).map(|listed| listed.name).collect()
+}
+
 /// The port called `name`; the only one with an adapter where it has no name.
 pub(super) fn named(name: &str) -> Result<String, Diagnostic> {
     if !name.is_empty() {
         return Ok(name.to_owned());
     }
-    let mut names: Vec<String> =
-        serial::list().into_iter().filter(is_adapter).map(|listed| listed.name).collect();
+    let mut names = adapters();
     match names.len() {
         0 => Err(Diagnostic::error("adapter.not_found")),
         1 => Ok(names.swap_remove(0)),

@@ -4,6 +4,7 @@
 //! Comes in: a file, a port, a disk, a typed word. Goes out: what the adapter has. Does not know what a firmware does.
 
 use super::{Answer, Exit, Refusal, say};
+use crate::adapter::adapters;
 use crate::adapter::flash::{asked, boot_disk_of, came_back, copy};
 use crate::adapter::image::{LONGEST, boot_disks, firmware_of, is_boot_disk, own};
 use crate::executor::clock;
@@ -101,7 +102,12 @@ fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
     let (path, bytes) = file(args.file.as_deref())?;
     let firmware = firmware_of(&bytes).map_err(|why| Refusal::content(why.with("file", path.display())))?;
     confirmed(&path, firmware)?;
+    let named = &args.port.port;
+    let mut others = adapters();
     let disk = disk(args).map_err(Refusal::surroundings)?;
+    // The one that shows its disk now is not there any more as a port.
+    let left = adapters();
+    others.retain(|other| left.contains(other) && other != named);
     copy(&bytes, &disk).map_err(Refusal::surroundings)?;
     if args.no_wait {
         let done = Diagnostic::note("firmware.copied").with("disk", disk.display());
@@ -111,7 +117,7 @@ fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
             exit: Exit::Done,
         });
     }
-    match came_back(&args.port.port, clock::time) {
+    match came_back(named, &others, clock::time) {
         Some((port, welcome)) if welcome.firmware == firmware => Ok(found(&port, firmware)),
         Some((port, welcome)) => {
             let why = Diagnostic::error("firmware.not_taken").with("port", port);

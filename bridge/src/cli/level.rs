@@ -7,7 +7,7 @@
 //! Comes in: a job, a machine. Goes out: the map. Does not know how anything moves.
 
 use super::job;
-use super::run::{self, PlayArgs};
+use super::run::{self, BoardHow, PlayArgs};
 use super::{Answer, Exit, Refusal, height_map};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::touched;
@@ -39,12 +39,14 @@ pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let mm = Length::from_mm;
     let grid = ProbeGrid::over(bounds, mm(args.grid), mm(args.margin)).map_err(Refusal::content)?;
     let low = job::low_corner(&job.program);
+    // What was touched before it was broken off is not kept: the strokes begin anew, or heights would be missing.
+    let anew = BoardHow { map: None, from_start: true };
     let mut survey = Survey::new(grid);
     let mut zero = [Length::ZERO; 2];
     while survey.next().is_some() {
         let program = strokes(&survey, &job.program, BELOW);
         let wanted = survey.to_do().count();
-        let played = run::play(&program, low, &args.play, None, json)?;
+        let played = run::play(&program, low, &args.play, anew, json)?;
         if played.answer.exit != Exit::Done {
             return Ok(played.answer);
         }

@@ -32,6 +32,18 @@ pub(crate) struct RunArgs {
     /// Let depth follow the board: use the height map that `annulus level` kept.
     #[arg(long)]
     pub(crate) level: bool,
+    /// Begin anew even though this job was interrupted.
+    #[arg(long)]
+    pub(crate) from_start: bool,
+}
+
+/// What is asked of a board that may have been begun before.
+#[derive(Clone, Copy)]
+pub(super) struct BoardHow<'a> {
+    /// The map that it has to lie under.
+    pub(super) map: Option<&'a HeightMap>,
+    /// It is begun anew even though it was interrupted.
+    pub(super) from_start: bool,
 }
 
 /// What is played on the drill of this computer, and how.
@@ -42,9 +54,6 @@ pub(crate) struct PlayArgs {
     /// How many times faster than life the virtual drill runs.
     #[arg(long, default_value_t = 1.0, value_parser = speed)]
     pub(crate) speed: f64,
-    /// Begin anew even though this job was interrupted.
-    #[arg(long)]
-    pub(crate) from_start: bool,
     /// Provoke a fault of the virtual drill, from so many holes on: NAME or NAME@HOLES; see the manual.
     #[arg(long, value_name = "NAME[@HOLES]")]
     pub(crate) fault: Vec<String>,
@@ -96,17 +105,18 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     } else {
         (job.program, None)
     };
-    let mut answer = play(&program, low, &args.play, map.as_ref(), json)?.answer;
+    let how = BoardHow { map: map.as_ref(), from_start: args.from_start };
+    let mut answer = play(&program, low, &args.play, how, json)?.answer;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
     Ok(answer)
 }
 
-/// Plays a program on the drill of this computer, on a board that has to lie where `map` was measured.
+/// Plays a program on the drill of this computer.
 pub(super) fn play(
     program: &Program,
     low: Point,
     args: &PlayArgs,
-    map: Option<&HeightMap>,
+    how: BoardHow<'_>,
     json: bool,
 ) -> Result<Played, Refusal> {
     let known = machine_file::named(args.job.on.name())?;
@@ -122,7 +132,7 @@ pub(super) fn play(
     let drill = Drill::open_with(&machine_file::data_folder(), known.machine, args.speed, faults)?;
     drill.keep_settings_in(known.path);
     let operator = Operator::new(&drill, signals, json, args.confirm_tools);
-    let played = runtime.block_on(operator.drill_all(&bytes, low, args, map));
+    let played = runtime.block_on(operator.drill_all(&bytes, low, &args.job.accept, how));
     drill.shutdown();
     played
 }
@@ -187,10 +197,9 @@ impl<'a> Operator<'a> {
         mut self,
         bytes: &[u8],
         low: Point,
-        args: &PlayArgs,
-        map: Option<&HeightMap>,
+        accept: &[String],
+        how: BoardHow<'_>,
     ) -> Result<Played, Refusal> {
-        let (from_start, accept) = (args.from_start, &args.job.accept);
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         self.may_begin(accept)?;
@@ -206,7 +215,7 @@ impl<'a> Operator<'a> {
             let answer = self.answer(ending_of(&homed), (0, 0), "", &homed);
             return Ok(Played { answer, touches_um: Vec::new(), zero: [Length::ZERO; 2] });
         }
-        let from_leg = match offer.filter(|_| !from_start) {
+        let from_leg = match offer.filter(|_| !how.from_start) {
             Some((leg, done)) => {
                 super::say(format_args!("This job was interrupted after {done}; it goes on there."));
                 leg
@@ -218,7 +227,7 @@ impl<'a> Operator<'a> {
             }
         };
         let zero = self.status().and_then(|status| status.zero_mm).unwrap_or_default().map(Length::from_mm);
-        if let Some(why) = map.and_then(|map| map.refused(&map.job, zero, true)) {
+        if let Some(why) = how.map.and_then(|map| map.refused(&map.job, zero, true)) {
             return Err(Refusal::content(why));
         }
         let digest = self.arm(&key, from_leg)?;

@@ -185,18 +185,34 @@ impl Life {
 /// The pump's thread. It ends with this.
 pub(super) struct Pump {
     life: Arc<Life>,
+    /// Half a period, and the bytes; none where there is no pump, or it runs.
+    waits: Option<(Duration, SharedBytes)>,
     thread: Option<JoinHandle<()>>,
+    trouble: Trouble,
 }
 
 impl Pump {
-    /// Starts it where `wiring` has one.
-    pub(super) fn start(wiring: &Wiring, bytes: &SharedBytes) -> io::Result<Self> {
-        let life = Arc::new(Life::new());
-        if Bit::of(wiring.drivers.charge_pump).is_none() {
-            return Ok(Self { life, thread: None });
-        }
+    /// That of `wiring`, where it has one.
+    pub(super) fn new(wiring: &Wiring, bytes: &SharedBytes) -> Self {
         let half = Duration::from_secs(1) / (2 * wiring.drivers.charge_pump_hz.max(1));
-        let (bytes, own) = (bytes.clone(), Arc::clone(&life));
+        let waits = Bit::of(wiring.drivers.charge_pump).map(|_| (half, bytes.clone()));
+        let trouble = bytes.lock().trouble().clone();
+        Self { life: Arc::new(Life::new()), waits, thread: None, trouble }
+    }
+
+    /// Whoever steps lives; and whether it moves something. The first time it is whoever steps that starts the pump: its thread has the
+    /// urgency of the one that starts it, and one that had less would hold the bytes while the other waits for them.
+    pub(super) fn hear(&mut self, moves: bool) {
+        if let Some((half, bytes)) = self.waits.take() {
+            self.start(half, bytes);
+        }
+        if self.thread.is_some() {
+            self.life.hear(self.life.began.elapsed(), moves);
+        }
+    }
+
+    fn start(&mut self, half: Duration, bytes: SharedBytes) {
+        let own = Arc::clone(&self.life);
         let pump = move || {
             while !own.ends.load(Ordering::Relaxed) {
                 thread::sleep(half);
@@ -205,14 +221,10 @@ impl Pump {
                 }
             }
         };
-        let thread = thread::Builder::new().name("charge pump".to_owned()).spawn(pump)?;
-        Ok(Self { life, thread: Some(thread) })
-    }
-
-    /// Whoever steps lives; and whether it moves something.
-    pub(super) fn hear(&self, moves: bool) {
-        if self.thread.is_some() {
-            self.life.hear(self.life.began.elapsed(), moves);
+        match thread::Builder::new().name("charge pump".to_owned()).spawn(pump) {
+            Ok(thread) => self.thread = Some(thread),
+            // Without it the drivers stay off.
+            Err(error) => drop(self.trouble.set(error.to_string())),
         }
     }
 }
@@ -229,6 +241,33 @@ impl Drop for Pump {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    struct Nowhere;
+
+    impl Port for Nowhere {
+        fn write(&mut self, _: usize, _: u8) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn read(&mut self, _: usize) -> io::Result<u8> {
+            Ok(0)
+        }
+    }
+
+    #[test]
+    fn the_pump_is_started_by_whoever_steps_and_not_before() {
+        let machine = annulus_core::machine::lab();
+        let mut wiring = machine.wiring().clone();
+        wiring.drivers.charge_pump = 4;
+        let bytes = SharedBytes::new(Bytes::new(&wiring, Box::new(Nowhere)).unwrap());
+        let mut pump = Pump::new(&wiring, &bytes);
+        assert!(pump.thread.is_none());
+        pump.hear(false);
+        assert!(pump.thread.is_some());
+        let mut none = Pump::new(machine.wiring(), &bytes);
+        none.hear(true);
+        assert!(none.thread.is_none());
+    }
 
     #[test]
     fn the_pump_stands_still_when_nobody_is_heard_while_something_moves() {

@@ -114,7 +114,7 @@ impl Wires {
         let trouble = bytes.trouble().clone();
         let bytes = SharedBytes::new(bytes);
         Ok(Self {
-            pump: Pump::start(wiring, &bytes)?,
+            pump: Pump::new(wiring, &bytes),
             bytes,
             now,
             motors: std::array::from_fn(motor),

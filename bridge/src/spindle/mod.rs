@@ -28,7 +28,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
-use watch::{Limits, Watch};
+use watch::{Limits, TRIES, Watch};
 
 /// How long an answer may take.
 const ANSWER: Duration = Duration::from_millis(60);
@@ -82,7 +82,13 @@ pub(crate) fn check(machine: &Machine) -> Result<String, Diagnostic> {
 }
 
 fn profile_of(machine: &Machine) -> Result<Profile, Diagnostic> {
-    profile::named(&machine.converter.profile, &machine_file::converters())
+    let profile = profile::named(&machine.converter.profile, &machine_file::converters())?;
+    let rpm = machine.process.spindle_rpm;
+    if !profile.speed.reaches(rpm, &machine.converter) {
+        let why = Diagnostic::error("spindle.beyond").with("name", &machine.converter.profile);
+        return Err(why.with("rpm", rpm).with("most", u16::MAX));
+    }
+    Ok(profile)
 }
 
 /// Stops the spindle of `machine`, and nothing else: for when whoever drove it is no more.
@@ -93,13 +99,20 @@ pub(crate) fn make_safe(machine: &Machine) -> Result<(), Diagnostic> {
     let profile = profile_of(machine)?;
     let writes = profile.stop.len();
     let mut line = Line::new(profile, machine.converter.clone());
+    let since = Instant::now();
+    let mut all = Ok(());
+    // All of them, whatever becomes of one; and long enough for a port that whoever drove it has not let go of yet.
     for place in 0..writes {
-        let mut tried = (0..3).map(|_| line.ask(Ask::Stop { place }));
-        if !tried.any(|answer| answer.is_ok()) {
-            return Err(SpindleTrouble::Silent.diagnostic());
+        let mut tries = 0;
+        while let Err(trouble) = line.ask(Ask::Stop { place }) {
+            tries += 1;
+            if tries >= TRIES && since.elapsed() >= LAST {
+                all = all.and(Err(trouble.diagnostic()));
+                break;
+            }
         }
     }
-    Ok(())
+    all
 }
 
 /// What the thread and the pins share.
@@ -175,10 +188,15 @@ impl Line {
     /// Sends `frame` and gives what comes back in time.
     fn say(&mut self, frame: &frames::Frame) -> std::io::Result<Vec<u8>> {
         let port = self.port()?;
-        // What comes too late belongs to nobody; and between two frames the line has to be still.
-        while !port.read()?.is_empty() {}
+        // What comes too late belongs to nobody; and between two frames the line has to be still. One that never is is spoken to anyway,
+        // all within the time of an answer: perhaps a stop is heard.
+        let mut asked = Instant::now();
+        while !port.read()?.is_empty() && asked.elapsed() < ANSWER / 2 {}
+        if asked.elapsed() < ANSWER / 2 {
+            asked = Instant::now();
+        }
         port.write(&frame.bytes)?;
-        let (asked, mut heard) = (Instant::now(), Vec::new());
+        let mut heard = Vec::new();
         loop {
             heard.extend(port.read()?);
             if let Some(length) = frame.answer_length(&heard).filter(|length| heard.len() >= *length) {
@@ -233,7 +251,11 @@ impl Pins for Converted {
     }
 
     fn spindle_state(&mut self) -> SpindleState {
-        self.shared.watch().state()
+        // The thread may hang at its port: its silence counts like that of the converter.
+        let now = self.shared.began.elapsed();
+        let mut watch = self.shared.watch();
+        watch.passed(now);
+        watch.state()
     }
 
     fn safe(&mut self) {

@@ -153,9 +153,18 @@ fn all() -> u16 {
 }
 
 impl Speed {
-    /// The number for so many rpm.
+    /// The number for so many rpm; the greatest one where a register has no room for it.
     pub(super) fn number(&self, rpm: u32, converter: &Converter) -> u16 {
-        (self.per * in_unit(self.unit, rpm, converter)).round().clamp(0.0, f64::from(u16::MAX)) as u16
+        self.exact(rpm, converter).clamp(0.0, f64::from(u16::MAX)) as u16
+    }
+
+    /// Whether a register has room for the number of so many rpm.
+    pub(super) fn reaches(&self, rpm: u32, converter: &Converter) -> bool {
+        self.exact(rpm, converter) <= f64::from(u16::MAX)
+    }
+
+    fn exact(&self, rpm: u32, converter: &Converter) -> f64 {
+        (self.per * in_unit(self.unit, rpm, converter)).round()
     }
 }
 
@@ -237,8 +246,9 @@ fn parse(text: &str) -> Result<Profile, String> {
     if ![profile.speed.per, profile.actual.per].iter().all(|per| per.is_finite() && *per > 0.0) {
         return Err("per is above 0".to_owned());
     }
-    if !(1_200..=115_200).contains(&profile.baud) || !(1..=2).contains(&profile.stop_bits) {
-        return Err("baud is 1200 to 115200, stop_bits 1 or 2".to_owned());
+    // Slower, an answer takes longer than may pass until a spindle is lost.
+    if !(9_600..=115_200).contains(&profile.baud) || !(1..=2).contains(&profile.stop_bits) {
+        return Err("baud is 9600 to 115200, stop_bits 1 or 2".to_owned());
     }
     Ok(profile)
 }
@@ -267,6 +277,15 @@ mod tests {
     }
 
     #[test]
+    fn a_number_that_has_no_room_in_a_register_is_known() {
+        let converter = Converter::default();
+        let speed = Speed { register: 0, function: 6, unit: Unit::Hz, per: 100.0 };
+        assert!(speed.reaches(24_000, &converter));
+        let finer = Speed { per: 1_000.0, ..speed };
+        assert_eq!((finer.reaches(24_000, &converter), finer.number(24_000, &converter)), (false, u16::MAX));
+    }
+
+    #[test]
     fn a_file_of_ones_own_goes_before_and_says_what_is_wrong_with_it() {
         let folder = tempfile::tempdir().unwrap();
         let own = SHIPPED[0].1.replace("9600", "19200");
@@ -275,7 +294,7 @@ mod tests {
         let rows = [
             String::new(),
             "title = 3".to_owned(),
-            own.replace("19200", "7"),
+            own.replace("19200", "4800"),
             own.replace("per = 100", "per = 0"),
             own.clone() + "\ncolour = 1",
         ];

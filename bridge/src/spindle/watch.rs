@@ -19,7 +19,11 @@ use std::time::Duration;
 const POLL: Duration = Duration::from_millis(50);
 
 /// So often something is asked before it counts as not answered.
-const TRIES: u32 = 3;
+pub(super) const TRIES: u32 = 3;
+
+/// So long nothing may be heard of a spindle that is to turn: longer than it takes to find that nobody answers, so that it tells of
+/// whoever asks.
+const SILENCE: Duration = Duration::from_millis(500);
 
 /// Time between two asks of what does not answer and need not turn.
 const PATIENT: Duration = Duration::from_millis(250);
@@ -63,6 +67,8 @@ pub(super) struct Watch {
     /// Since when it is to reach its speed, and when it was asked last.
     since: Duration,
     asked: Option<Duration>,
+    /// When an answer was heard last, or the spindle was to turn.
+    heard: Duration,
 }
 
 impl Watch {
@@ -81,6 +87,7 @@ impl Watch {
             rpm: 0,
             since: Duration::ZERO,
             asked: None,
+            heard: Duration::ZERO,
         }
     }
 
@@ -101,6 +108,9 @@ impl Watch {
             return;
         }
         let stood = self.wanted_rpm == 0;
+        if stood {
+            self.heard = now;
+        }
         (self.wanted_rpm, self.since, self.failures, self.off) = (rpm, now, 0, 0);
         if rpm == 0 {
             self.state = SpindleState::Off { rpm: self.rpm };
@@ -145,7 +155,7 @@ impl Watch {
             Ok(answer) => answer,
             Err(trouble) => return self.failed(trouble),
         };
-        self.failures = 0;
+        (self.failures, self.heard) = (0, now);
         if self.todo.front() == Some(&ask) {
             self.todo.pop_front();
         }
@@ -160,6 +170,13 @@ impl Watch {
                 self.lose(SpindleTrouble::Tripped { code });
             }
             Answer::Tripped { .. } => {}
+        }
+    }
+
+    /// Time passes, whether anybody asks or not.
+    pub(super) fn passed(&mut self, now: Duration) {
+        if self.wanted_rpm > 0 && now.saturating_sub(self.heard) > SILENCE {
+            self.lose(SpindleTrouble::Silent);
         }
     }
 
@@ -344,6 +361,23 @@ mod tests {
             scene.watch.want(18_000, scene.now);
             assert!(matches!(scene.watch.state(), SpindleState::Reaching { .. }));
         }
+    }
+
+    #[test]
+    fn where_nobody_asks_any_more_its_silence_is_known_by_the_time_alone() {
+        let mut scene = Scene::at_speed();
+        scene.watch.passed(scene.now + super::SILENCE - POLL);
+        assert_eq!(scene.watch.state(), SpindleState::AtSpeed { rpm: 20_000 });
+        scene.watch.passed(scene.now + super::SILENCE + POLL);
+        assert_eq!(scene.watch.state(), SpindleState::Lost { trouble: SpindleTrouble::Silent });
+        // One that is to stand may be silent, and one that is to turn from now on has its time.
+        scene.watch.want(0, scene.now);
+        scene.now += super::SILENCE * 20;
+        scene.watch.passed(scene.now);
+        assert!(matches!(scene.watch.state(), SpindleState::Off { .. }));
+        scene.watch.want(20_000, scene.now);
+        scene.watch.passed(scene.now + POLL);
+        assert!(matches!(scene.watch.state(), SpindleState::Reaching { .. }));
     }
 
     #[test]

@@ -27,6 +27,8 @@ use tempfile::TempDir;
 enum Fault {
     None,
     Silence,
+    /// It talks without end, and says nothing.
+    Noise,
     WrongSum,
     Exception,
     /// The motor turns at half its speed.
@@ -134,9 +136,21 @@ impl Converter {
     fn start(is_huanyang: bool) -> Self {
         let (mut own, theirs) = TTYPort::pair().unwrap();
         own.set_timeout(Duration::from_millis(5)).unwrap();
+        let mut noise = own.try_clone_native().unwrap();
         let port = theirs.name().unwrap();
         let motor = Motor { is_huanyang, fault: Fault::None, centi_hz: 0, runs_since: None, stops: 0 };
         let (motor, ends) = (Arc::new(Mutex::new(motor)), Arc::new(AtomicBool::new(false)));
+        let (shared, over) = (Arc::clone(&motor), Arc::clone(&ends));
+        thread::spawn(move || {
+            while !over.load(Ordering::SeqCst) {
+                let fault = shared.lock().unwrap().fault;
+                if fault == Fault::Noise {
+                    let _ = noise.write_all(&[0x55; 64]);
+                } else {
+                    thread::sleep(Duration::from_millis(2));
+                }
+            }
+        });
         let (shared, over) = (Arc::clone(&motor), Arc::clone(&ends));
         let thread = thread::spawn(move || {
             let mut heard = Vec::new();
@@ -176,6 +190,9 @@ fn turn(heard: &mut Vec<u8>, motor: &mut Motor) -> Option<Vec<u8>> {
         return None;
     }
     let mut answer = motor.answer(&request);
+    if motor.fault == Fault::Noise {
+        return None;
+    }
     if motor.fault == Fault::Exception {
         answer = vec![request[0], request[1] | 0x80, 4];
     }
@@ -237,6 +254,10 @@ fn start(bridge: &Running, page: &mut Page, machine: &Machine) {
     let job = program::key(&bytes);
     assert_eq!(bridge.job((&page.session, &page.key), "PUT", &job, &bytes).status, 200);
     for left in (0..ATTEMPTS).rev() {
+        // What was told of an attempt before is not taken for this one's.
+        let mark = left as f64 + 0.5;
+        page.ask(&Ask::Ping { stamp: mark });
+        page.until(|tell| matches!(tell, Tell::Pong { stamp, .. } if *stamp == mark));
         page.ask(&Ask::Arm { job: job.clone(), from_leg: 0 });
         let armed = page.until(|tell| matches!(tell, Tell::Armed { .. } | Tell::Refused { .. }));
         let Tell::Armed { stream_digest, checks, .. } = armed else { panic!("{armed:?}") };
@@ -301,6 +322,7 @@ fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
     let (bridge, mut page) = bridge(&machine("delta", &converter.port));
     let rows = [
         (Fault::Silence, "spindle.silent"),
+        (Fault::Noise, "spindle.garbled"),
         (Fault::WrongSum, "spindle.garbled"),
         (Fault::Exception, "spindle.refused"),
         (Fault::Slow, "spindle.slow"),

@@ -4,7 +4,7 @@
 //! single pulses only where plane and spindles step at the same time.
 
 use crate::diagnostic::Diagnostic;
-use crate::job::{Input, Stage, Switching};
+use crate::job::{Gate, Input, Otherwise, Stage, Switching};
 use crate::machine::{MOST_RPM, Machine};
 use crate::steps::replay;
 use crate::steps::stream::{Run, Segment, rounded};
@@ -82,8 +82,9 @@ impl Interlocks {
             in_plane && !milled && low_z < self.clearance && drags(segment, heights.starts, self.clearance);
         refuse(dragged, "check.xy_in_board");
         let in_board = low_z < 0;
-        // A bit that stands still may touch the board, and rise from it again.
-        let touches = segment.gate.is_some_and(|gate| gate.input == Input::Contact);
+        // A bit that stands still may touch the board, and rise from it again: where it touches nothing, that is an alarm.
+        let touch = |gate: Gate| gate.input == Input::Contact && gate.otherwise == Otherwise::Alarm;
+        let touches = segment.gate.is_some_and(touch);
         let rises = std::mem::replace(&mut self.touching, touches) && begins_upwards(segment);
         refuse(in_board && self.spindle_rpm == 0 && !touches && !rises, "check.spindle_off");
         let spun = now.saturating_sub(self.spindle_since) >= self.spin_up_ticks;
@@ -172,6 +173,30 @@ mod tests {
     use crate::chance::Chance;
     use crate::job::Mark;
     use crate::machine::Steps;
+
+    #[test]
+    fn a_bit_that_stands_still_goes_down_only_where_touching_nothing_is_an_alarm() {
+        let found = |otherwise| {
+            let mut rules = Interlocks::new(&crate::machine::hobby_3018());
+            let down = Run { axes: 4, forward: false, interval: 10_000, fraction: 0, count: 9, change: 0 };
+            let segment = Segment {
+                leg: 0,
+                mark: Mark::Finish,
+                stage: Stage::Drill,
+                duration_ticks: 0,
+                runs: vec![down],
+                effect: Switching::None,
+                gate: Some(Gate { input: Input::Contact, deadline_us: 1_000_000, otherwise }),
+                end: Steps::default(),
+            };
+            let next = Segment { runs: vec![Run { forward: true, ..down }], ..segment.clone() };
+            let heights = Heights { starts: &[4], low_z: -5 };
+            let found = rules.segment(&segment, &heights, 0, Some(&next));
+            found.into_iter().map(|diagnostic| diagnostic.code).collect::<Vec<_>>()
+        };
+        assert_eq!(found(Otherwise::Alarm), Vec::<String>::new());
+        assert_eq!(found(Otherwise::GoOn), ["check.spindle_off"]);
+    }
 
     #[test]
     fn what_the_ticks_tell_is_what_the_pulses_tell() {

@@ -155,6 +155,13 @@ pub struct SurveyStart {
     pub over_mm_per_min: f64,
 }
 
+impl SurveyStart {
+    /// As fast as it is usual.
+    pub fn usual(grid: ProbeGrid, clear_mm: f64, depth_mm: f64) -> Self {
+        Self { grid, clear_mm, depth_mm, mm_per_min: 60.0, over_mm_per_min: 800.0 }
+    }
+}
+
 /// A job to be run.
 #[derive(Clone, Debug)]
 pub struct EngineStart {
@@ -247,7 +254,18 @@ pub enum EngineAction {
         /// Index into the routine's tools.
         tool: u32,
     },
-    /// A place of a survey was touched.
+    /// What came of a board that is touched.
+    Survey(SurveyNews),
+    /// The job is over.
+    Ended(Ending),
+    /// Something to be said; an error stands until the next ask.
+    Found(Diagnostic),
+}
+
+/// What comes of a board that is touched.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SurveyNews {
+    /// A place was touched.
     Touched {
         /// Its number in the grid.
         index: usize,
@@ -258,15 +276,11 @@ pub enum EngineAction {
         /// And how many there will be, as far as is known.
         of: usize,
     },
-    /// A survey is over; nothing comes of one that was stopped or that failed.
-    Surveyed {
+    /// It is over; nothing comes of a survey that was stopped or that failed.
+    Over {
         /// With all its heights.
         survey: Option<Box<Survey>>,
     },
-    /// The job is over.
-    Ended(Ending),
-    /// Something to be said; an error stands until the next ask.
-    Found(Diagnostic),
 }
 
 /// Who is there.

@@ -112,6 +112,10 @@ pub struct Controller {
     /// The zero that was asked for, by axes, machine coordinates.
     pub(super) zero_wanted_mm: Option<[Option<f64>; 3]>,
     pub(super) homing: Homing,
+    /// The move by hand was to end: should it be heard of still, it is told so again.
+    pub(super) jog_ends: bool,
+    /// Reports of rest since it was to come to rest.
+    pub(super) idle_reports: u32,
     pub(super) probed: Option<bool>,
     /// Where the probe met the board, machine coordinates, mm.
     pub(super) probed_at_mm: Option<[f64; 3]>,
@@ -148,6 +152,8 @@ impl Default for Controller {
             after_reset: None,
             zero_wanted_mm: None,
             homing: Homing::default(),
+            jog_ends: false,
+            idle_reports: 0,
             probed: None,
             probed_at_mm: None,
             run: None,
@@ -202,7 +208,7 @@ impl Controller {
 
     pub(super) fn set(&mut self, phase: EnginePhase) {
         if self.phase != phase {
-            (self.phase, self.since_ms) = (phase, self.now_ms);
+            (self.phase, self.since_ms, self.jog_ends) = (phase, self.now_ms, false);
         }
     }
 
@@ -251,7 +257,7 @@ impl Controller {
             self.found(Diagnostic::error("grbl.unplugged"));
             self.out.push(EngineAction::Ended(Ending::Alarm));
         }
-        self.survey_is_over();
+        self.survey_is_over(Some("level.unplugged"));
         self.drop_lines();
         self.ear.clear();
         self.trust = Trust::Lost;
@@ -319,7 +325,7 @@ impl Controller {
             }
             self.out.push(EngineAction::Ended(if stopping { ending } else { Ending::Alarm }));
         }
-        self.survey_is_over();
+        self.survey_is_over((!stopping).then_some("level.reset"));
         self.set(EnginePhase::Greeting);
         for (index, text) in ["$I", "$$", "$#", "$G"].into_iter().enumerate() {
             self.send(text, Meaning::Greeting(index == 3));
@@ -355,7 +361,7 @@ impl Controller {
                 };
                 let why = Diagnostic::error(&settings::error_code(number)).with("number", number);
                 self.found(why.with("line", text));
-                self.survey_is_over();
+                self.survey_is_over(None);
                 self.rest();
             }
             (meaning, None) => self.done_by_hand(&meaning),
@@ -377,12 +383,25 @@ impl Controller {
         }
         // It waits for a reset after the switches and the soft limit have spoken.
         self.needs_reset |= number <= 3;
-        self.survey_is_over();
+        self.survey_is_over(None);
         self.drop_lines();
         if self.run.take().is_some() {
             self.out.push(EngineAction::Ended(Ending::Alarm));
         }
         self.reset_at = None;
+        self.set(EnginePhase::Locked);
+    }
+
+    /// It is locked, and the line that said why was lost on the way.
+    fn alarmed_unheard(&mut self) {
+        self.trust = Trust::Lost;
+        self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
+        self.needs_reset = true;
+        self.survey_is_over(None);
+        self.drop_lines();
+        if self.run.take().is_some() {
+            self.out.push(EngineAction::Ended(Ending::Alarm));
+        }
         self.set(EnginePhase::Locked);
     }
 
@@ -404,7 +423,7 @@ impl Controller {
             status.accessories = self.status.as_ref().and_then(|before| before.accessories.clone());
         }
         let doing = status.doing;
-        self.status = Some(status);
+        let before = self.status.replace(status).map(|before| before.doing);
         match self.phase {
             EnginePhase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => {
                 self.strange(doing);
@@ -417,7 +436,29 @@ impl Controller {
             {
                 self.rest();
             }
-            EnginePhase::Ready if doing == ReportedState::Alarm => self.set(EnginePhase::Locked),
+            // It was not heard, or came before the move began.
+            EnginePhase::Jogging if self.jog_ends && doing == ReportedState::Jog => {
+                self.write(signs::JOG_CANCEL);
+            }
+            // What was locked when it greeted has said so there.
+            EnginePhase::Ready
+                if doing == ReportedState::Alarm
+                    && before.is_none_or(|before| before == ReportedState::Alarm) =>
+            {
+                self.set(EnginePhase::Locked);
+            }
+            EnginePhase::Ready
+            | EnginePhase::Jogging
+            | EnginePhase::Probing
+            | EnginePhase::Surveying
+            | EnginePhase::Running
+            | EnginePhase::Holding
+            | EnginePhase::Held
+            | EnginePhase::ToolChange
+                if doing == ReportedState::Alarm =>
+            {
+                self.alarmed_unheard();
+            }
             EnginePhase::Locked
                 if doing == ReportedState::Idle && self.buffer.is_empty() && !self.needs_reset =>
             {

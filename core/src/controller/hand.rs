@@ -14,6 +14,8 @@ use crate::diagnostic::{Diagnostic, Severity};
 const SAME_ZERO_MM: f64 = 0.01;
 /// Longest move by hand, mm.
 const FURTHEST_JOG_MM: f64 = 1_000.0;
+/// How fast the tip is lifted after it touched, mm/min; a controller whose Z is slower takes its own.
+const LIFT_MM_PER_MIN: f64 = 500.0;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 impl Controller {
@@ -42,7 +44,7 @@ impl Controller {
             }
             EngineAsk::StopAfter => self.ask_stop_after(),
             EngineAsk::Override(change) => self.change(change),
-            EngineAsk::JogCancel if self.phase == EnginePhase::Jogging => self.write(signs::JOG_CANCEL),
+            EngineAsk::JogCancel if self.phase == EnginePhase::Jogging => self.end_jog(),
             EngineAsk::Home if matches!(self.phase, EnginePhase::Ready | EnginePhase::Locked) => self.home(),
             EngineAsk::Unlock if self.phase == EnginePhase::Locked => self.unlock(),
             EngineAsk::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
@@ -96,7 +98,7 @@ impl Controller {
                 self.trust = Trust::Lost;
                 self.reset();
             }
-            EnginePhase::Jogging => self.write(signs::JOG_CANCEL),
+            EnginePhase::Jogging => self.end_jog(),
             EnginePhase::Locked => self.reset(),
             _ => self.stop(Ending::Stopped),
         }
@@ -136,6 +138,21 @@ impl Controller {
         let text = format!("$J=G91G21{letter}{}F{}", number(mm), number(mm_per_min));
         self.send(&text, Meaning::Jog);
         self.set(EnginePhase::Jogging);
+    }
+
+    /// Straight up, as a move by hand: that one ends at STOP.
+    pub(super) fn lift(&mut self, up_mm: f64) {
+        let text = format!("$J=G91G21Z{}F{}", number(up_mm), number(LIFT_MM_PER_MIN));
+        self.send("G90", Meaning::Jog);
+        self.send(&text, Meaning::Jog);
+        self.set(EnginePhase::Jogging);
+    }
+
+    /// Ends a move by hand, one that waits to be sent too.
+    fn end_jog(&mut self) {
+        self.queue.retain(|next| !next.text.starts_with("$J="));
+        self.jog_ends = true;
+        self.write(signs::JOG_CANCEL);
     }
 
     fn set_zero(&mut self, axes: [bool; 3], height_mm: f64) {
@@ -197,9 +214,7 @@ impl Controller {
                 self.send(&format!("G21G10L20P1Z{}", number(plate_mm)), Meaning::Written);
                 let place = self.probed_at_mm.map(|place| place[2] - plate_mm);
                 self.read_zero([None, None, place]);
-                self.send(&format!("G91G0Z{}", number(up_mm.abs())), Meaning::Jog);
-                self.send("G90", Meaning::Jog);
-                self.set(EnginePhase::Jogging);
+                self.lift(up_mm.abs());
             }
             Meaning::Echo => self.compare_zero(),
             Meaning::Survey(Some(step)) => self.survey_answered(step),

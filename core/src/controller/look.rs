@@ -2,13 +2,12 @@
 //!
 //! Comes in: reports. Goes out: a hold where something is not as planned, and what follows a look. mm, ms. Does not know what is sent.
 
-use super::asks::{EngineAction, EnginePhase, signs};
+use super::asks::{EnginePhase, signs};
 use super::engine::{Controller, Meaning};
 use super::heard::{Modes, ReportedState};
 use super::lines::WordsInForce;
 use super::routine::Spindle;
 use super::settings;
-use crate::control::{Ending, Trust};
 use crate::diagnostic::Diagnostic;
 
 /// How far a report may be from the path, apart from a step and a half.
@@ -54,15 +53,6 @@ impl Controller {
                 ReportedState::Check | ReportedState::Sleep | ReportedState::Home | ReportedState::Jog,
             ) => {
                 self.trouble(Diagnostic::error("grbl.held_by_itself"));
-            }
-            (_, ReportedState::Alarm) => {
-                // The alarm's own line was lost on the way.
-                self.trust = Trust::Lost;
-                self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
-                (self.run, self.needs_reset) = (None, true);
-                self.drop_lines();
-                self.out.push(EngineAction::Ended(Ending::Alarm));
-                self.set(EnginePhase::Locked);
             }
             (EnginePhase::Running, _) => {
                 self.follow();

@@ -28,7 +28,8 @@ pub mod timing;
 
 pub use align::aligned_routine;
 pub use asks::{
-    EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, SurveyStart, signs,
+    EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, SurveyNews, SurveyStart,
+    signs,
 };
 pub use engine::{Controller, step};
 pub use gcode::read;

@@ -76,7 +76,6 @@ pub(super) struct Run {
     pub(super) window: VecDeque<(LinePath, u32)>,
     pub(super) off: u32,
     pub(super) fast: u32,
-    idle: u32,
     limits: Option<PlannerLimits>,
     /// It ends at the next look over the board.
     pub(super) stops_after: bool,
@@ -210,7 +209,6 @@ impl Controller {
             window: VecDeque::new(),
             off: 0,
             fast: 0,
-            idle: 0,
             limits,
             stops_after: false,
         };
@@ -322,10 +320,7 @@ impl Controller {
         self.ending = Some(ending);
         self.queue.clear();
         self.write(signs::HOLD);
-        self.asked_ms = None;
-        if let Some(run) = &mut self.run {
-            run.idle = 0;
-        }
+        (self.asked_ms, self.idle_reports) = (None, 0);
         self.set(EnginePhase::Stopping);
     }
 
@@ -339,20 +334,16 @@ impl Controller {
             ReportedState::Hold { rests: true }
             | ReportedState::Door { rests: true }
             | ReportedState::Check
-            | ReportedState::Sleep
-            | ReportedState::Alarm => {
+            | ReportedState::Sleep => {
                 self.reset();
             }
-            _ if late => {
+            _ if late || doing == ReportedState::Alarm => {
                 self.trust = Trust::Lost;
                 self.reset();
             }
             ReportedState::Idle => {
-                let idle = self.run.as_mut().map_or(IDLE_REPORTS, |run| {
-                    run.idle += 1;
-                    run.idle
-                });
-                if idle >= IDLE_REPORTS { self.reset() } else { self.write(signs::HOLD) }
+                self.idle_reports += 1;
+                if self.idle_reports >= IDLE_REPORTS { self.reset() } else { self.write(signs::HOLD) }
             }
             ReportedState::Run | ReportedState::Jog => self.write(signs::HOLD),
             _ => {}

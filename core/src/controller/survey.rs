@@ -13,13 +13,13 @@
 //! Comes in: asks and answers, from the engine. Goes out: lines, touches, at last the survey. mm in flight, work coordinates. Does not
 //! know what the map is for.
 
-use super::asks::{EngineAction, EnginePhase, SurveyStart};
+use super::asks::{EngineAction, EnginePhase, SurveyNews, SurveyStart};
 use super::engine::{Controller, Meaning};
 use super::lines::number;
 use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::level::Survey;
+use crate::level::{ProbeGrid, Survey};
 use crate::units::Length;
 
 /// A probing move that ends further from its place than this did not go where it was sent, mm.
@@ -84,8 +84,12 @@ impl Controller {
         let (Some(zero), Some(place)) = (self.zero_mm, self.place()) else {
             return self.found(Diagnostic::error("grbl.no_report"));
         };
+        if !start.grid.is_sound() {
+            return self.found(Diagnostic::error("level.no_grid").with("most", ProbeGrid::MOST));
+        }
         let sound = |value: f64, most: f64| value.is_finite() && value > 0.0 && value <= most;
-        if !sound(start.clear_mm, 20.0) || !sound(start.depth_mm, 20.0) || !sound(start.mm_per_min, 1_000.0) {
+        let heights = sound(start.clear_mm, 20.0) && sound(start.depth_mm, 20.0);
+        if !heights || !sound(start.mm_per_min, 1_000.0) || !sound(start.over_mm_per_min, 1_000.0) {
             return self.found(Diagnostic::error("level.bad_survey"));
         }
         let corners = [mm(start.grid.low), mm(start.grid.high)];
@@ -184,8 +188,8 @@ impl Controller {
             }
             (SurveyStep::Down, _) if off(0) || off(1) => self.survey_fails(told("level.elsewhere")),
             (SurveyStep::Down, false) => {
-                let depth = run.start.depth_mm;
-                self.survey_fails(told("level.no_board").with("mm", depth));
+                let below = format!("{:.3}", -wanted[2]);
+                self.survey_fails(told("level.no_board").with("mm", below));
             }
             (SurveyStep::Down, true) => {
                 if let Some(run) = &mut self.survey {
@@ -213,7 +217,7 @@ impl Controller {
         run.highest_mm = run.highest_mm.max(height_mm);
         run.wanted_mm[2] = height_mm;
         let (done, of) = run.survey.progress();
-        self.out.push(EngineAction::Touched { index, height, done, of });
+        self.out.push(EngineAction::Survey(SurveyNews::Touched { index, height, done, of }));
         self.survey_rises();
     }
 
@@ -221,23 +225,22 @@ impl Controller {
         let Some(run) = self.survey.take() else { return };
         // Ready once it has reported where that is.
         self.set(EnginePhase::Jogging);
-        self.out.push(EngineAction::Surveyed { survey: Some(Box::new(run.survey)) });
+        self.out.push(EngineAction::Survey(SurveyNews::Over { survey: Some(Box::new(run.survey)) }));
     }
 
     /// It ends here. The tip goes straight up, where nothing can be in its way.
     fn survey_fails(&mut self, why: Diagnostic) {
         let Some(run) = self.survey.take() else { return };
         self.found(why);
-        self.out.push(EngineAction::Surveyed { survey: None });
-        self.send(&format!("G91G0Z{}", number(run.start.clear_mm)), Meaning::Jog);
-        self.send("G90", Meaning::Jog);
-        self.set(EnginePhase::Jogging);
+        self.out.push(EngineAction::Survey(SurveyNews::Over { survey: None }));
+        self.lift(run.start.clear_mm);
     }
 
-    /// Something else ended it: an alarm, a reset, a cable.
-    pub(super) fn survey_is_over(&mut self) {
+    /// Something else ended it: an alarm, a reset, a cable; `code` is what there is to say of that, where nobody else does.
+    pub(super) fn survey_is_over(&mut self, code: Option<&str>) {
         if self.survey.take().is_some() {
-            self.out.push(EngineAction::Surveyed { survey: None });
+            self.out.extend(code.map(|code| EngineAction::Found(Diagnostic::error(code))));
+            self.out.push(EngineAction::Survey(SurveyNews::Over { survey: None }));
         }
     }
 

@@ -15,8 +15,6 @@ use crate::geometry::{Bounds, Point};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
-/// Most places: an hour of touching.
-const MOST: usize = 1_024;
 /// Places are at least so far apart.
 const CLOSEST: Length = Length::from_um(1_000);
 /// What is smaller than this has no surface to follow.
@@ -38,6 +36,9 @@ pub struct ProbeGrid {
 }
 
 impl ProbeGrid {
+    /// Most places: an hour of touching.
+    pub const MOST: usize = 1_024;
+
     /// Over `bounds`, places at most `spacing` apart, the outermost `margin` inside; of a small board at most a quarter of it.
     pub fn over(bounds: Bounds, spacing: Length, margin: Length) -> Result<Self, Diagnostic> {
         let size = [bounds.max.x - bounds.min.x, bounds.max.y - bounds.min.y];
@@ -52,12 +53,13 @@ impl ProbeGrid {
         let margin = margin.min(Length::from_nm(least.nm() / 4));
         let low = Point::new(bounds.min.x + margin, bounds.min.y + margin);
         let high = Point::new(bounds.max.x - margin, bounds.max.y - margin);
-        let count =
-            |length: Length| usize::try_from((length.nm() - 1).max(0) / spacing.nm()).unwrap_or(MOST) + 2;
+        let count = |length: Length| {
+            usize::try_from((length.nm() - 1).max(0) / spacing.nm()).unwrap_or(Self::MOST) + 2
+        };
         let (columns, rows) = (count(high.x - low.x), count(high.y - low.y));
-        if columns.saturating_mul(rows) > MOST {
+        if columns.saturating_mul(rows) > Self::MOST {
             let why = refuse("level.too_many").with("places", columns.saturating_mul(rows));
-            return Err(why.with("most", MOST));
+            return Err(why.with("most", Self::MOST));
         }
         Ok(Self { low, high, columns: columns as u16, rows: rows as u16, margin })
     }
@@ -68,7 +70,7 @@ impl ProbeGrid {
     }
 
     /// Whether it can be one, wherever it was read from.
-    pub(super) fn is_sound(&self) -> bool {
+    pub fn is_sound(&self) -> bool {
         let wide = |low: Length, high: Length| high - low >= Length::from_um(100);
         Bounds { min: self.low, max: self.high }.is_in_reach()
             && wide(self.low.x, self.high.x)
@@ -76,7 +78,7 @@ impl ProbeGrid {
             && (Length::ZERO..=Length::from_um(1_000_000)).contains(&self.margin)
             && self.columns >= 2
             && self.rows >= 2
-            && self.count() <= MOST
+            && self.count() <= Self::MOST
     }
 
     /// The place in that column and row, from 0.

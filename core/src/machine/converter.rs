@@ -12,6 +12,9 @@ use super::wiring::whole;
 use super::{Machine, Output};
 use crate::diagnostic::Diagnostic;
 
+/// A slower line takes longer for an answer than a spindle may be silent.
+const SLOWEST_BAUD: u32 = 9_600;
+
 /// A frequency converter.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Converter {
@@ -122,6 +125,10 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     if converter.port.is_empty() {
         diagnostics.push(refuse("machine.converter_no_port", "converter.port"));
     }
+    if (1..SLOWEST_BAUD).contains(&converter.baud) {
+        let why = refuse("machine.converter_slow_line", "converter.baud");
+        diagnostics.push(why.with("baud", converter.baud).with("least", SLOWEST_BAUD));
+    }
     let fastest_rpm = converter.rpm(converter.max_hz * 100);
     if machine.process.spindle_rpm > fastest_rpm {
         let why = refuse("machine.converter_too_slow", "spindle.speed");
@@ -164,6 +171,11 @@ mod tests {
         };
         assert_eq!(codes(&[]), Vec::<String>::new());
         assert_eq!(codes(&[("converter.port", text(""))]), ["machine.converter_no_port"]);
+        for (baud, refused) in [(0.0, false), (4_800.0, true), (9_600.0, false)] {
+            let found = codes(&[("converter.baud", Value::Number(baud))]);
+            let expected = if refused { vec!["machine.converter_slow_line"] } else { Vec::new() };
+            assert_eq!(found, expected, "{baud}");
+        }
         assert_eq!(codes(&[("converter.pole_pairs", Value::Number(2.0))]), ["machine.converter_too_slow"]);
         assert_eq!(codes(&[("machine.output", text("adapter"))]), ["machine.converter_beside_adapter"]);
         assert_eq!(

@@ -39,7 +39,7 @@ fn folder(name: &str) -> Option<&str> {
 
 /// The place among the `open` files that a file called `name` takes: its namesake's, else that of the only one that is called so in
 /// another folder.
-fn place_of(open: &Files, name: &str) -> Option<usize> {
+fn place_of(open: &[(String, Vec<u8>)], name: &str) -> Option<usize> {
     let same = open.iter().position(|(other, _)| other == name);
     let alike = || {
         let mut alike = open.iter().enumerate().filter(|(_, (other, _))| last(other) == last(name));
@@ -54,13 +54,12 @@ pub fn exported_anew(open: &[(String, Vec<u8>)], brought: &[(String, Vec<u8>)]) 
     if brought.iter().any(|(_, bytes)| saved::looks_like_one(bytes)) {
         return None;
     }
-    let open = open.to_vec();
     let folders: Vec<&str> = brought.iter().filter_map(|(name, _)| folder(name)).collect();
     let mut anew = ExportedAnew::default();
     let mut taken = vec![None; open.len()];
     let mut more = Vec::new();
     for (name, bytes) in brought {
-        match place_of(&open, name).filter(|place| taken[*place].is_none()) {
+        match place_of(open, name).filter(|place| taken[*place].is_none()) {
             Some(place) => taken[place] = Some(bytes),
             None => more.push((name.clone(), bytes.clone())),
         }
@@ -68,16 +67,18 @@ pub fn exported_anew(open: &[(String, Vec<u8>)], brought: &[(String, Vec<u8>)]) 
     if taken.iter().all(Option::is_none) {
         return None;
     }
-    for ((name, before), now) in open.into_iter().zip(taken) {
+    for ((name, before), now) in open.iter().zip(taken) {
         match now {
             Some(bytes) => {
-                if *bytes != before {
+                if bytes != before {
                     anew.replaced.push(name.clone());
                 }
-                anew.files.push((name, bytes.clone()));
+                anew.files.push((name.clone(), bytes.clone()));
             }
-            None if folder(&name).is_some_and(|folder| folders.contains(&folder)) => anew.gone.push(name),
-            None => anew.files.push((name, before)),
+            None if folder(name).is_some_and(|folder| folders.contains(&folder)) => {
+                anew.gone.push(name.clone());
+            }
+            None => anew.files.push((name.clone(), before.clone())),
         }
     }
     anew.added = more.iter().map(|(name, _)| name.clone()).collect();

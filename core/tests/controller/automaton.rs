@@ -23,6 +23,8 @@ struct Block {
     per_ms: f64,
     /// It ends where the probe meets the board.
     probes: bool,
+    /// It was asked for as a move by hand, which alone a jog cancel ends.
+    by_hand: bool,
 }
 
 /// What holds from line to line.
@@ -73,6 +75,8 @@ pub(super) struct Automaton {
     pub(super) surface: Option<fn(f64, f64) -> f64>,
     /// A probing move is on its way, and whether it met the board.
     probing: Option<bool>,
+    /// Where it meets nothing, that is an alarm.
+    must_meet: bool,
     /// What the last probing move came to.
     probed: String,
 }
@@ -110,6 +114,7 @@ impl Automaton {
             settings,
             surface: None,
             probing: None,
+            must_meet: false,
             probed: "[PRB:0.000,0.000,0.000:0]".to_owned(),
         };
         new.greet();
@@ -158,6 +163,17 @@ impl Automaton {
         self.greet();
     }
 
+    /// It locks itself, and the line that says so is lost on its way.
+    pub(super) fn lock_unheard(&mut self) {
+        self.begin_anew();
+        self.lock = Lock::Alarm;
+    }
+
+    /// Whether a move by hand is on its way.
+    fn jogs(&self) -> bool {
+        self.queue.front().is_some_and(|block| block.by_hand)
+    }
+
     /// Where the tip is, physically.
     pub(super) fn place(&self) -> [f64; 3] {
         std::array::from_fn(|axis| self.origin[axis] + self.at[axis])
@@ -176,7 +192,7 @@ impl Automaton {
                 b'!' => self.held = true,
                 b'~' => self.held = false,
                 0x18 => self.soft_reset(),
-                0x85 => {
+                0x85 if self.jogs() => {
                     self.queue.clear();
                     self.planned = self.at;
                 }
@@ -265,6 +281,7 @@ impl Automaton {
             () if self.lock == Lock::Alarm => "Alarm",
             () if self.held => "Hold:0",
             () if self.check => "Check",
+            () if self.jogs() => "Jog",
             () if !self.queue.is_empty() => "Run",
             () => "Idle",
         };
@@ -312,13 +329,16 @@ impl Automaton {
         if self.lock == Lock::Alarm {
             return Err(9);
         }
+        if !self.queue.is_empty() && !self.jogs() {
+            return Err(8);
+        }
         let words = words(text)?;
         let value = |letter: char| words.iter().find(|(name, _)| *name == letter).map(|(_, value)| *value);
         let per_ms = value('F').ok_or(22_u16)? / 60_000.0;
         for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
             self.planned[axis] += value(letter).unwrap_or(0.0);
         }
-        self.queue.push_back(Block { to: self.planned, per_ms, probes: false });
+        self.queue.push_back(Block { to: self.planned, per_ms, probes: false, by_hand: true });
         Ok(true)
     }
 
@@ -376,9 +396,9 @@ impl Automaton {
         let mut motions = 0;
         for (letter, number) in words {
             match (letter, (number * 10.0).round() as i64) {
-                ('G', 0 | 10 | 20 | 30 | 383) => {
+                ('G', 0 | 10 | 20 | 30 | 382 | 383) => {
                     motions += 1;
-                    modal.motion = if *number == 38.3 { 1 } else { *number as u32 };
+                    modal.motion = if *number > 38.0 { 1 } else { *number as u32 };
                 }
                 ('G', 40) => dwells = true,
                 ('G', 100) => writes = true,
@@ -403,9 +423,10 @@ impl Automaton {
             return Err(29);
         }
         let moves = ['X', 'Y', 'Z'].into_iter().any(|axis| value(axis).is_some());
+        let probes = words.iter().any(|(letter, number)| *letter == 'G' && (38.0..39.0).contains(number));
         let synchronised = dwells
             || writes
-            || words.contains(&('G', 38.3)) && self.probing.is_none()
+            || probes && self.probing.is_none()
             || words.iter().any(|(letter, _)| matches!(letter, 'M' | 'S'));
         if (synchronised && !self.queue.is_empty()) || self.queue.len() >= BLOCKS {
             return Ok(false);
@@ -431,7 +452,6 @@ impl Automaton {
             self.modal = modal;
             return Ok(true);
         }
-        let probes = words.iter().any(|(letter, number)| *letter == 'G' && *number == 38.3);
         if probes {
             if let Some(met) = self.probing {
                 if !self.queue.is_empty() {
@@ -441,8 +461,13 @@ impl Automaton {
                 let words = self.at.map(|value| format!("{value:.3}")).join(",");
                 self.probed = format!("[PRB:{words}:{}]", u8::from(met));
                 self.say(&self.probed.clone());
+                if self.must_meet && !met {
+                    self.lock = Lock::Alarm;
+                    self.say("ALARM:5");
+                }
                 return Ok(true);
             }
+            self.must_meet = words.contains(&('G', 38.2));
             if self.touches() {
                 self.lock = Lock::Alarm;
                 self.say("ALARM:4");
@@ -464,7 +489,7 @@ impl Automaton {
             }
             if !self.check {
                 let per_ms = if modal.motion == 0 { RAPID_MM } else { (modal.feed / 60_000.0).min(RAPID_MM) };
-                self.queue.push_back(Block { to, per_ms, probes });
+                self.queue.push_back(Block { to, per_ms, probes, by_hand: false });
                 self.planned = to;
                 if probes {
                     (self.probing, self.modal) = (Some(false), modal);

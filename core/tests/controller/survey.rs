@@ -4,8 +4,8 @@ use super::{Bench, Faults, ZERO, routine};
 use annulus_core::align::{BoardFit, FoundHole};
 use annulus_core::control::Trust;
 use annulus_core::controller::{
-    Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyStart,
-    aligned_routine, cut_bounds, level_routine, read,
+    Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyNews,
+    SurveyStart, aligned_routine, cut_bounds, level_routine, read,
 };
 use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE, job_key};
@@ -30,7 +30,11 @@ fn start() -> SurveyStart {
 
 fn survey_of(bench: &Bench) -> Option<Option<Box<Survey>>> {
     bench.told.iter().find_map(|action| {
-        if let EngineAction::Surveyed { survey } = action { Some(survey.clone()) } else { None }
+        if let EngineAction::Survey(SurveyNews::Over { survey }) = action {
+            Some(survey.clone())
+        } else {
+            None
+        }
     })
 }
 
@@ -123,8 +127,13 @@ fn a_board_is_touched_at_every_place_and_followed() {
 fn it_holds_between_two_touches_and_goes_on_and_stops_where_it_is_told() {
     let mut bench = bench(Some(bow));
     bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
-    let touches =
-        |bench: &Bench| bench.told.iter().filter(|told| matches!(told, EngineAction::Touched { .. })).count();
+    let touches = |bench: &Bench| {
+        bench
+            .told
+            .iter()
+            .filter(|told| matches!(told, EngineAction::Survey(SurveyNews::Touched { .. })))
+            .count()
+    };
     assert!(bench.until(100_000, |bench| touches(bench) == 3));
     bench.event(EngineEvent::Ask(EngineAsk::Hold));
     assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Held));
@@ -168,11 +177,129 @@ fn what_is_not_as_it_should_be_ends_it_with_a_sentence() {
         ("level.no_room", SurveyStart { grid: wide, ..start() }),
         ("level.bad_survey", SurveyStart { clear_mm: 0.0, ..start() }),
         ("level.bad_survey", SurveyStart { depth_mm: f64::NAN, ..start() }),
+        ("level.bad_survey", SurveyStart { over_mm_per_min: f64::INFINITY, ..start() }),
+        ("level.no_grid", SurveyStart { grid: ProbeGrid { columns: 1, rows: 3, ..start().grid }, ..start() }),
+        ("level.no_grid", SurveyStart { grid: ProbeGrid { columns: u16::MAX, ..start().grid }, ..start() }),
+        (
+            "level.no_grid",
+            SurveyStart { grid: ProbeGrid { high: start().grid.low, ..start().grid }, ..start() },
+        ),
     ] {
         bench.told.clear();
         bench.event(EngineEvent::Ask(EngineAsk::Survey(start)));
         assert_eq!((found(&bench), bench.engine().phase), (vec![code.to_owned()], EnginePhase::Ready));
     }
+}
+
+/// Lets a millisecond after the other pass until the tip goes up.
+fn rises(bench: &mut Bench) {
+    let mut low = bench.board.place()[2];
+    for _ in 0..200_000 {
+        bench.tick();
+        let height = bench.board.place()[2];
+        if height > low + 0.2 && bench.engine().phase == EnginePhase::Jogging {
+            return;
+        }
+        low = low.min(height);
+    }
+    panic!("it never rises: {:?}", bench.words());
+}
+
+#[test]
+fn the_way_up_after_a_touch_that_failed_and_after_a_probe_ends_at_stop() {
+    let deep = |_: f64, _: f64| ZERO[2] - 2.0;
+    let probe = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 600.0, plate_mm: 0.0, up_mm: 10.0 };
+    let survey = EngineAsk::Survey(SurveyStart { clear_mm: 10.0, ..start() });
+    type Row = (EngineAsk, Option<fn(f64, f64) -> f64>);
+    let rows: [Row; 2] = [(probe, Some(deep)), (survey, None)];
+    for (ask, surface) in rows {
+        let mut bench = bench(surface);
+        bench.event(EngineEvent::Ask(ask));
+        rises(&mut bench);
+        let place = bench.board.place();
+        bench.event(EngineEvent::Ask(EngineAsk::Stop));
+        assert!(
+            bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready),
+            "{:?}",
+            bench.words()
+        );
+        bench.until(3_000, |_| false);
+        assert!(bench.board.place()[2] < place[2] + 0.1, "{place:?} and then {:?}", bench.board.place());
+        assert_eq!(bench.engine().trust, Trust::Trusted);
+    }
+}
+
+#[test]
+fn a_stop_before_the_way_up_began_is_heard_too() {
+    let mut bench = bench(Some(|_, _| ZERO[2] - 2.0));
+    let probe = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 600.0, plate_mm: 0.0, up_mm: 10.0 };
+    bench.event(EngineEvent::Ask(probe));
+    assert!(bench.until(100_000, |bench| bench.engine().phase == EnginePhase::Jogging));
+    let place = bench.board.place();
+    bench.event(EngineEvent::Ask(EngineAsk::Stop));
+    assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready), "{:?}", bench.words());
+    bench.until(3_000, |_| false);
+    assert!(bench.board.place()[2] < place[2] + 0.1, "{place:?} and then {:?}", bench.board.place());
+    assert!(bench.told.contains(&EngineAction::ZeroSet), "the board was found");
+}
+
+#[test]
+fn an_alarm_whose_line_was_lost_ends_the_trust_whatever_is_done() {
+    let probe = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 60.0, plate_mm: 0.0, up_mm: 1.0 };
+    let rows: [(Option<EngineAsk>, EnginePhase); 4] = [
+        (None, EnginePhase::Ready),
+        (Some(EngineAsk::Survey(start())), EnginePhase::Surveying),
+        (Some(probe), EnginePhase::Probing),
+        (Some(EngineAsk::Jog { axis: 2, um: -5_000, mm_per_min: 60.0 }), EnginePhase::Jogging),
+    ];
+    for (ask, phase) in rows {
+        let mut bench = bench(Some(|_, _| ZERO[2] - 9.0));
+        bench.until(500, |_| false);
+        let surveys = matches!(ask, Some(EngineAsk::Survey(_)));
+        ask.into_iter().for_each(|ask| bench.event(EngineEvent::Ask(ask)));
+        bench.until(500, |_| false);
+        assert_eq!(bench.engine().phase, phase);
+        bench.board.lock_unheard();
+        assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Locked), "{phase:?}");
+        assert_eq!(bench.engine().trust, Trust::Lost, "{phase:?}");
+        assert_eq!(found(&bench), ["grbl.alarm_other"], "{phase:?}");
+        assert_eq!(survey_of(&bench), surveys.then_some(None));
+        bench.event(EngineEvent::Ask(EngineAsk::Home));
+        assert!(bench.until(20_000, |bench| bench.engine().trust == Trust::Trusted), "{phase:?}");
+    }
+}
+
+#[test]
+fn a_survey_that_a_cable_or_a_reset_ends_is_told() {
+    for (code, pulled) in [("level.unplugged", true), ("level.reset", false)] {
+        let mut bench = bench(Some(bow));
+        bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
+        bench.until(3_000, |_| false);
+        if pulled {
+            bench.unplug();
+        } else {
+            bench.board.power_up();
+        }
+        assert!(bench.until(20_000, |bench| survey_of(bench).is_some()), "{:?}", bench.words());
+        assert_eq!((survey_of(&bench), found(&bench)), (Some(None), vec![code.to_owned()]));
+        assert_eq!(bench.engine().trust, Trust::Lost);
+    }
+}
+
+#[test]
+fn one_report_of_rest_is_not_believed_while_a_survey_comes_to_rest() {
+    let mut bench = bench(Some(bow));
+    bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
+    bench.until(3_000, |_| false);
+    bench.event(EngineEvent::Ask(EngineAsk::Hold));
+    assert!(bench.until(100_000, |bench| bench.engine().phase == EnginePhase::Held));
+    bench.told.clear();
+    // Every feed hold is lost on its way, so that all it says is that it rests.
+    bench.instead = Some((b"!", b""));
+    bench.event(EngineEvent::Ask(EngineAsk::Stop));
+    assert!(bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready), "{:?}", bench.words());
+    let holds = bench.told.iter().filter(|told| **told == EngineAction::Write(b"!".to_vec())).count();
+    assert_eq!((holds, bench.engine().trust), (4, Trust::Trusted));
 }
 
 #[test]

@@ -90,6 +90,7 @@ mod tests {
     use annulus_core::job::{Mark, Switching};
     use annulus_core::machine::virtual_drill;
     use annulus_core::steps;
+    use annulus_link::adapter::{OUTPUTS_AT_LAST_US, OUTPUTS_US};
     use annulus_link::chunk::{LONGEST_TAIL, stopping};
 
     fn segment(stage: Stage, runs: Vec<steps::Run>) -> Segment {
@@ -125,5 +126,8 @@ mod tests {
         );
         let slow = Motors { braking_steps_per_tick2: [1e-15; machine::AXES], ..motors };
         assert!(stopping(rule(&fast, &slow).fall) <= LONGEST_TAIL);
+        // However gently it comes to rest when nobody is heard, it stands before its spindle does.
+        let patience_ticks = f64::from(OUTPUTS_AT_LAST_US - OUTPUTS_US) * 10.0;
+        assert!(patience_ticks > f64::from(stopping(rule(&fast, &slow).fall)));
     }
 }

@@ -11,6 +11,9 @@ const NAME: &str = "USB";
 /// Bytes that wait to be written, beyond which nothing more is said.
 const MOST_WAITING: usize = 16 * 1024;
 
+/// Bytes that came and wait to be read, at most.
+const MOST_HEARD: usize = 64 * 1024;
+
 #[derive(Default)]
 struct Wire {
     is_open: bool,
@@ -37,9 +40,11 @@ impl Port {
         *self.wire() = Wire::default();
     }
 
-    /// Bytes came from it.
+    /// Bytes came from it. What has no room is lost: it is noise, or nobody reads, and frames that are lost are said again.
     pub fn bytes(&self, bytes: &[u8]) {
-        self.wire().came.extend_from_slice(bytes);
+        let came = &mut self.wire().came;
+        let room = MOST_HEARD.saturating_sub(came.len()).min(bytes.len());
+        came.extend_from_slice(&bytes[..room]);
     }
 
     /// The bytes that are to go to it, in their order.
@@ -69,5 +74,20 @@ impl Cable for Port {
 
     fn again(&mut self) -> bool {
         self.wire().is_open
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_nobody_reads_does_not_grow_without_end() {
+        let mut port = Port::default();
+        port.opened();
+        (0..100).for_each(|_| port.bytes(&[7; 1_000]));
+        assert_eq!(port.read().unwrap().len(), MOST_HEARD);
+        port.bytes(&[1, 2]);
+        assert_eq!(port.read().unwrap(), [1, 2]);
     }
 }

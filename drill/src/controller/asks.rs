@@ -32,8 +32,8 @@ impl<F: Files> Station<F> {
     pub(super) fn asked(&mut self, ask: Ask) -> Result<(), Diagnostic> {
         match ask {
             Ask::Home => self.engine_asked(grbl::EngineAsk::Home),
-            Ask::SetZero => self.set_zero(Zero::Plane),
-            Ask::SetHeight => self.set_zero(Zero::Height),
+            Ask::SetZero => self.set_plane(),
+            Ask::SetHeight => self.set_height(),
             Ask::UndoZero => self.undo_zero(),
             Ask::Probe { depth_um, plate_um } => self.probe(depth_um, plate_um),
             Ask::Survey { grid, job, clear_um, depth_um, now_s } => {
@@ -128,19 +128,21 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
-    fn set_zero(&mut self, zero: Zero) -> Result<(), Diagnostic> {
-        let plane = zero == Zero::Plane;
-        let before = self.attended.controller().zero_mm;
-        if plane && self.work.is_some() {
-            // The zero of a job in work stays where it is.
+    /// The zero of a job in work stays where it is.
+    fn set_plane(&mut self) -> Result<(), Diagnostic> {
+        if self.work.is_some() {
             return refusal("control.busy");
         }
-        let height_mm = if plane { 0.0 } else { self.surface_mm() };
-        self.engine_asked(grbl::EngineAsk::SetZero { axes: [plane, plane, !plane], height_mm })?;
-        self.hand.zero_asked = Some(zero);
-        if plane {
-            self.hand.zero_before_mm = before;
-        }
+        let before = self.attended.controller().zero_mm;
+        self.engine_asked(grbl::EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 })?;
+        (self.hand.zero_asked, self.hand.zero_before_mm) = (Some(Zero::Plane), before);
+        Ok(())
+    }
+
+    fn set_height(&mut self) -> Result<(), Diagnostic> {
+        let (height_mm, set) = self.surface_mm()?;
+        self.engine_asked(grbl::EngineAsk::SetZero { axes: [false, false, true], height_mm })?;
+        self.hand.zero_asked = Some(Zero::Height(set));
         Ok(())
     }
 
@@ -160,10 +162,11 @@ impl<F: Files> Station<F> {
             return refusal("control.not_homed");
         }
         let depth_mm = (f64::from(depth_um) / 1e3).min(DEEPEST_PROBE_MM);
-        let plate_mm = f64::from(plate_um) / 1e3 + self.surface_mm();
+        let (surface_mm, set) = self.surface_mm()?;
+        let plate_mm = f64::from(plate_um) / 1e3 + surface_mm;
         let mm_per_min = PROBE_MM_PER_MIN;
         self.engine_asked(grbl::EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm: PROBE_UP_MM })?;
-        self.hand.zero_asked = Some(Zero::Height);
+        self.hand.zero_asked = Some(Zero::Height(set));
         Ok(())
     }
 
@@ -193,25 +196,29 @@ impl<F: Files> Station<F> {
         if from_leg > 0 && order.leg(done) != from_leg {
             return refusal("control.leg_not_offered");
         }
-        let (order, level) = self.levelled(order, from_leg > 0);
-        let start = self.start_of(&order, if from_leg > 0 { done } else { 0 });
+        let from = if from_leg > 0 { done } else { 0 };
+        let (order, level) = self.levelled(order, from, from_leg > 0);
+        let start = self.start_of(&order, from);
         let mut checks = self.rows(&order, &start);
+        let refused = level.iter().find(|row| row.verdict == RowVerdict::Fail);
+        let refused = refused.map(|row| row.finding.clone());
         checks.extend(level);
         let from_leg = from_leg as u32;
-        self.armed = Some(Armed { order, from_leg, start });
+        self.armed = Some(Armed { order, from_leg, start, refused });
         Ok(Tell::Armed { job: job.to_owned(), stream_digest: String::new(), checks })
     }
 
     /// Begins the job that was compared. It is durable before the first line is sent.
     fn start(&mut self, job: &str, from_leg: u32) -> Result<(), Diagnostic> {
         let same = |armed: &Armed| armed.order.key == job && armed.from_leg == from_leg;
-        let Some(Armed { order, start, .. }) = self.armed.take_if(|armed| same(armed)) else {
+        let Some(Armed { order, start, refused: level, .. }) = self.armed.take_if(|armed| same(armed)) else {
             return refusal("control.not_armed");
         };
         // The controller is another one than it was, or stands elsewhere: it is compared once more.
         let start = grbl::EngineStart { zero_mm: self.start_of(&order, start.from).zero_mm, ..start };
         let refused = self.rows(&order, &start).into_iter().find(|row| row.verdict == RowVerdict::Fail);
-        let refused = refused.map(|row| row.finding).or_else(|| self.unfollowed(&order));
+        let refused =
+            refused.map(|row| row.finding).or(level).or_else(|| self.unfollowed(&order, start.from));
         if let Some(why) = refused {
             return Err(why);
         }

@@ -6,11 +6,9 @@
 
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{
-    Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine, step,
+    Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine, SurveyNews, step,
 };
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::level::Survey;
-use annulus_core::units::Length;
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -54,22 +52,8 @@ pub enum Told {
         /// Index into the routine's tools.
         tool: u32,
     },
-    /// A place of a survey was touched.
-    Touched {
-        /// Its number in the grid.
-        index: usize,
-        /// Its height over the work zero.
-        height: Length,
-        /// Touches that are done.
-        done: usize,
-        /// And how many there will be, as far as is known.
-        of: usize,
-    },
-    /// A survey is over; nothing comes of one that was stopped or that failed.
-    Surveyed {
-        /// With all its heights.
-        survey: Option<Box<Survey>>,
-    },
+    /// What came of a board that is touched.
+    Survey(SurveyNews),
     /// The job is over.
     Ended(Ending),
     /// Something to be said.
@@ -173,8 +157,7 @@ impl Attended {
                 Told::Progress
             }
             EngineAction::ToolWanted { tool } => Told::ToolWanted { tool },
-            EngineAction::Touched { index, height, done, of } => Told::Touched { index, height, done, of },
-            EngineAction::Surveyed { survey } => Told::Surveyed { survey },
+            EngineAction::Survey(news) => Told::Survey(news),
             EngineAction::Ended(ending) => {
                 self.entry.ended = ending == Ending::Done;
                 due.push(self.keep());

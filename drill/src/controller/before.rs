@@ -38,7 +38,7 @@ impl<F: Files> Station<F> {
             State::Ready => row(RowVerdict::Pass, Diagnostic::note("preflight.at_rest")),
             _ => row(RowVerdict::Fail, Diagnostic::error("preflight.busy")),
         });
-        rows.push(if self.hand.height_known || self.height_as_left(start.from) {
+        rows.push(if self.hand.height.is_some() || self.height_as_left(start.from) {
             row(RowVerdict::Pass, Diagnostic::note("grbl.height_set"))
         } else {
             row(RowVerdict::Fail, Diagnostic::error("grbl.no_height"))
@@ -63,7 +63,7 @@ impl<F: Files> Station<F> {
     }
 
     /// Whether zero of Z is still where the job that is taken up had it: by the switches, a place is the same again.
-    fn height_as_left(&self, from: usize) -> bool {
+    pub(super) fn height_as_left(&self, from: usize) -> bool {
         let homes = settings::on(&self.attended.controller().info.values, 22);
         let (before, now) = (self.ledger.entry().zero_mm, self.attended.controller().zero_mm);
         let same = before.zip(now).is_some_and(|(before, now)| (before[2] - now[2]).abs() <= SAME_HEIGHT_MM);

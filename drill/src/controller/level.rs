@@ -2,23 +2,19 @@
 //!
 //! Comes in: asks, touches. Goes out: tells, the map in a file, orders whose depth follows it. Does not know how depth is corrected.
 
-use super::attended::Told;
 use super::order::Order;
 use super::station::Station;
-use super::surface::Touching;
+use super::surface::{HeightSet, Touching};
 use crate::files::{File, Files};
 use crate::journal::sealed;
 use crate::prepare::row;
-use annulus_core::controller::{EngineAsk, SurveyStart, settings};
+use annulus_core::control::Trust;
+use annulus_core::controller::{EngineAsk, SurveyNews, SurveyStart, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, key_of};
 use annulus_core::units::Length;
 use annulus_core::wire::{HeightMapReport, PreflightRow, RowVerdict, Tell};
-
-/// How fast the tip goes down to the board, and from place to place, mm/min.
-const DOWN_MM_PER_MIN: f64 = 60.0;
-const OVER_MM_PER_MIN: f64 = 800.0;
 
 /// What there is to be touched, and how.
 pub(super) struct SurveyWish {
@@ -32,17 +28,11 @@ pub(super) struct SurveyWish {
 impl<F: Files> Station<F> {
     /// Begins to touch the board.
     pub(super) fn survey(&mut self, wish: SurveyWish) -> Result<(), Diagnostic> {
-        if !self.hand.height_known {
+        if self.hand.height.is_none() {
             return Err(Diagnostic::error("grbl.no_height"));
         }
         let mm = |um: u32| f64::from(um) / 1e3;
-        let start = SurveyStart {
-            grid: wish.grid,
-            clear_mm: mm(wish.clear_um),
-            depth_mm: mm(wish.depth_um) + mm(wish.clear_um),
-            mm_per_min: DOWN_MM_PER_MIN,
-            over_mm_per_min: OVER_MM_PER_MIN,
-        };
+        let start = SurveyStart::usual(wish.grid, mm(wish.clear_um), mm(wish.depth_um));
         self.engine_asked(EngineAsk::Survey(start))?;
         let count = wish.grid.count();
         let (job, now_s, grid) = (wish.job, wish.now_s, Some(wish.grid));
@@ -52,28 +42,31 @@ impl<F: Files> Station<F> {
     }
 
     /// A touch, or the end of all.
-    pub(super) fn touched(&mut self, told: &Told) {
-        match told {
-            Told::Touched { index, height, done, of } => {
+    pub(super) fn touched(&mut self, news: &SurveyNews) {
+        match news {
+            SurveyNews::Touched { index, height, done, of } => {
                 let touching = &mut self.surface.touching;
                 if let Some(place) = touching.heights.get_mut(*index) {
                     *place = Some(*height);
                 }
                 (touching.done, touching.of) = (*done, *of);
             }
-            Told::Surveyed { survey } => {
+            SurveyNews::Over { survey } => {
                 let touching = std::mem::take(&mut self.surface.touching);
                 let heights = survey.as_ref().and_then(|survey| survey.done());
                 if let (Some(grid), Some(heights)) = (touching.grid, heights) {
                     let (job, measured_s, homed) = (touching.job, touching.now_s, self.homes());
                     let map = HeightMap { grid, heights, job, zero: self.zero_now(), homed, measured_s };
                     self.surface.fresh = true;
+                    // It was measured from this zero, whatever that goes by.
+                    if let Some(height) = &mut self.hand.height {
+                        height.map = Some(map.key());
+                    }
                     if let Err(why) = self.keep_surface(Some(map)) {
                         self.line.tell(&Tell::Refused { why });
                     }
                 }
             }
-            _ => return,
         }
         self.tell_surface();
     }
@@ -108,50 +101,72 @@ impl<F: Files> Station<F> {
         stale.or_else(|| map.refused(&map.job, self.zero_now(), self.homes()))
     }
 
-    /// The height of the board over the work zero where the tip is now, mm; 0 where no map says it.
-    pub(super) fn surface_mm(&self) -> f64 {
-        let place = self.attended.controller().place().unwrap_or_default();
-        let map = self.surface.map.as_ref().filter(|map| self.misplaced(map).is_none());
-        map.map_or(0.0, |map| map.height(Point::from_mm(place[0], place[1])).mm())
+    /// How high over the work zero the board is where the tip is now, mm, and what a zero of Z that is set there goes by: the map of the
+    /// job in work, before a job the one that there is. Refused where nobody knows the place.
+    pub(super) fn surface_mm(&self) -> Result<(f64, HeightSet), Diagnostic> {
+        let controller = self.attended.controller();
+        if self.homes() && controller.trust != Trust::Trusted {
+            return Err(Diagnostic::error("control.not_homed"));
+        }
+        let map = self.surface.map.as_ref().filter(|map| match &self.work {
+            Some(work) => work.order.routine.levelled == Some(map.key()),
+            None => self.misplaced(map).is_none() || self.placed_by_hand(map),
+        });
+        let Some(map) = map else { return Ok((0.0, HeightSet { of_board: true, map: None })) };
+        let [x, y, _] = controller.place().ok_or_else(|| Diagnostic::error("grbl.no_report"))?;
+        let height_mm = map.height(Point::from_mm(x, y)).mm();
+        Ok((height_mm, HeightSet { of_board: false, map: Some(map.key()) }))
+    }
+
+    /// Whether it is the map of the job that was broken off, and the zero was set again by hand: without switches nothing else tells
+    /// where it was.
+    fn placed_by_hand(&self, map: &HeightMap) -> bool {
+        let followed = self.offer.is_some() && self.ledger.entry().levelled == Some(map.key());
+        followed && !self.homes() && self.hand.zero_set
     }
 
     /// The order as it follows the map of its job, and what there is to read of that.
-    pub(super) fn levelled(&self, order: Order, resumed: bool) -> (Order, Vec<PreflightRow>) {
+    pub(super) fn levelled(&self, order: Order, from: usize, resumed: bool) -> (Order, Vec<PreflightRow>) {
         let fails = |order, why| (order, vec![row(RowVerdict::Fail, why)]);
         let before = self.ledger.entry().levelled.clone().filter(|_| resumed);
-        let map = match (&self.surface.map, &before) {
-            (Some(map), Some(key)) if map.key() == *key => map,
+        let (map, told) = match (&self.surface.map, &before) {
+            (Some(map), Some(key)) if map.key() == *key => (Some(map), None),
             (_, Some(_)) => return fails(order, Diagnostic::error("level.other_map")),
             // It was begun without one.
-            (_, None) if resumed => return (order, Vec::new()),
-            (None, None) => return (order, Vec::new()),
+            (_, None) if resumed => (None, None),
+            (None, None) => (None, None),
             (Some(map), None) if map.job != key_of(&order.program) => {
-                return (order, vec![row(RowVerdict::Warn, Diagnostic::warning("level.not_used"))]);
+                (None, Some(Diagnostic::warning("level.not_used")))
             }
-            (Some(map), None) => map,
+            (Some(map), None) => (Some(map), None),
         };
-        // What is taken up without switches had its zero set again by hand, at the same place.
-        let by_hand = resumed && !self.homes() && self.hand.zero_set;
-        if let Some(why) = self.misplaced(map).filter(|_| !by_hand) {
-            return fails(order, why);
-        }
-        match order.following(map) {
-            Ok((order, correction)) => {
+        let (order, told) = match map.map(|map| order.following(map)) {
+            None => (order, told),
+            Some(Err(why)) => return fails(order, why),
+            Some(Ok((order, correction))) => {
                 let mm = format!("{:.3}", correction.largest().mm());
-                let why = Diagnostic::warning("level.follows").with("mm", mm);
-                (order, vec![row(RowVerdict::Warn, why)])
+                (order, Some(Diagnostic::warning("level.follows").with("mm", mm)))
             }
-            Err(why) => fails(order, why),
+        };
+        match self.unfollowed(&order, from) {
+            Some(why) => fails(order, why),
+            None => (order, told.map(|why| row(RowVerdict::Warn, why)).into_iter().collect()),
         }
     }
 
-    /// Why an order that follows a map may not begin any more; none where it may.
-    pub(super) fn unfollowed(&self, order: &Order) -> Option<Diagnostic> {
-        let follows = order.routine.levelled.as_ref()?;
-        match &self.surface.map {
-            Some(map) if map.key() == *follows => None,
-            _ => Some(Diagnostic::error("level.other_map")),
+    /// Why an order may not begin with section `from`, as far as a height map goes: the one that it follows, or the one that zero of Z
+    /// goes by.
+    pub(super) fn unfollowed(&self, order: &Order, from: usize) -> Option<Diagnostic> {
+        let follows = order.routine.levelled.as_deref();
+        if let Some(key) = follows {
+            let map = self.surface.map.as_ref().filter(|map| map.key() == *key);
+            let Some(map) = map else { return Some(Diagnostic::error("level.other_map")) };
+            if let Some(why) = self.misplaced(map).filter(|_| !self.placed_by_hand(map)) {
+                return Some(why);
+            }
         }
+        let suits = self.hand.height.as_ref().is_none_or(|height| height.suits(follows));
+        (!suits && !self.height_as_left(from)).then(|| Diagnostic::error("level.other_height"))
     }
 
     /// How it stands, for the page.

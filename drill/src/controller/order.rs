@@ -48,6 +48,8 @@ pub(super) struct Armed {
     pub(super) from_leg: u32,
     /// What the engine is asked for.
     pub(super) start: EngineStart,
+    /// Why its depth cannot be what it should.
+    pub(super) refused: Option<Diagnostic>,
 }
 
 impl Order {

@@ -6,7 +6,7 @@
 use super::attended::{Attended, AttendedJob, Due, Told};
 use super::ledger::{Bringing, Ledger};
 use super::order::{Armed, Order};
-use super::surface::BoardSurface;
+use super::surface::{BoardSurface, HeightSet};
 use crate::executor::Time;
 use crate::files::Files;
 use crate::line::{Asked, Line};
@@ -48,17 +48,17 @@ pub(super) struct Hand {
     /// Zero of X and Y was set since the port was opened; where it was before.
     pub(super) zero_set: bool,
     pub(super) zero_before_mm: Option<[f64; 3]>,
-    /// Zero of Z was set since the port was opened, and its place is not lost.
-    pub(super) height_known: bool,
+    /// What zero of Z goes by, where it was set since the port was opened and its place is not lost.
+    pub(super) height: Option<HeightSet>,
     /// The tool that was put in last is touched off, or was in when the height was set.
     pub(super) touched: bool,
 }
 
 /// Which zero.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub(super) enum Zero {
     Plane,
-    Height,
+    Height(HeightSet),
 }
 
 /// A controller and its page.
@@ -303,7 +303,7 @@ impl<F: Files> Station<F> {
             Told::ZeroSet => {
                 match self.hand.zero_asked.take() {
                     Some(Zero::Plane) => self.hand.zero_set = true,
-                    Some(Zero::Height) => (self.hand.height_known, self.hand.touched) = (true, true),
+                    Some(Zero::Height(set)) => (self.hand.height, self.hand.touched) = (Some(set), true),
                     None => {}
                 }
                 self.tell_surface();
@@ -318,17 +318,17 @@ impl<F: Files> Station<F> {
             Told::ToolWanted { tool } => {
                 // The first tool is the one that was in when the height was set.
                 let first = *tool == 0 && self.work.as_ref().is_some_and(|work| work.from == 0);
-                self.hand.touched = first && self.hand.height_known;
+                self.hand.touched = first && self.hand.height.is_some();
             }
             Told::Ended(ending) => self.ended(*ending),
-            Told::Touched { .. } | Told::Surveyed { .. } => self.touched(told),
+            Told::Survey(news) => self.touched(news),
             Told::Found(_) | Told::Progress | Told::Gone => {}
         }
     }
 
     /// Without switches, what was known of places is not known any more.
     fn lost_place(&mut self) {
-        (self.hand.height_known, self.hand.zero_set, self.hand.zero_before_mm) = (false, false, None);
+        (self.hand.height, self.hand.zero_set, self.hand.zero_before_mm) = (None, false, None);
         self.surface_is_lost();
     }
 

@@ -18,6 +18,22 @@ pub(super) struct Touching {
     pub(super) of: usize,
 }
 
+/// What a zero of Z goes by.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct HeightSet {
+    /// The board itself, where the tip was: good for what follows no map.
+    pub(super) of_board: bool,
+    /// The key of the height map that it goes together with.
+    pub(super) map: Option<String>,
+}
+
+impl HeightSet {
+    /// Whether it is the zero of a job that follows this map, or none.
+    pub(super) fn suits(&self, follows: Option<&str>) -> bool {
+        follows.map_or(self.of_board, |key| self.map.as_deref() == Some(key))
+    }
+}
+
 /// What is known of the surface of the board.
 #[derive(Default)]
 pub(super) struct BoardSurface {

@@ -9,7 +9,9 @@ use super::{BoardArgs, TouchArgs, WhichMap, ledger};
 use crate::cli::{Answer, Exit, Refusal, height_map, say};
 use crate::controller::maps::Maps;
 use crate::machine_file;
-use annulus_core::controller::{EngineAsk, EnginePhase, SurveyStart, cut_bounds, level_routine, settings};
+use annulus_core::controller::{
+    EngineAsk, EnginePhase, SurveyNews, SurveyStart, cut_bounds, level_routine, settings,
+};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::level::{HeightMap, ProbeGrid, TOLERANCE};
@@ -17,10 +19,6 @@ use annulus_core::units::Length;
 use annulus_drill::controller::{AttendedJob, Told};
 use std::sync::Arc;
 use std::time::SystemTime;
-
-/// How fast the tip goes down, and from place to place, mm/min.
-const DOWN_MM_PER_MIN: f64 = 60.0;
-const OVER_MM_PER_MIN: f64 = 800.0;
 
 /// Touches a board and keeps its map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
@@ -36,10 +34,17 @@ fn maps() -> Maps {
 }
 
 impl Operator {
-    /// The height of the board where the tip is now, over the work zero, mm; 0 without a map.
-    pub(super) fn surface_mm(&self) -> f64 {
-        let place = self.now.as_ref().and_then(|now| now.place_mm).unwrap_or_default();
-        self.map.as_ref().map_or(0.0, |map| map.height(Point::from_mm(place[0], place[1])).mm())
+    /// The height of the board where the tip is now, over the work zero, mm; 0 without a map, none where nobody knows the place.
+    pub(super) fn surface_mm(&mut self) -> Option<f64> {
+        self.rests();
+        let Some(map) = &self.map else { return Some(0.0) };
+        let place = self.now.as_ref().and_then(|now| now.place_mm);
+        if place.is_none() {
+            let why = Diagnostic::error("grbl.no_report");
+            say(format_args!("{} {}", why.message("en"), why.advice("en")));
+            self.worst = Some(why);
+        }
+        place.map(|[x, y, _]| map.height(Point::from_mm(x, y)).mm())
     }
 
     fn homes(&self) -> bool {
@@ -109,13 +114,7 @@ impl Operator {
             self.find_board(depth)?;
         }
         self.worst = None;
-        let start = SurveyStart {
-            grid,
-            clear_mm: touches.clear,
-            depth_mm: touches.depth + touches.clear,
-            mm_per_min: DOWN_MM_PER_MIN,
-            over_mm_per_min: OVER_MM_PER_MIN,
-        };
+        let start = SurveyStart::usual(grid, touches.clear, touches.depth);
         self.owner.ask(EngineAsk::Survey(start));
         let survey = self.until_surveyed();
         self.rests();
@@ -135,8 +134,8 @@ impl Operator {
         let mut begun = false;
         while !self.gone {
             match self.next() {
-                Some(Told::Surveyed { survey }) => return survey,
-                Some(Told::Touched { height, done, of, .. }) => {
+                Some(Told::Survey(SurveyNews::Over { survey })) => return survey,
+                Some(Told::Survey(SurveyNews::Touched { height, done, of, .. })) => {
                     say(format_args!("{done} of {of}: {:.3} mm", height.mm()));
                 }
                 _ => {}

@@ -321,7 +321,7 @@ impl Operator {
     /// Where the tip is now is the height of the board: until it was written and read again, or refused.
     fn zero_height(&mut self) {
         (self.worst, self.zero_set) = (None, false);
-        let height_mm = self.surface_mm();
+        let Some(height_mm) = self.surface_mm() else { return };
         self.owner.ask(EngineAsk::SetZero { axes: [false, false, true], height_mm });
         self.until(|operator| operator.zero_set || operator.worst.is_some());
         self.rests();
@@ -353,7 +353,8 @@ impl Operator {
 
     fn probe(&mut self, depth_mm: f64) {
         let (mm_per_min, up_mm) = PROBE;
-        let plate_mm = self.how.plate + self.surface_mm();
+        let Some(surface_mm) = self.surface_mm() else { return };
+        let plate_mm = self.how.plate + surface_mm;
         self.owner.ask(EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm });
         self.settle();
     }

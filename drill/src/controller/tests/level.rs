@@ -106,11 +106,11 @@ fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
     let height_mm = again.status().unwrap().work_mm[2];
     assert!((height_mm - (bowed(at[0], at[1]) - ZERO[2])).abs() < 0.02, "{height_mm}");
     assert_eq!(again.warned(&key, 0), ["level.follows"]);
-    // Another job of another zero in its files does not follow it.
+    // Another job of another zero in its files does not follow it, and its height was not set by that map.
     let mut other = program.clone();
     other.origin.x += Length::from_mm(1.0);
     let other = again.upload(&other);
-    assert_eq!(again.warned(&other, 0), ["level.not_used"]);
+    assert_eq!(again.fails(&other, 0), ["level.other_height"]);
     // The zero moves: the map does not fit any more.
     again.jog(2, 3.0);
     again.jog(0, 1.0);
@@ -119,8 +119,67 @@ fn a_map_stays_over_a_reload_fits_its_zero_and_is_forgotten() {
     assert_eq!(again.fails(&key, 0), ["level.other_zero"]);
     assert_eq!(again.report().refused.unwrap().code, "level.other_zero");
     assert_eq!(again.refused(&Ask::ForgetHeightMap), None);
-    assert_eq!((again.report().grid, again.warned(&key, 0)), (None, vec![]));
+    // The map is gone, and zero of Z stands where it had put it.
+    assert_eq!((again.report().grid, again.fails(&key, 0)), (None, vec!["level.other_height".to_owned()]));
+    assert_eq!(again.refused(&Ask::SetHeight), None);
+    (0..500).for_each(|_| again.millisecond());
+    assert!(again.status().unwrap().work_mm[2].abs() < 0.02);
+    assert_eq!(again.warned(&key, 0), Vec::<String>::new());
     assert_eq!(again.replug().report().grid, None);
+}
+
+#[test]
+fn a_height_that_was_set_beside_the_map_is_not_that_of_a_job_that_follows_it() {
+    let (files, program) = (Memory::default(), one_bit(6));
+    let mut bench = Bench::ready(&files);
+    bench.board.surface = Some(bowed);
+    bench.survey(&program);
+    let mut other = program.clone();
+    other.origin.x += Length::from_mm(1.0);
+    let (key, other) = (bench.upload(&program), bench.upload(&other));
+    // As it was touched from, the height is that of the board itself: good for both.
+    assert_eq!(
+        (bench.warned(&key, 0), bench.warned(&other, 0)),
+        (vec!["level.follows".to_owned()], vec!["level.not_used".to_owned()])
+    );
+    // The other one is begun, and at its tool the height is set anew: of a board that has no map.
+    bench.start(&other, 0);
+    bench.state(State::ToolChange);
+    let at = bench.status().unwrap().work_mm[2];
+    bench.jog(2, 0.25 - at);
+    assert_eq!(bench.refused(&Ask::SetHeight), None);
+    (0..500).for_each(|_| bench.millisecond());
+    assert!(bench.status().unwrap().work_mm[2].abs() < 0.02);
+    bench.ask(&Ask::Stop);
+    bench.state(State::Ready);
+    (0..500).for_each(|_| bench.millisecond());
+    assert_eq!(bench.fails(&key, 0), ["level.other_height"]);
+    assert_eq!(bench.refused(&Ask::SetHeight), None);
+    (0..500).for_each(|_| bench.millisecond());
+    assert_eq!(bench.warned(&key, 0), ["level.follows"]);
+}
+
+#[test]
+fn no_height_is_set_where_nobody_knows_the_place() {
+    let mut bench = Bench::plug(&Memory::default(), Automaton::new([-20.0, -30.0, -10.0]));
+    bench.ask(&Ask::Unlock);
+    bench.state(State::Ready);
+    (0..500).for_each(|_| bench.millisecond());
+    for ask in [Ask::SetHeight, Ask::Probe { depth_um: 1_000, plate_um: 0 }] {
+        assert_eq!(bench.refused(&ask).as_deref(), Some("control.not_homed"), "{ask:?}");
+    }
+}
+
+#[test]
+fn the_board_is_looked_for_as_deep_below_the_place_before_as_was_said() {
+    let program = one_bit(6);
+    let mut bench = Bench::ready(&Memory::default());
+    bench.board.cuts.clear();
+    assert_eq!(bench.refused(&wish(&program)), None);
+    bench.state(State::Jogging);
+    bench.state(State::Ready);
+    let lowest = bench.board.cuts.iter().map(|place| place[2] - ZERO[2]).fold(0.0, f64::min);
+    assert!((lowest + 2.0).abs() < 0.02, "{lowest}");
 }
 
 #[test]
@@ -142,6 +201,8 @@ fn a_job_that_was_broken_off_goes_on_with_its_map_alone() {
     assert_eq!(again.warned(&job, next_leg), ["level.follows"]);
     assert_eq!(again.refused(&Ask::ForgetHeightMap), None);
     assert_eq!(again.fails(&job, next_leg), ["level.other_map"]);
+    let start = Ask::Start { job, stream_digest: String::new(), from_leg: next_leg };
+    assert_eq!(again.refused(&start).as_deref(), Some("level.other_map"));
 }
 
 #[test]
