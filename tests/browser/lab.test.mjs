@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { atRest, findings, openBrowser, openLinked, picture, startBridge, until } from "./harness.mjs";
+import { atRest, findings, openBrowser, openLinked, openPage, picture, press, show, startBridge, until } from "./harness.mjs";
 
-const sheets = ["Inputs and outputs", "Queue", "Phases", "Motion", "Servo", "Log"];
+const sheets = ["Inputs and outputs", "Queue", "Phases", "Motion", "Servo", "Faults", "Log"];
 
 let bridge;
 before(async () => (bridge = await startBridge({ speed: 50 })));
@@ -45,7 +45,7 @@ for (const scheme of ["dark", "light"]) {
         }
         await atRest(page);
         const short = name.split(" ")[0].toLowerCase();
-        assert.match(new URL(page.url()).hash, /^#\/lab\/(io|queue|phases|motion|servo|log)$/);
+        assert.match(new URL(page.url()).hash, /^#\/lab\/(io|queue|phases|motion|servo|faults|log)$/);
         await page.screenshot({ path: picture(`lab-${short}-${scheme}`) });
         assert.deepEqual(await findings(page), [], name);
       }
@@ -255,6 +255,44 @@ test("the queue runs on the machine by its buttons, and outputs are switched und
     await page.getByText(/^Locked\./).waitFor();
     assert.deepEqual(problems, [], "nothing was said on the console");
   } finally {
+    await browser.close();
+  }
+});
+
+test("a fault is provoked, seen at the machine, and mended", async () => {
+  const browser = await openBrowser("none");
+  const bridge = await startBridge({ speed: 50 });
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await show(page, "Lab");
+    await open(page, "Faults");
+    await page.getByText("Nothing is broken.").waitFor();
+    const provoke = page.getByRole("button", { name: "Provoke these" });
+    assert.equal(await provoke.isEnabled(), false, "nothing is chosen");
+    await page.getByRole("checkbox", { name: "The end sensor of X is always on" }).check();
+    await press(page, provoke);
+    await page.getByText("Broken now: The end sensor of X is always on.").waitFor();
+    await show(page, "Machine");
+    await page.getByText("The position is not known. Home first.").waitFor();
+    await press(page, page.getByRole("button", { name: "Home", exact: true }));
+    await page.getByText("control.sensor_stuck").waitFor();
+    await until(async () => {
+      await page.getByRole("button", { name: "Acknowledge" }).click({ timeout: 1000 }).catch(() => {});
+      return (await page.getByText("control.sensor_stuck").count()) === 0;
+    }, "the alarm acknowledged");
+    // Another page sees what is broken, and a reload too.
+    await page.reload();
+    await show(page, "Lab");
+    await open(page, "Faults");
+    assert.equal(await page.getByRole("checkbox", { name: "The end sensor of X is always on" }).isChecked(), true);
+    await press(page, page.getByRole("button", { name: "Mend all" }));
+    await page.getByText("Nothing is broken.").waitFor();
+    await show(page, "Machine");
+    await press(page, page.getByRole("button", { name: "Home", exact: true }));
+    await page.getByText("At rest, position known.").waitFor();
+  } finally {
+    await context.close();
+    await bridge.stop();
     await browser.close();
   }
 });

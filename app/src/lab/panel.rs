@@ -33,13 +33,16 @@ pub enum LabPanel {
     Motion,
     /// The closed-loop axis.
     Servo,
+    /// What can be broken of the virtual drill.
+    Faults,
     /// What happened.
     Log,
 }
 
 impl LabPanel {
     /// All of them, in the order they stand.
-    pub const ALL: [Self; 6] = [Self::Io, Self::Queue, Self::Phases, Self::Motion, Self::Servo, Self::Log];
+    pub const ALL: [Self; 7] =
+        [Self::Io, Self::Queue, Self::Phases, Self::Motion, Self::Servo, Self::Faults, Self::Log];
 
     /// Its word in the address.
     pub fn word(self) -> &'static str {
@@ -49,6 +52,7 @@ impl LabPanel {
             Self::Phases => "phases",
             Self::Motion => "motion",
             Self::Servo => "servo",
+            Self::Faults => "faults",
             Self::Log => "log",
         }
     }

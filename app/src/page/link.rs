@@ -44,6 +44,8 @@ pub struct Link {
     pub ended: ReadSignal<Option<JobEnded>>,
     /// What the bridge's clock is worth; none where the drill is virtual.
     pub timing: ReadSignal<Option<Arc<Timing>>>,
+    /// The faults that were provoked; none on a machine that has none on demand.
+    pub faults: ReadSignal<Option<Vec<String>>>,
     /// Why the last wish was refused.
     pub refused: ReadSignal<Option<Diagnostic>>,
     /// Why this page lost control.
@@ -93,6 +95,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         freshness: slots.part(|model| &model.link.freshness),
         control: slots.part(|model| &model.link.control),
         settings: slots.kept(|model| &model.link.settings),
+        faults: slots.part(|model| &model.link.faults),
         draft: slots.part(|model| &model.settings),
         armed: slots.part(|model| &model.link.armed),
         interrupted: slots.part(|model| &model.link.interrupted),

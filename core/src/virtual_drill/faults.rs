@@ -110,23 +110,30 @@ pub const FAULTS: &[FaultRow] = &[
     },
 ];
 
+/// The fault of a word, `NAME` or `NAME@HOLES`, and after how many holes it comes.
+pub fn named(word: &str) -> Result<(&'static FaultRow, u32), Diagnostic> {
+    let (name, after) = word.split_once('@').map_or((word, None), |(name, after)| (name, Some(after)));
+    let row = FAULTS.iter().find(|row| row.name == name).ok_or_else(|| {
+        let near = nearest(name, FAULTS.iter().map(|row| row.name));
+        Diagnostic::error("fault.unknown").with("name", name).with("near", near)
+    })?;
+    let after = match after {
+        None => row.after,
+        Some(text) => text
+            .parse()
+            .ok()
+            .filter(|holes| *holes <= MOST_HOLES)
+            .ok_or_else(|| Diagnostic::error("fault.when").with("word", word))?,
+    };
+    Ok((row, after))
+}
+
 /// The faults of these words, each `NAME` or `NAME@HOLES`.
 pub fn read<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Faults, Diagnostic> {
     let mut all = Faults::default();
     for word in words {
-        let (name, after) = word.split_once('@').map_or((word, None), |(name, after)| (name, Some(after)));
-        let row = FAULTS.iter().find(|row| row.name == name).ok_or_else(|| {
-            let near = nearest(name, FAULTS.iter().map(|row| row.name));
-            Diagnostic::error("fault.unknown").with("name", name).with("near", near)
-        })?;
-        let after = match after {
-            None => row.after,
-            Some(text) => text
-                .parse()
-                .ok()
-                .filter(|holes| *holes <= MOST_HOLES)
-                .ok_or_else(|| Diagnostic::error("fault.when").with("word", word))?,
-        };
+        let (row, after) = named(word)?;
+        all.named.push(format!("{}@{after}", row.name));
         let fault = (row.put)();
         // How late a computer is belongs to its clock, from the beginning.
         if after == 0 || fault.late_host.is_some() {

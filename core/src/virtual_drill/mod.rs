@@ -128,6 +128,8 @@ pub struct Faults {
     pub unplugged: bool,
     /// What comes later: after so many holes.
     pub later: Vec<(u32, Faults)>,
+    /// The words that all of it was read from ([`faults::read`]), each `NAME@HOLES`.
+    pub named: Vec<String>,
 }
 
 /// The virtual drill.

@@ -213,6 +213,12 @@ pub enum Ask {
         /// Keys and new values.
         changes: Vec<(String, Value)>,
     },
+    /// The virtual drill has these faults from now on, and no others ([`crate::virtual_drill::faults`]); it has to be homed anew.
+    /// Refused while anything moves, and by every other machine.
+    Provoke {
+        /// Each `NAME` or `NAME@HOLES`.
+        faults: Vec<String>,
+    },
     /// The tip touches the board here: this height becomes zero of Z. Controllers of the GRBL family alone.
     SetHeight,
     /// The same where the probe finds the board, at most so far below; controllers alone.
@@ -272,7 +278,7 @@ impl Ask {
             | Self::QueueRun { .. }
             | Self::QueueClear
             | Self::ForgetInterrupted => Scope::Run,
-            Self::Configure { .. } => Scope::Configure,
+            Self::Configure { .. } | Self::Provoke { .. } => Scope::Configure,
         }
     }
 
@@ -315,6 +321,9 @@ pub enum Tell {
         settings: Vec<(String, Value)>,
         /// [`crate::machine::Machine::fingerprint`].
         fingerprint: String,
+        /// The faults that were provoked; none on a machine that has none on demand.
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        faults: Option<Vec<String>>,
     },
     /// How things stand, 10 times a second and after every change.
     Status(Box<Status>),

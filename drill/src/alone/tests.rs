@@ -252,6 +252,48 @@ fn a_board_is_drilled_as_the_program_says_and_a_person_may_be_slow() {
 }
 
 #[test]
+fn faults_are_provoked_on_demand_and_mended_again() {
+    let (files, program) = (Memory::default(), holes(12));
+    let mut bench = ready(&files);
+    let provoke = |bench: &mut Bench, words: &[&str]| {
+        bench.heard.retain(|tell| !matches!(tell, Tell::Refused { .. }));
+        bench.ask(&Ask::Provoke { faults: words.iter().map(|word| (*word).to_owned()).collect() });
+        bench.turn(Duration::from_millis(200));
+        let told = bench.heard.iter().rev().find_map(|tell| match tell {
+            Tell::Machine { faults, .. } => Some(faults.clone().unwrap().join(" ")),
+            _ => None,
+        });
+        (told.unwrap(), bench.refused().map(str::to_owned))
+    };
+    let refused = |code: &str| Some(code.to_owned());
+    assert_eq!(provoke(&mut bench, &["broken-bits"]), (String::new(), refused("fault.unknown")));
+    assert_eq!(bench.status().trust, Trust::Trusted, "nothing was changed");
+    assert_eq!(provoke(&mut bench, &["stuck-switch"]), ("stuck-switch@0".to_owned(), None));
+    assert_eq!((bench.status().state, bench.status().trust), (State::NotHomed, Trust::Lost));
+    bench.home();
+    assert_eq!(bench.status().alarm.as_ref().map(|why| why.code.as_str()), Some("control.sensor_stuck"));
+    assert_eq!(provoke(&mut bench, &[]), ("stuck-switch@0".to_owned(), refused("control.alarm_unread")));
+    bench.until(|status| status.stage.is_none());
+    bench.ask(&Ask::AcknowledgeAlarm);
+    assert_eq!(
+        provoke(&mut bench, &["broken-bit@3", "bouncing-switch"]),
+        ("broken-bit@3 bouncing-switch@0".to_owned(), None)
+    );
+    bench.home();
+    bench.start(&program, 0);
+    bench.until(|status| status.state == State::ToolChange);
+    assert_eq!(provoke(&mut bench, &[]).1, refused("control.busy"), "a job is in work");
+    bench.finish();
+    assert_eq!(bench.status().drilled.map(|told| told.missing), Some(9));
+    bench.ask(&Ask::AcknowledgeAlarm);
+    assert_eq!(provoke(&mut bench, &[]), (String::new(), None));
+    bench.home();
+    bench.start(&program, 0);
+    bench.finish();
+    assert_eq!(bench.status().drilled.map(|told| told.missing), Some(0));
+}
+
+#[test]
 fn stop_in_mid_job_rests_and_the_job_is_taken_up() {
     let (files, program) = (Memory::default(), holes(30));
     let mut bench = drilling(&files, &program, 9);

@@ -71,6 +71,7 @@ impl<F: Files> Station<F> {
             }
             Ask::ForgetInterrupted => self.forget(),
             Ask::Configure { changes } => self.configure(&changes),
+            Ask::Provoke { .. } => refusal("fault.of_virtual_drill"),
             Ask::Queue { .. } | Ask::QueueRun { .. } | Ask::QueueClear => refusal("grbl.no_queue"),
             Ask::OutputLease { .. } | Ask::Output { .. } => refusal("grbl.no_outputs"),
             // The line answers these itself.

@@ -86,7 +86,11 @@ impl<F: Files> Station<F> {
     }
 
     pub(super) fn machine_tell(&self) -> Tell {
-        Tell::Machine { settings: machine::read(&self.machine), fingerprint: self.machine.fingerprint() }
+        Tell::Machine {
+            settings: machine::read(&self.machine),
+            fingerprint: self.machine.fingerprint(),
+            faults: None,
+        }
     }
 
     /// The job that was broken off, if there is one and nothing runs.

@@ -9,7 +9,7 @@ use crate::journal::Record;
 use annulus_core::control::{Action, Event, step};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, Output, Steps, Value, is_in_file_only};
-use annulus_core::virtual_drill::VirtualDrill;
+use annulus_core::virtual_drill::{VirtualDrill, faults};
 use std::sync::Arc;
 
 /// Settings that say where a machine's places are: when one changes, it must be homed. So it must when its wiring is another one;
@@ -68,6 +68,20 @@ impl Owner {
         self.tell(self.machine_tell());
         self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
         self.tell(self.outputs_tell());
+        Ok(())
+    }
+
+    /// The virtual drill has these faults and no others: another one is built in its place.
+    pub(super) fn provoke(&mut self, faults: &[String]) -> Result<(), Diagnostic> {
+        if self.machine.output != Output::Virtual {
+            return Err(diagnostic("fault.of_virtual_drill"));
+        }
+        let read = faults::read(faults.iter().map(String::as_str))?;
+        self.try_event(Event::Disarmed { position_lost: true })?;
+        self.lock_outputs();
+        self.hands.faults = read;
+        self.renew_executor()?;
+        self.tell(self.machine_tell());
         Ok(())
     }
 

@@ -300,6 +300,7 @@ impl Owner {
             }
             Ask::ForgetInterrupted => self.forget()?,
             Ask::Configure { changes } => self.configure(&changes)?,
+            Ask::Provoke { faults } => self.provoke(&faults)?,
             Ask::SetHeight | Ask::Probe { .. } | Ask::Survey { .. } | Ask::ForgetHeightMap | Ask::Unlock => {
                 return Err(diagnostic("control.controllers_alone"));
             }

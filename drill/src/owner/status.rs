@@ -5,7 +5,7 @@
 use super::Owner;
 use super::moves::Doing;
 use annulus_core::job::{Command, Mark};
-use annulus_core::machine::{self, Steps, phases};
+use annulus_core::machine::{self, Output, Steps, phases};
 use annulus_core::pins::SpindleState;
 use annulus_core::steps::{Stage, TICK_HZ};
 use annulus_core::wire::{SlipReport, Status, Tell};
@@ -47,7 +47,11 @@ impl Owner {
     }
 
     pub(crate) fn machine_tell(&self) -> Tell {
-        Tell::Machine { settings: machine::read(&self.machine), fingerprint: self.machine.fingerprint() }
+        Tell::Machine {
+            settings: machine::read(&self.machine),
+            fingerprint: self.machine.fingerprint(),
+            faults: (self.machine.output == Output::Virtual).then(|| self.hands.faults.named.clone()),
+        }
     }
 
     /// The interrupted job, if there is one and nothing runs.

@@ -33,7 +33,8 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
     match tell {
         Tell::Challenge { nonce, .. } => return hello(model, &nonce),
         Tell::Welcome { .. } => return welcome(model),
-        Tell::Machine { settings, fingerprint } => {
+        Tell::Machine { settings, fingerprint, faults } => {
+            link.faults = faults;
             if link.fingerprint != fingerprint || *link.settings != settings {
                 link.note(wall_ms, Noted::Settings);
             }

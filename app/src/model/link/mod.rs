@@ -130,6 +130,8 @@ pub struct Link {
     pub control: Control,
     /// The machine's settings.
     pub settings: Arc<Vec<(String, Value)>>,
+    /// The faults that were provoked; none on a machine that has none on demand.
+    pub faults: Option<Vec<String>>,
     /// Their fingerprint.
     pub fingerprint: String,
     /// The last verdict on a job.

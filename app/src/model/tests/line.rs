@@ -301,7 +301,7 @@ impl Line {
         }
         let machine = |fingerprint: &str| {
             let name = ("machine.name".to_owned(), Value::Text("Drill one".to_owned()));
-            tell(Tell::Machine { settings: vec![name], fingerprint: fingerprint.to_owned() })
+            tell(Tell::Machine { settings: vec![name], fingerprint: fingerprint.to_owned(), faults: None })
         };
         Some(match word {
             "challenge" => {

@@ -260,7 +260,7 @@ pub(super) fn shifted_work() -> Work {
 
 /// The bridge describes the machine.
 fn described(settings: Vec<(String, Value)>) -> Event {
-    let tell = Tell::Machine { settings, fingerprint: String::new() };
+    let tell = Tell::Machine { settings, fingerprint: String::new(), faults: None };
     LinkEvent::Heard { tell: Some(Box::new(tell)) }.into()
 }
 

@@ -1,7 +1,7 @@
 //! The Lab: what the machine is made of, tried out piece by piece without a board.
 //!
 //! ```text
-//! Inputs and outputs │ Queue │ [Phases] │ Motion │ Servo │ Log          undo, redo
+//! Inputs and outputs │ Queue │ [Phases] │ Motion │ Servo │ Faults │ Log          undo, redo
 //! the sheet
 //! ```
 //!
@@ -9,6 +9,7 @@
 //! says so itself. The maths comes from `annulus-core`.
 
 mod apply;
+mod faults;
 mod fields;
 mod io;
 mod log;
@@ -38,6 +39,7 @@ fn name_of(sheet: LabPanel) -> String {
         LabPanel::Phases => say!("page.lab.sheet.phases"),
         LabPanel::Motion => say!("page.lab.sheet.motion"),
         LabPanel::Servo => say!("page.lab.sheet.servo"),
+        LabPanel::Faults => say!("page.lab.sheet.faults"),
         LabPanel::Log => say!("page.lab.sheet.log"),
     }
 }
@@ -51,6 +53,7 @@ pub(crate) fn lab() -> impl IntoView {
         LabPanel::Phases => phases::phases().into_any(),
         LabPanel::Motion => motion::motion().into_any(),
         LabPanel::Servo => servo::servo().into_any(),
+        LabPanel::Faults => faults::faults().into_any(),
         LabPanel::Log => log::log().into_any(),
     };
     div().class("whole").child(
