@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { atRest, findings, openBrowser, openLinked, openPage, picture, press, show, startBridge, until } from "./harness.mjs";
+import { atRest, findings, openBrowser, openLinked, openPage, picture, press, show, startBridge, tab, until } from "./harness.mjs";
 
 const sheets = ["Inputs and outputs", "Queue", "Phases", "Motion", "Servo", "Faults", "Log"];
 
@@ -264,7 +264,7 @@ test("a fault is provoked, seen at the machine, and mended", async () => {
   const bridge = await startBridge({ speed: 50 });
   const { page, context } = await openPage(browser, bridge.url);
   try {
-    await show(page, "Lab");
+    await tab(page, "Lab").click();
     await open(page, "Faults");
     await page.getByText("Nothing is broken.").waitFor();
     const provoke = page.getByRole("button", { name: "Provoke these" });
@@ -282,7 +282,7 @@ test("a fault is provoked, seen at the machine, and mended", async () => {
     }, "the alarm acknowledged");
     // Another page sees what is broken, and a reload too.
     await page.reload();
-    await show(page, "Lab");
+    await tab(page, "Lab").click();
     await open(page, "Faults");
     assert.equal(await page.getByRole("checkbox", { name: "The end sensor of X is always on" }).isChecked(), true);
     await press(page, page.getByRole("button", { name: "Mend all" }));
