@@ -99,7 +99,7 @@ fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: E
         Effect::Speak { language } => languages::speak(language),
         Effect::Colours { word } => colours::show(word),
         Effect::KeepSigns { on } => signs::keep(on),
-        Effect::KeepOwnKeys { keys } => signs::keep_own(&keys),
+        Effect::KeepOwnKeys { text } => signs::keep_own(&text),
         Effect::StayAwake { on } => awake.want(on),
         Effect::LookInStore => places.look(),
         Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),

@@ -3,7 +3,6 @@
 //! Comes in: the choices. Goes out: those choices into the store; those of last time, as events. Does not know what the keys do.
 
 use crate::browser::kept_storage;
-use crate::keys::OwnKeys;
 use crate::model::FrameEvent;
 use crate::page::send;
 
@@ -17,7 +16,7 @@ pub(super) fn begin() {
         send(FrameEvent::Signs { on: false });
     }
     if let Some(text) = kept(OWN) {
-        send(FrameEvent::OwnKeysKept { keys: OwnKeys::of_kept(&text) });
+        send(FrameEvent::OwnKeysKept { text });
     }
 }
 
@@ -27,8 +26,8 @@ pub(super) fn keep(on: bool) {
 }
 
 /// Keeps which were moved.
-pub(super) fn keep_own(keys: &OwnKeys) {
-    put(OWN, &keys.kept());
+pub(super) fn keep_own(text: &str) {
+    put(OWN, text);
 }
 
 /// Keeps a text, or nothing where it is empty.

@@ -4,7 +4,6 @@
 
 use super::Event;
 use crate::engine::messages::Request;
-use crate::keys::OwnKeys;
 use annulus_core::wire::Paired;
 
 /// Which worker is asked.
@@ -142,8 +141,8 @@ pub enum Effect {
     },
     /// Keep which keys a person moved.
     KeepOwnKeys {
-        /// They.
-        keys: OwnKeys,
+        /// They, as text; empty for none.
+        text: String,
     },
     /// Keep whether keys that type something do anything alone.
     KeepSigns {

@@ -233,8 +233,8 @@ pub enum FrameEvent {
     },
     /// Keys of one's own were kept from last time.
     OwnKeysKept {
-        /// They.
-        keys: OwnKeys,
+        /// They, as text.
+        text: String,
     },
     /// A key is moved.
     OwnKey {
@@ -407,11 +407,11 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
             frame.signs = on;
             return vec![Effect::KeepSigns { on }];
         }
-        FrameEvent::OwnKeysKept { keys } => frame.own_keys = keys,
+        FrameEvent::OwnKeysKept { text } => frame.own_keys = OwnKeys::of_kept(&text),
         FrameEvent::OwnKey { shortcut, sign } => return own_key(frame, shortcut, sign),
         FrameEvent::OwnKeysForgotten => {
             (frame.own_keys, frame.own_key_refused) = (OwnKeys::default(), None);
-            return vec![Effect::KeepOwnKeys { keys: OwnKeys::default() }];
+            return vec![Effect::KeepOwnKeys { text: String::new() }];
         }
         FrameEvent::Grid => frame.grid = !frame.grid,
         FrameEvent::Awake { held } => frame.awake = frame.awake_wanted.then_some(held),
@@ -446,7 +446,7 @@ fn own_key(frame: &mut Frame, shortcut: &'static Shortcut, sign: String) -> Vec<
     match frame.own_keys.set(shortcut, &sign) {
         Ok(()) => {
             frame.own_key_refused = None;
-            vec![Effect::KeepOwnKeys { keys: frame.own_keys.clone() }]
+            vec![Effect::KeepOwnKeys { text: frame.own_keys.kept() }]
         }
         Err(by) => {
             frame.own_key_refused = Some((sign, by));
