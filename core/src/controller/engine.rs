@@ -116,6 +116,8 @@ pub struct Controller {
     pub(super) jog_ends: bool,
     /// Reports of rest since it was to come to rest.
     pub(super) idle_reports: u32,
+    /// Reports of rest since an answer is overdue, to questions of then.
+    pub(super) rests_overdue: u32,
     pub(super) probed: Option<bool>,
     /// Where the probe met the board, machine coordinates, mm.
     pub(super) probed_at_mm: Option<[f64; 3]>,
@@ -154,6 +156,7 @@ impl Default for Controller {
             homing: Homing::default(),
             jog_ends: false,
             idle_reports: 0,
+            rests_overdue: 0,
             probed: None,
             probed_at_mm: None,
             run: None,
@@ -333,7 +336,7 @@ impl Controller {
     }
 
     fn answered(&mut self, error: Option<u16>) {
-        self.moved_ms = self.now_ms;
+        (self.moved_ms, self.rests_overdue) = (self.now_ms, 0);
         let Some(meaning) = self.buffer.answered() else {
             if self.run.is_some() {
                 self.trouble(Diagnostic::error("grbl.answer_extra"));
@@ -407,6 +410,10 @@ impl Controller {
 
     fn reported(&mut self, mut status: ControllerStatus) {
         let fresh = self.asked_ms.take().is_some();
+        let rests = matches!(status.doing, ReportedState::Idle | ReportedState::Alarm | ReportedState::Check);
+        if fresh && rests && self.is_overdue() {
+            self.rests_overdue += 1;
+        }
         let unit = self.unit_mm();
         let scaled = |place: Option<[f64; 3]>| place.map(|place| place.map(|value| value * unit));
         (status.machine_mm, status.work_mm, status.offset_mm) =
@@ -555,7 +562,7 @@ impl Controller {
         bytes.push(b'\n');
         self.sent_lines += u64::from(matches!(next.meaning, Meaning::Job { .. }));
         self.buffer.put(bytes.len(), alone, next.meaning);
-        self.moved_ms = self.now_ms;
+        (self.moved_ms, self.rests_overdue) = (self.now_ms, 0);
         self.out.push(EngineAction::Write(bytes));
     }
 }

@@ -12,7 +12,7 @@
 
 use super::asks::{EngineAction, EnginePhase, EngineStart, signs};
 use super::engine::{Controller, Meaning};
-use super::heard::{ControllerStatus, ReportedState};
+use super::heard::ReportedState;
 use super::lines::{LinePath, WireLine, WordsInForce};
 use super::routine::{Routine, SectionKind};
 use super::settings::Values;
@@ -350,19 +350,21 @@ impl Controller {
         }
     }
 
-    /// Answers that do not come.
-    pub(super) fn stalls(&mut self) {
+    /// Whether an answer should have come by now.
+    pub(super) fn is_overdue(&self) -> bool {
         let waits_s: f64 = self
             .buffer
             .waiting()
             .map(|meaning| if let Meaning::Job { wait_s, .. } = meaning { *wait_s } else { 0.0 })
             .sum();
-        let late = self.now_ms as f64 > self.moved_ms as f64 + ANSWER_MS + waits_s * 1e3;
-        let rests = |status: &ControllerStatus| {
-            matches!(status.doing, ReportedState::Idle | ReportedState::Alarm | ReportedState::Check)
-        };
-        let still = self.status.as_ref().is_some_and(rests);
-        if self.buffer.is_empty() || !late || !still || self.reset_at.is_some() {
+        let is_late = self.now_ms as f64 > self.moved_ms as f64 + ANSWER_MS + waits_s * 1e3;
+        is_late && !self.buffer.is_empty()
+    }
+
+    /// Answers that do not come: the controller says again and again that it rests. One that says nothing may be behind a hub that
+    /// stands still, and have its line yet to come.
+    pub(super) fn stalls(&mut self) {
+        if self.rests_overdue < IDLE_REPORTS || !self.is_overdue() || self.reset_at.is_some() {
             return;
         }
         match self.phase {

@@ -67,6 +67,10 @@ struct Bench {
     damaged: u32,
     /// What arrives at the board in place of a line.
     instead: Option<(&'static [u8], &'static [u8])>,
+    /// Until then the board and its end of the cable stand still, as behind a hub that stalls.
+    asleep_until_ms: u64,
+    /// What is written meanwhile.
+    kept_back: Vec<u8>,
 }
 
 impl Bench {
@@ -85,6 +89,8 @@ impl Bench {
             questions: Vec::new(),
             damaged: 0,
             instead: None,
+            asleep_until_ms: 0,
+            kept_back: Vec::new(),
         }
     }
 
@@ -102,7 +108,9 @@ impl Bench {
                     let instead = self.instead.filter(|(line, _)| line == bytes).map(|(_, instead)| instead);
                     let bytes = instead.unwrap_or(bytes);
                     let bytes = self.spoiled(bytes, self.faults.lost, self.faults.damaged);
-                    if self.open {
+                    if self.open && self.is_asleep() {
+                        self.kept_back.extend(bytes);
+                    } else if self.open {
                         self.board.hear(&bytes);
                     }
                 }
@@ -131,11 +139,20 @@ impl Bench {
         out
     }
 
+    fn is_asleep(&self) -> bool {
+        self.now_ms < self.asleep_until_ms
+    }
+
     /// A millisecond passes.
     fn tick(&mut self) {
         self.now_ms += 1;
-        self.board.tick();
-        let said = self.board.said();
+        let said = if self.is_asleep() {
+            Vec::new()
+        } else {
+            self.board.hear(&std::mem::take(&mut self.kept_back));
+            self.board.tick();
+            self.board.said()
+        };
         if !self.open {
             return;
         }
@@ -279,6 +296,21 @@ fn a_job_is_run_as_it_is_written() {
     assert_eq!((bench.board.overrun, bench.done), (0, routine().sections.len()));
     let place = bench.board.place();
     assert!((0..2).all(|axis| (place[axis] - ZERO[axis]).abs() < 0.001), "{place:?}");
+}
+
+#[test]
+fn a_board_that_stands_still_for_three_seconds_has_lost_no_line() {
+    for after_ms in (0..6_000).step_by(61) {
+        let mut bench = Bench::new(after_ms, Faults::default());
+        assert!(bench.ready());
+        bench.start(0);
+        bench.until(after_ms, |bench| bench.ended().is_some());
+        bench.asleep_until_ms = bench.now_ms + 3_000;
+        bench.until(3_000, |_| false);
+        assert!(bench.run());
+        assert_eq!(bench.ended(), Some(Ending::Done), "asleep after {after_ms} ms: {:?}", bench.words());
+        assert_eq!((bench.missing(), bench.wrong()), (vec![], vec![]), "asleep after {after_ms} ms");
+    }
 }
 
 #[test]
