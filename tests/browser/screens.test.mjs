@@ -45,6 +45,8 @@ test("nothing is cut off on the right, from a phone to a desktop, in the import 
       await page.setViewportSize({ width, height: 844 });
       await atRest(page);
       found.push(...(await cutOff(page)).map((one) => `review, ${width}: ${one}`));
+      const over = await page.locator(".whole:has(.review)").evaluate((whole) => whole.scrollWidth - whole.clientWidth);
+      if (over > 1) found.push(`review, ${width}: ${over} px to be scrolled sideways`);
       await page.screenshot({ path: picture(`review-${width}`) });
     }
     assert.deepEqual(found, []);

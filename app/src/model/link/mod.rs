@@ -296,7 +296,11 @@ pub(super) fn update(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
             Vec::new()
         }
         LinkEvent::Tick => tick(model),
-        LinkEvent::Ask { wish } => ask(model, &wish),
+        LinkEvent::Ask { wish } => {
+            // Why the wish before was refused has been read, or does not matter any more.
+            model.link.refused = None;
+            ask(model, &wish)
+        }
         LinkEvent::Stop => stop::pressed(model),
         LinkEvent::StopLooked => {
             stop::look(model);

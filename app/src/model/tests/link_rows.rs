@@ -310,6 +310,8 @@ fn notices_stay_until_they_are_closed() {
             ("linked refused", "refused"),
             ("linked refused status:Ready", "refused"),
             ("linked refused close:refused", ""),
+            ("linked refused home", ""),
+            ("linked refused home refused", "refused"),
             ("linked status:Alarm refused", "refused"),
             ("linked status:Alarm refused status:Alarm", "refused"),
             ("linked status:Alarm refused status:Ready", ""),
