@@ -62,8 +62,17 @@ pub(super) fn begin(alone: bool) {
     }
 }
 
+/// Opens the board behind a link that a person put in: a whole one.
+pub(super) fn put_in(address: String) {
+    if Url::new(address.trim()).is_ok() {
+        open(address);
+    } else {
+        send(FrameEvent::Tell { text: with_address(key!("page.link_to.bad"), address.trim()) });
+    }
+}
+
 /// Opens the board behind a link.
-pub(super) fn open(address: String) {
+fn open(address: String) {
     spawn_local(async move {
         match fetched(address.trim()).await {
             Ok(file) => send(FilesEvent::Chosen { files: vec![file] }),

@@ -94,7 +94,7 @@ fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: E
         Effect::Fetch { number, key, session } => line.fetch(number, key, session),
         Effect::ChooseFiles { anew } => files::choose(anew),
         Effect::ChooseDialect => files::choose_dialect(),
-        Effect::FollowLink { address } => from_elsewhere::open(address),
+        Effect::FollowLink { address } => from_elsewhere::put_in(address),
         Effect::Sample => files::sample(),
         Effect::Speak { language } => languages::speak(language),
         Effect::Colours { word } => colours::show(word),

@@ -12,8 +12,11 @@
 
 use super::{Press, SHORTCUTS, Shortcut, Tab, is_sign};
 
-/// Signs that belong to the help and to the zoom on every screen.
-const TAKEN: &str = "?+-_=";
+/// Signs that belong to the help and to the zoom on every screen, and those that Shift makes of 1 and 2, which fit the picture.
+const TAKEN: &str = "?+-_=!@";
+
+/// What is kept in place of a screen for keys of all of them.
+const EVERYWHERE: &str = "everywhere";
 
 /// One moved sign: on this screen, or on all where there is none, `to` does what `from` does in the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,6 +50,23 @@ fn meet(one: Option<Tab>, other: Option<Tab>) -> bool {
     one.is_none() || other.is_none() || one == other
 }
 
+/// Whether the page keeps a sign for itself.
+fn is_kept_back(sign: char) -> bool {
+    TAKEN.contains(sign) || sign.is_control() || sign.is_whitespace()
+}
+
+/// A moved sign from a line of what was kept, where the table has it.
+fn of_line(line: &str) -> Option<Own> {
+    let [screen, from, to] = line.split(' ').collect::<Vec<_>>().try_into().ok()?;
+    let tab = match screen {
+        EVERYWHERE => None,
+        word => Some(Tab::ALL.into_iter().find(|tab| tab.word() == word)?),
+    };
+    let shortcut = SHORTCUTS.iter().find(|shortcut| shortcut.tab == tab && shortcut.keys == from)?;
+    let (from, to) = (sign_of(shortcut)?, single(to)?);
+    (to != from && !is_kept_back(to)).then_some(Own { tab, from, to })
+}
+
 impl OwnKeys {
     /// The sign that does what `shortcut` is for; none where its key is no single one.
     pub fn sign(&self, shortcut: &Shortcut) -> Option<char> {
@@ -71,7 +91,7 @@ impl OwnKeys {
     pub fn set(&mut self, shortcut: &'static Shortcut, text: &str) -> Result<(), Option<&'static Shortcut>> {
         let to = single(text.trim()).and_then(|sign| single(&sign.to_lowercase().to_string())).ok_or(None)?;
         let from = sign_of(shortcut).ok_or(None)?;
-        if TAKEN.contains(to) || to.is_control() {
+        if to != from && is_kept_back(to) {
             return Err(None);
         }
         let is_other = |other: &&Shortcut| (other.tab, other.keys) != (shortcut.tab, shortcut.keys);
@@ -112,25 +132,24 @@ impl OwnKeys {
 
     /// As it is kept: a line for each, screen, sign of the table, sign of one's own.
     pub fn kept(&self) -> String {
-        let word = |tab: Option<Tab>| tab.map_or("everywhere", Tab::word);
+        let word = |tab: Option<Tab>| tab.map_or(EVERYWHERE, Tab::word);
         self.0.iter().map(|own| format!("{} {} {}\n", word(own.tab), own.from, own.to)).collect()
     }
 
     /// From what was kept; what no longer fits the table is left out.
     pub fn of_kept(text: &str) -> Self {
-        let mut keys = Self::default();
-        for line in text.lines().take(SHORTCUTS.len()) {
-            let mut words = line.split(' ');
-            let (Some(screen), Some(from), Some(to)) = (words.next(), words.next(), words.next()) else {
-                continue;
-            };
-            let tab = Tab::ALL.into_iter().find(|tab| tab.word() == screen);
-            let is_it = |shortcut: &&Shortcut| shortcut.tab == tab && shortcut.keys == from;
-            if let Some(shortcut) = SHORTCUTS.iter().find(is_it) {
-                let _left_where_the_table_has_it = keys.set(shortcut, to);
-            }
+        let mut keys = Self(text.lines().take(SHORTCUTS.len()).filter_map(of_line).collect());
+        // All of them count at once: two may have changed their places.
+        while let Some(at) = keys.0.iter().position(|own| !keys.is_free_for(own)) {
+            keys.0.remove(at);
         }
         keys
+    }
+
+    /// Whether nothing else has the sign of a moved one.
+    fn is_free_for(&self, own: &Own) -> bool {
+        let others = SHORTCUTS.iter().filter(|other| meet(other.tab, own.tab));
+        others.filter(|other| self.sign(other) == Some(own.to)).count() == 1
     }
 }
 
@@ -212,7 +231,23 @@ mod tests {
 
     #[test]
     fn kept_text_that_fits_no_table_is_left_out() {
-        let own = OwnKeys::of_kept("draw r q\nnowhere r s\ndraw zz y\ndraw p v\n\n \ndraw\n");
+        let own = OwnKeys::of_kept("draw r q\nnowhere f s\ndraw zz y\ndraw p v\ndraw n !\n\n \ndraw\n");
         assert_eq!(own.kept(), "draw r q\n");
+    }
+
+    #[test]
+    fn signs_that_changed_their_places_are_kept_in_any_order() {
+        let draw = |keys| named(Some(Tab::Draw), keys);
+        let rows = [
+            [(draw("r"), "q"), (draw("b"), "r"), (draw("r"), "b")],
+            [(draw("v"), "a"), (named(None, "f"), "v"), (draw("v"), "q")],
+        ];
+        for moves in rows {
+            let mut own = OwnKeys::default();
+            for (shortcut, sign) in moves {
+                own.set(shortcut, sign).expect("free");
+            }
+            assert_eq!(OwnKeys::of_kept(&own.kept()), own, "{}", own.kept());
+        }
     }
 }

@@ -416,7 +416,12 @@ fn written(model: &mut Model, place: Option<u32>, full: bool) -> Vec<Effect> {
         }
         None => failed(model, &record, full),
     };
-    effects.extend(go_on_writing(model));
+    let next = go_on_writing(model);
+    // Nothing is open any more, and nothing on its way: what was just kept is on offer.
+    if model.board.document.is_none() && next.is_empty() {
+        effects.push(Effect::LookInStore);
+    }
+    effects.extend(next);
     effects
 }
 

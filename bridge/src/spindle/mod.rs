@@ -56,6 +56,7 @@ pub(crate) fn with(
         return Ok(pins);
     }
     let profile = profile_of(machine)?;
+    fits(&profile, machine)?;
     let limits = Limits {
         tolerance_share: machine.converter.tolerance_percent / 100.0,
         spin_up: Duration::from_secs_f64(machine.process.spin_up_ms * 2e-3) + SPIN_UP_MORE,
@@ -78,17 +79,23 @@ pub(crate) fn with(
 
 /// The profile of the converter of `machine`, or why there is none.
 pub(crate) fn check(machine: &Machine) -> Result<String, Diagnostic> {
-    profile_of(machine).map(|profile| profile.title)
+    let profile = profile_of(machine)?;
+    fits(&profile, machine)?;
+    Ok(profile.title)
 }
 
 fn profile_of(machine: &Machine) -> Result<Profile, Diagnostic> {
-    let profile = profile::named(&machine.converter.profile, &machine_file::converters())?;
+    profile::named(&machine.converter.profile, &machine_file::converters())
+}
+
+/// Whether the speed of the machine has a number in the profile. To stop it needs none.
+fn fits(profile: &Profile, machine: &Machine) -> Result<(), Diagnostic> {
     let rpm = machine.process.spindle_rpm;
     if !profile.speed.reaches(rpm, &machine.converter) {
         let why = Diagnostic::error("spindle.beyond").with("name", &machine.converter.profile);
         return Err(why.with("rpm", rpm).with("most", u16::MAX));
     }
-    Ok(profile)
+    Ok(())
 }
 
 /// Stops the spindle of `machine`, and nothing else: for when whoever drove it is no more.

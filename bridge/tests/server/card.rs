@@ -254,7 +254,7 @@ fn a_board_is_drilled_on_a_card() {
     page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
     until_status(&mut page, |status| status.spindle_rpm == 20_000 && status.stage == Some(Stage::Travel));
     assert_eq!(shop.outputs()[3], 1, "the spindle turns");
-    let end = page.until(|tell| matches!(tell, Tell::Ended { .. }));
+    let end = page.until_ended();
     assert!(matches!(end, Tell::Ended { ending: Ending::Done, holes_done: 1, .. }), "{end:?}");
     let status = until_status(&mut page, |status| status.state == State::Ready);
     assert_eq!((status.trust, shop.outputs()[3]), (Trust::Trusted, 0));
@@ -302,7 +302,7 @@ fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
         assert_eq!(until_status(&mut page, |_| true).alarm, None);
     }
     page.ask(answer);
-    let end = page.until(|tell| matches!(tell, Tell::Ended { .. }));
+    let end = page.until_ended();
     let status = until_status(&mut page, |status| !matches!(status.state, State::Stopping | State::Running));
     (end, status)
 }

@@ -1,5 +1,6 @@
 //! A bridge of its own for every test, and the smallest client that can be rude to it.
 
+use annulus_core::control::Ending;
 use annulus_core::wire::{Ask, PROOF_HEADER, PROTOCOL, SESSION_HEADER, Status, Tell, auth};
 use serde_json::{Value, json};
 use std::fs::File;
@@ -15,8 +16,10 @@ use tungstenite::{Message, WebSocket};
 /// Longest wait for anything; long, because the computer that tests may be busy.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(60);
 
-/// What a machine whose time is real says when the computer was too busy for it: it stopped, as it should.
-const BUSY: [&str; 3] = ["control.executor_late", "output.bridge_silent", "output.executor_silent"];
+/// What a machine whose time is real says when the computer was too busy for it: it stopped, as it should. The mechanics on the card are
+/// a thread of the test: looked at too late they lose steps, and an end sensor is on where none should be.
+const BUSY: [&str; 4] =
+    ["control.executor_late", "output.bridge_silent", "output.executor_silent", "control.end_sensor"];
 
 /// Does what needs a computer that has time, again where it had none: at most five times. What is proven is proven on the time
 /// that came to its end.
@@ -323,6 +326,18 @@ impl Page {
                 Err(error) => return Err(format!("by {error}")),
             }
         }
+    }
+
+    /// How a job ended; where that was an alarm, whether the computer had time.
+    pub(crate) fn until_ended(&mut self) -> Tell {
+        let ended = self.until(|tell| matches!(tell, Tell::Ended { .. }));
+        if matches!(ended, Tell::Ended { ending: Ending::Alarm, .. }) {
+            let alarmed = |tell: &Tell| matches!(tell, Tell::Status(status) if status.alarm.is_some());
+            if let Tell::Status(status) = self.until(alarmed) {
+                had_time(&status);
+            }
+        }
+        ended
     }
 
     /// The first tell that is `wanted`. Keeps control alive while it waits.

@@ -364,8 +364,11 @@ impl Controller {
                 };
                 let why = Diagnostic::error(&settings::error_code(number)).with("number", number);
                 self.found(why.with("line", text));
-                self.survey_is_over(None);
-                self.rest();
+                // What comes to rest is reset there, whatever else was answered.
+                if self.phase != EnginePhase::Stopping {
+                    self.survey_is_over(None);
+                    self.rest();
+                }
             }
             (meaning, None) => self.done_by_hand(&meaning),
         }
@@ -447,6 +450,8 @@ impl Controller {
             EnginePhase::Jogging if self.jog_ends && doing == ReportedState::Jog => {
                 self.write(signs::JOG_CANCEL);
             }
+            // A move by hand that is held by a door or a button never ends by itself: at rest a reset leaves the position as it was.
+            EnginePhase::Jogging if self.jog_ends && doing.is_held_at_rest() => self.reset(),
             // What was locked when it greeted has said so there.
             EnginePhase::Ready
                 if doing == ReportedState::Alarm

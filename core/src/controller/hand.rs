@@ -206,6 +206,8 @@ impl Controller {
             Meaning::Written => self.zero_mm = None,
             Meaning::Home => self.homed(),
             Meaning::Unlock => self.set(EnginePhase::Ready),
+            // It is to come to rest: what the touch was for is over.
+            Meaning::Probe { .. } if self.phase != EnginePhase::Probing => {}
             Meaning::Probe { plate_mm, up_mm } => {
                 if self.probed != Some(true) {
                     self.found(Diagnostic::error("grbl.alarm_5").with("number", 5));

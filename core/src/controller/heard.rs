@@ -136,6 +136,13 @@ pub enum ReportedState {
     Tool,
 }
 
+impl ReportedState {
+    /// Something holds it, and it has come to rest.
+    pub fn is_held_at_rest(self) -> bool {
+        matches!(self, Self::Hold { rests: true } | Self::Door { rests: true } | Self::Sleep)
+    }
+}
+
 /// A status report.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ControllerStatus {

@@ -125,18 +125,24 @@ pub fn named(word: &str) -> Result<(&'static FaultRow, u32), Diagnostic> {
             .filter(|holes| *holes <= MOST_HOLES)
             .ok_or_else(|| Diagnostic::error("fault.when").with("word", word))?,
     };
+    // How late a computer is belongs to its clock, from the beginning.
+    let after = if (row.put)().late_host.is_some() { 0 } else { after };
     Ok((row, after))
 }
 
-/// The faults of these words, each `NAME` or `NAME@HOLES`.
+/// The faults of these words, each `NAME` or `NAME@HOLES`; of several words with one name the last one counts.
 pub fn read<'a>(words: impl IntoIterator<Item = &'a str>) -> Result<Faults, Diagnostic> {
-    let mut all = Faults::default();
+    let mut wanted: Vec<(&'static FaultRow, u32)> = Vec::new();
     for word in words {
         let (row, after) = named(word)?;
+        wanted.retain(|(before, _)| before.name != row.name);
+        wanted.push((row, after));
+    }
+    let mut all = Faults::default();
+    for (row, after) in wanted {
         all.named.push(format!("{}@{after}", row.name));
         let fault = (row.put)();
-        // How late a computer is belongs to its clock, from the beginning.
-        if after == 0 || fault.late_host.is_some() {
+        if after == 0 {
             all.add(fault);
         } else {
             all.later.push((after, fault));

@@ -244,6 +244,30 @@ fn a_stop_before_the_way_up_began_is_heard_too() {
 }
 
 #[test]
+fn a_stop_that_crosses_the_touch_is_not_forgotten() {
+    let probe = || EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 600.0, plate_mm: 0.0, up_mm: 10.0 };
+    let mut whole = bench(Some(|_, _| ZERO[2] - 0.5));
+    let begin_ms = whole.now_ms;
+    whole.event(EngineEvent::Ask(probe()));
+    assert!(whole.until(100_000, |bench| bench.engine().phase == EnginePhase::Jogging));
+    let touched_ms = whole.now_ms - begin_ms;
+    for early_ms in 0..60 {
+        let mut bench = bench(Some(|_, _| ZERO[2] - 0.5));
+        bench.event(EngineEvent::Ask(probe()));
+        bench.until(touched_ms - early_ms, |bench| bench.engine().phase == EnginePhase::Jogging);
+        // What the board says is 40 ms on its way.
+        bench.asleep_until_ms = bench.now_ms + 40;
+        let place = bench.board.place();
+        bench.event(EngineEvent::Ask(EngineAsk::Stop));
+        let ready = bench.until(30_000, |bench| bench.engine().phase == EnginePhase::Ready);
+        assert!(ready, "{early_ms} ms before the touch: {:?}", bench.words());
+        bench.until(3_000, |_| false);
+        let now = bench.board.place();
+        assert!(now[2] < place[2] + 0.1, "{early_ms} ms before the touch it rose: {place:?}, {now:?}");
+    }
+}
+
+#[test]
 fn an_alarm_whose_line_was_lost_ends_the_trust_whatever_is_done() {
     let probe = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 60.0, plate_mm: 0.0, up_mm: 1.0 };
     let rows: [(Option<EngineAsk>, EnginePhase); 4] = [

@@ -167,6 +167,8 @@ impl<F: Files> Station<F> {
         let plate_mm = f64::from(plate_um) / 1e3 + surface_mm;
         let mm_per_min = PROBE_MM_PER_MIN;
         self.engine_asked(grbl::EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm: PROBE_UP_MM })?;
+        // The way up afterwards is no move that somebody has to go on wanting.
+        self.hand.until = None;
         self.hand.zero_asked = Some(Zero::Height(set));
         Ok(())
     }

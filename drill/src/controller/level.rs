@@ -161,7 +161,9 @@ impl<F: Files> Station<F> {
         if let Some(key) = follows {
             let map = self.surface.map.as_ref().filter(|map| map.key() == *key);
             let Some(map) = map else { return Some(Diagnostic::error("level.other_map")) };
-            if let Some(why) = self.misplaced(map).filter(|_| !self.placed_by_hand(map)) {
+            // A zero that was set by hand is believed where the job goes on; one that begins anew may be on another board.
+            let goes_on = from > 0 && self.placed_by_hand(map);
+            if let Some(why) = self.misplaced(map).filter(|_| !goes_on) {
                 return Some(why);
             }
         }

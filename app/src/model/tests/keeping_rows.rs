@@ -69,13 +69,15 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
                 "let-go:4",
             ),
             ("begin found-none open certain rested edit rested discard saved written", "write:4"),
+            // a board that was closed before it had a place is on offer once it has one
+            ("begin found-none open certain rested edit rested discard saved written written", "look let-go:4"),
             ("begin found-none open certain edit open-other certain", "save plan keep-rests"),
             // what is still being written is restored only when it is written
             ("begin open certain rested saved written edit discard found-fourth restore", ""),
             ("begin open certain rested saved written edit discard found-fourth restore written", "take:4"),
             ("begin found-one open certain rested saved discard restore", "take:0"),
-            ("begin found-one open certain rested saved discard restore written", "let-go:4"),
-            ("begin found-one open certain rested saved discard restore taken written", "let-go:4"),
+            ("begin found-one open certain rested saved discard restore written", "look let-go:4"),
+            ("begin found-one open certain rested saved discard restore taken written", "look let-go:4"),
         ],
         Story::out,
     );

@@ -60,7 +60,7 @@ fn table(line: Link) -> impl IntoView {
         div().class("row").child((
             push_if(
                 "button primary",
-                move || may() && chosen.with(|chosen| in_words(chosen)) != now.get(),
+                move || may() && chosen.get() != of_words(&now.get()),
                 t!("page.lab.faults.provoke"),
                 move |_| provoke(chosen.with_untracked(in_words)),
             ),
@@ -105,11 +105,15 @@ fn row(fault: &'static FaultRow, chosen: RwSignal<Chosen>) -> impl IntoView {
         .prop("value", move || chosen.with(|chosen| chosen.get(name).copied().unwrap_or(fault.after)))
         .prop("disabled", move || !is_on())
         .on(ev::change, move |event| {
-            if let Ok(after) = event_target_value(&event).trim().parse() {
+            let typed = format!("{name}@{}", event_target_value(&event).trim());
+            if let Ok((_, after)) = faults::named(&typed) {
                 chosen.update(|chosen| {
                     chosen.insert(name, after);
                 });
             }
+            // What is no number of holes is not left standing there.
+            let there = chosen.with_untracked(|chosen| chosen.get(name).copied().unwrap_or(fault.after));
+            event_target::<web_sys::HtmlInputElement>(&event).set_value(&there.to_string());
         });
     li().child((
         label().class("tick").child((tick, span().child(sentence))),
