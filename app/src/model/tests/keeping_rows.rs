@@ -70,7 +70,10 @@ fn what_changes_while_the_store_is_busy_is_kept_after() {
             ),
             ("begin found-none open certain rested edit rested discard saved written", "write:4"),
             // a board that was closed before it had a place is on offer once it has one
-            ("begin found-none open certain rested edit rested discard saved written written", "look let-go:4"),
+            (
+                "begin found-none open certain rested edit rested discard saved written written",
+                "look let-go:4",
+            ),
             ("begin found-none open certain edit open-other certain", "save plan keep-rests"),
             // what is still being written is restored only when it is written
             ("begin open certain rested saved written edit discard found-fourth restore", ""),
