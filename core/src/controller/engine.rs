@@ -413,10 +413,7 @@ impl Controller {
 
     fn reported(&mut self, mut status: ControllerStatus) {
         let fresh = self.asked_ms.take().is_some();
-        let rests = matches!(status.doing, ReportedState::Idle | ReportedState::Alarm | ReportedState::Check);
-        if fresh && rests && self.is_overdue() {
-            self.rests_overdue += 1;
-        }
+        self.rests_overdue += u32::from(fresh && status.doing.is_at_rest() && self.is_overdue());
         let unit = self.unit_mm();
         let scaled = |place: Option<[f64; 3]>| place.map(|place| place.map(|value| value * unit));
         (status.machine_mm, status.work_mm, status.offset_mm) =

@@ -137,6 +137,11 @@ pub enum ReportedState {
 }
 
 impl ReportedState {
+    /// Nothing is in work: what was sent has been read.
+    pub fn is_at_rest(self) -> bool {
+        matches!(self, Self::Idle | Self::Alarm | Self::Check)
+    }
+
     /// Something holds it, and it has come to rest.
     pub fn is_held_at_rest(self) -> bool {
         matches!(self, Self::Hold { rests: true } | Self::Door { rests: true } | Self::Sleep)
