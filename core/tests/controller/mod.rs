@@ -69,8 +69,11 @@ struct Bench {
     instead: Option<(&'static [u8], &'static [u8])>,
     /// Until then the board and its end of the cable stand still, as behind a hub that stalls.
     asleep_until_ms: u64,
-    /// What is written meanwhile.
+    /// Until then the board goes on, and what either says is on its way.
+    on_the_way_until_ms: u64,
+    /// What is written meanwhile, and what the board says meanwhile.
     kept_back: Vec<u8>,
+    said_meanwhile: Vec<u8>,
 }
 
 impl Bench {
@@ -90,7 +93,9 @@ impl Bench {
             damaged: 0,
             instead: None,
             asleep_until_ms: 0,
+            on_the_way_until_ms: 0,
             kept_back: Vec::new(),
+            said_meanwhile: Vec::new(),
         }
     }
 
@@ -108,7 +113,7 @@ impl Bench {
                     let instead = self.instead.filter(|(line, _)| line == bytes).map(|(_, instead)| instead);
                     let bytes = instead.unwrap_or(bytes);
                     let bytes = self.spoiled(bytes, self.faults.lost, self.faults.damaged);
-                    if self.open && self.is_asleep() {
+                    if self.open && (self.is_asleep() || self.now_ms < self.on_the_way_until_ms) {
                         self.kept_back.extend(bytes);
                     } else if self.open {
                         self.board.hear(&bytes);
@@ -148,6 +153,13 @@ impl Bench {
         self.now_ms += 1;
         let said = if self.is_asleep() {
             Vec::new()
+        } else if self.now_ms < self.on_the_way_until_ms {
+            self.board.tick();
+            let said = self.board.said();
+            self.said_meanwhile.extend(said);
+            Vec::new()
+        } else if !self.said_meanwhile.is_empty() {
+            std::mem::take(&mut self.said_meanwhile)
         } else {
             self.board.hear(&std::mem::take(&mut self.kept_back));
             self.board.tick();

@@ -255,8 +255,8 @@ fn a_stop_that_crosses_the_touch_is_not_forgotten() {
         let mut bench = bench(Some(|_, _| ZERO[2] - 0.5));
         bench.event(EngineEvent::Ask(probe()));
         bench.until(touched_ms - early_ms, |bench| bench.engine().phase == EnginePhase::Jogging);
-        // What the board says is 40 ms on its way.
-        bench.asleep_until_ms = bench.now_ms + 40;
+        // What either says is 80 ms on its way: the touch and STOP cross.
+        bench.on_the_way_until_ms = bench.now_ms + 80;
         let place = bench.board.place();
         bench.event(EngineEvent::Ask(EngineAsk::Stop));
         let ready = bench.until(30_000, |bench| bench.engine().phase == EnginePhase::Ready);
