@@ -498,17 +498,23 @@ mod tests {
         }
     }
 
+    /// The press of a shortcut, as a browser tells it.
+    fn pressed(shortcut: &Shortcut) -> Press {
+        let mut press = press(&shortcut.keys.replace("++", "+Plus"));
+        if press.key == "Plus" {
+            "+".clone_into(&mut press.key);
+        }
+        if (press.shift || press.alt) && press.key.parse::<u8>().is_ok() {
+            press.code = format!("Digit{}", press.key);
+        }
+        press.on_picture = matches!(shortcut.action, KeyAction::Walk { .. });
+        press
+    }
+
     #[test]
     fn what_the_help_says_of_a_key_is_what_the_key_does() {
         for shortcut in SHORTCUTS {
-            let mut press = press(&shortcut.keys.replace("++", "+Plus"));
-            if press.key == "Plus" {
-                "+".clone_into(&mut press.key);
-            }
-            if (press.shift || press.alt) && press.key.parse::<u8>().is_ok() {
-                press.code = format!("Digit{}", press.key);
-            }
-            press.on_picture = matches!(shortcut.action, KeyAction::Walk { .. });
+            let press = pressed(shortcut);
             let tabs = shortcut.tab.map_or_else(|| Tab::ALL.to_vec(), |tab| vec![tab]);
             for tab in tabs {
                 assert_eq!(action(&press, tab, true), Some(shortcut.action), "{} on {tab:?}", shortcut.keys);
@@ -519,14 +525,7 @@ mod tests {
     #[test]
     fn keys_that_type_something_can_be_turned_off_and_the_others_stay() {
         for shortcut in SHORTCUTS {
-            let mut press = press(&shortcut.keys.replace("++", "+Plus"));
-            if press.key == "Plus" {
-                "+".clone_into(&mut press.key);
-            }
-            if (press.shift || press.alt) && press.key.parse::<u8>().is_ok() {
-                press.code = format!("Digit{}", press.key);
-            }
-            press.on_picture = matches!(shortcut.action, KeyAction::Walk { .. });
+            let press = pressed(shortcut);
             let typed = press.key.chars().count() == 1 && press.key != " " && !press.ctrl && !press.alt;
             let expected = (!typed).then_some(shortcut.action);
             assert_eq!(
