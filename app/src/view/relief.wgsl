@@ -41,6 +41,13 @@ fn bottom_of(cell: vec2i) -> f32 {
   return f32(textureLoad(depths_below, cell, 0).r) * 0.001 - view.thickness;
 }
 
+// What a ray met: nothing, a floor or a slope, a wall across X or Y, the lower face, matter around the eye itself.
+const NOTHING = 0;
+const FLOOR = 1;
+const WALL_X = 2;
+const WALL_Y = 3;
+const UNDERSIDE = 4;
+const INSIDE = 5;
 struct Hit { t: f32, normal: vec3f, cell: vec2i, side: bool }
 
 // The smooth normal of a floor: how its neighbours lie.
@@ -53,9 +60,10 @@ fn floor_normal(cell: vec2i, depth: f32) -> vec3f {
   return normalize(vec3f(east - west, north - south, 2.0 * view.cell));
 }
 
+// The normal is worked out behind the loop: within it, compilers of shaders take most of a minute for it.
 fn march(eye: vec3f, way: vec3f) -> Hit {
-  var miss: Hit;
-  miss.t = FAR;
+  var hit: Hit;
+  hit.t = FAR;
   let low = vec3f(view.low, -view.thickness);
   let high = vec3f(view.low + view.cells * view.cell, 0.0);
   let safe = select(way, vec3f(1e-7), abs(way) < vec3f(1e-7));
@@ -65,10 +73,10 @@ fn march(eye: vec3f, way: vec3f) -> Hit {
   let leave3 = max(first, second);
   let enter = max(max(enter3.x, enter3.y), max(enter3.z, 0.0));
   let leave = min(min(leave3.x, leave3.y), leave3.z);
-  if enter >= leave { return miss; }
-  // The axis through whose face the ray comes: 0 and 1 an edge, 2 the upper or lower face, 3 the eye is inside.
-  var axis = 3;
-  if enter == enter3.z { axis = 2; } else if enter == enter3.x { axis = 0; } else if enter == enter3.y { axis = 1; }
+  if enter >= leave { return hit; }
+  // The face through which the ray comes: an edge's, or the upper or lower one.
+  var through = INSIDE;
+  if enter == enter3.z { through = FLOOR; } else if enter == enter3.x { through = WALL_X; } else if enter == enter3.y { through = WALL_Y; }
   let start = (eye + safe * (enter + 1e-5) - low) / view.cell;
   var cell = clamp(vec2i(floor(start.xy)), vec2i(0), vec2i(view.cells) - vec2i(1));
   let stride = vec2i(sign(safe.xy));
@@ -77,47 +85,48 @@ fn march(eye: vec3f, way: vec3f) -> Hit {
   var next = (edge - eye.xy) / safe.xy;
   var t = enter;
   var before = FAR;
+  var depth = 0.0;
+  var face = NOTHING;
   for (var count = 0; count < 1024; count++) {
-    let depth = depth_of(cell);
+    depth = depth_of(cell);
     let end = min(min(next.x, next.y), leave);
     let bottom = bottom_of(cell);
     if -depth > bottom {
       let at_z = eye.z + safe.z * t;
       let end_z = eye.z + safe.z * end;
-      if at_z <= 1e-5 - depth && at_z >= bottom - 1e-4 && axis != 2 {
-        var hit: Hit;
-        hit.t = t; hit.cell = cell;
+      let within = at_z <= 1e-5 - depth;
+      if within && at_z >= bottom - 1e-4 && through != FLOOR {
         // A low riser is a slope in steps, and is lit as one.
         let slope = before - depth < 3.0 * view.cell && at_z >= -before - 1e-4;
-        hit.side = !slope;
-        if slope { hit.normal = floor_normal(cell, depth); return hit; }
-        if axis == 0 { hit.normal = vec3f(-sign(safe.x), 0.0, 0.0); }
-        if axis == 1 { hit.normal = vec3f(0.0, -sign(safe.y), 0.0); }
-        return hit;
+        face = select(through, FLOOR, slope);
+        break;
       }
       if safe.z > 0.0 && at_z < bottom + 1e-4 && end_z > bottom - 1e-4 {
-        // The lower face, from below.
-        var hit: Hit;
-        hit.t = max((bottom - eye.z) / safe.z, t);
-        hit.cell = cell; hit.side = false;
-        hit.normal = vec3f(0.0, 0.0, -1.0);
-        return hit;
+        face = UNDERSIDE;
+        t = max((bottom - eye.z) / safe.z, t);
+        break;
       }
-      if at_z > bottom && (end_z < -depth || at_z <= 1e-5 - depth) {
-        var hit: Hit;
-        hit.t = max((-depth - eye.z) / safe.z, t);
-        hit.cell = cell; hit.side = false;
-        hit.normal = floor_normal(cell, depth);
-        return hit;
+      if at_z > bottom && (end_z < -depth || within) {
+        face = FLOOR;
+        t = max((-depth - eye.z) / safe.z, t);
+        break;
       }
     }
-    if end >= leave { return miss; }
+    if end >= leave { break; }
     before = depth;
     t = end;
-    if next.x < next.y { cell.x += stride.x; next.x += step_t.x; axis = 0; }
-    else { cell.y += stride.y; next.y += step_t.y; axis = 1; }
+    if next.x < next.y { cell.x += stride.x; next.x += step_t.x; through = WALL_X; }
+    else { cell.y += stride.y; next.y += step_t.y; through = WALL_Y; }
   }
-  return miss;
+  if face == NOTHING { return hit; }
+  hit.t = t;
+  hit.cell = cell;
+  hit.side = face == WALL_X || face == WALL_Y || face == INSIDE;
+  if face == FLOOR { hit.normal = floor_normal(cell, depth); }
+  if face == WALL_X { hit.normal = vec3f(-sign(safe.x), 0.0, 0.0); }
+  if face == WALL_Y { hit.normal = vec3f(0.0, -sign(safe.y), 0.0); }
+  if face == UNDERSIDE { hit.normal = vec3f(0.0, 0.0, -1.0); }
+  return hit;
 }
 
 // The sky that polished metal shows: bright above, a window to the left.
