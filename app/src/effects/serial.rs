@@ -181,7 +181,7 @@ impl Serial {
         }
         let this = Rc::clone(self);
         spawn_local(async move {
-            let Some(port) = known().await.into_iter().find(is_adapter) else { return };
+            let Some(port) = this.adapter_of_before().await else { return };
             let Some(worker) = this.waits.take() else { return };
             this.chosen.replace(Some(port));
             let count = this.next();
@@ -278,6 +278,19 @@ impl Serial {
         let chosen = self.chosen.borrow().clone();
         let here = chosen.filter(|chosen| known.iter().any(|port| Object::is(port, chosen)));
         here.or_else(|| known.into_iter().next())
+    }
+
+    /// The adapter whose cable was pulled; one that the browser takes for another only where there is no second.
+    async fn adapter_of_before(&self) -> Option<Port> {
+        let mut adapters = known().await;
+        adapters.retain(is_adapter);
+        let chosen = self.chosen.borrow();
+        let same = chosen.as_ref().and_then(|chosen| adapters.iter().position(|port| Object::is(port, chosen)));
+        match (same, adapters.len()) {
+            (Some(at), _) => Some(adapters.swap_remove(at)),
+            (None, 1) => adapters.pop(),
+            (None, _) => None,
+        }
     }
 
     /// Carries bytes from the port to the worker until the port is gone, or nobody wants them any more.

@@ -31,9 +31,17 @@ const TABLE: &str = "projects";
 /// How the lock of a place is called, before its number.
 const LOCK: &str = "annulus project ";
 
+/// A place that this tab holds.
+struct Holding {
+    /// Let go of with it.
+    _held: Held,
+    /// Only until it is forgotten, or written for the first time: nobody works there yet.
+    for_now: bool,
+}
+
 /// The places that this tab holds.
 #[derive(Clone, Default)]
-pub(super) struct Places(Rc<RefCell<BTreeMap<u32, Held>>>);
+pub(super) struct Places(Rc<RefCell<BTreeMap<u32, Holding>>>);
 
 /// Tells when the page is looked at again, and when it is left.
 pub(super) fn listen() {
@@ -88,6 +96,7 @@ impl Places {
                 web_sys::console::warn_1(why);
                 claimed.inspect(|place| this.let_go(*place));
             }
+            this.settle(there);
             let full = done.as_ref().is_err_and(is_full);
             send(KeepEvent::Written { place: done.is_ok().then_some(there), full });
         });
@@ -102,7 +111,10 @@ impl Places {
     pub(super) fn take(&self, place: u32) {
         let this = self.clone();
         spawn_local(async move {
-            let own = this.has(place) || this.hold(place).await;
+            let own = this.works_at(place) || this.hold(place).await;
+            if own {
+                this.settle(place);
+            }
             let job = row(place).await.map(|(_, job)| job);
             let files =
                 get(&files_key(place)).await.ok().and_then(|files| files.dyn_into::<Uint8Array>().ok());
@@ -124,19 +136,26 @@ impl Places {
         });
     }
 
-    /// Whether this tab holds `place`.
-    fn has(&self, place: u32) -> bool {
-        self.0.borrow().contains_key(&place)
+    /// Whether this tab holds `place`, and not only for now.
+    fn works_at(&self, place: u32) -> bool {
+        self.0.borrow().get(&place).is_some_and(|holding| !holding.for_now)
     }
 
-    /// Holds a place that no tab holds, this one neither: what is under way there has it for itself.
+    /// What is held for now is held from now on.
+    fn settle(&self, place: u32) {
+        if let Some(holding) = self.0.borrow_mut().get_mut(&place) {
+            holding.for_now = false;
+        }
+    }
+
+    /// Holds a place for now that no tab holds, this one neither: what is under way there has it for itself.
     async fn hold(&self, place: u32) -> bool {
-        if self.has(place) {
+        if self.0.borrow().contains_key(&place) {
             return false;
         }
         let held = locks::hold(&lock_of(place)).await;
         let is_held = held.is_some();
-        self.0.borrow_mut().extend(held.map(|held| (place, held)));
+        self.0.borrow_mut().extend(held.map(|held| (place, Holding { _held: held, for_now: true })));
         is_held
     }
 

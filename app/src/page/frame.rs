@@ -5,7 +5,7 @@
 use super::signals as all;
 use super::slots::Slots;
 use crate::format::Unit;
-use crate::keys::{KeyAction, OwnKeys, Shortcut, Tab};
+use crate::keys::{KeyAction, OwnKeys, SHORTCUTS, Shortcut, Tab};
 use crate::layers::LayerLook;
 use crate::model::{Overlay, Theme, Toast};
 use crate::view::Camera;
@@ -65,6 +65,16 @@ pub struct Frame {
 /// What frames the work.
 pub fn frame() -> Frame {
     all().frame
+}
+
+/// How the key of a shortcut is written for people, where this person has it.
+pub fn written(shortcut: &Shortcut) -> String {
+    frame().own_keys.with(|own| own.written(shortcut))
+}
+
+/// The same for the first key of the table that does `action`; empty where none does.
+pub fn key_of(action: KeyAction) -> String {
+    SHORTCUTS.iter().find(|shortcut| shortcut.action == action).map_or_else(String::new, written)
 }
 
 pub(super) fn signals(slots: &mut Slots) -> Frame {

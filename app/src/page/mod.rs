@@ -18,7 +18,7 @@ mod slots;
 
 pub use board::{OpenBoard, open_board};
 pub use drawing::{Drawing, open_drawing};
-pub use frame::{Frame, frame};
+pub use frame::{Frame, frame, key_of, written};
 pub use job::{OpenJob, open_job};
 
 pub use lab::{Lab, open_lab};

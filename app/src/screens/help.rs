@@ -5,7 +5,7 @@
 use crate::i18n::{self, key, t};
 use crate::keys::{SHORTCUTS, Tab};
 use crate::model::{FrameEvent, Overlay};
-use crate::page::{frame, send};
+use crate::page::{frame, send, written};
 use crate::screens::top_bar::name_of;
 use crate::widgets::{Dialog, dialog, push};
 use leptos::html::{dd, div, dl, dt, h3, kbd, li, ol, section, span};
@@ -35,8 +35,7 @@ fn word(key: &'static str) -> impl Fn() -> String + Send + Sync + 'static {
 fn keys_of(tab: Option<Tab>) -> impl IntoView {
     let rows = SHORTCUTS.iter().filter(move |shortcut| shortcut.tab == tab);
     let rows = rows.map(|shortcut| {
-        let written = move || frame().own_keys.with(|own| own.written(shortcut));
-        li().child((kbd().child(written), span().child(word(shortcut.name)))).into_any()
+        li().child((kbd().child(move || written(shortcut)), span().child(word(shortcut.name)))).into_any()
     });
     let title = move || tab.map_or_else(|| i18n::text(key!("page.help.everywhere"), &[]), name_of);
     section().child((h3().child(title), ol().class("keys").child(rows.collect::<Vec<_>>())))

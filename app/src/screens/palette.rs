@@ -6,7 +6,7 @@ use super::regions;
 use crate::i18n::{self, t};
 use crate::keys::{KeyAction, SHORTCUTS, Shortcut};
 use crate::model::{FrameEvent, Overlay};
-use crate::page::{frame, send};
+use crate::page::{frame, send, written};
 use crate::widgets::{Dialog, dialog, push};
 use leptos::ev;
 use leptos::html::{self, div, input, kbd, li, span, ul};
@@ -139,6 +139,6 @@ fn line(row: usize, shortcut: &'static Shortcut, at: RwSignal<usize>) -> impl In
         .on(ev::click, move |_| choose(shortcut.action))
         .child((
             span().class("grow").child(move || i18n::text(shortcut.name, &[])),
-            kbd().child(move || frame().own_keys.with(|own| own.written(shortcut))),
+            kbd().child(move || written(shortcut)),
         ))
 }

@@ -39,7 +39,7 @@ fn folder(name: &str) -> Option<&str> {
 
 /// The place among the `open` files that a file called `name` takes: its namesake's, else that of the only one that is called so in
 /// another folder.
-fn place_of(open: &[(String, Vec<u8>)], name: &str) -> Option<usize> {
+pub fn place_of(open: &[(String, Vec<u8>)], name: &str) -> Option<usize> {
     let same = open.iter().position(|(other, _)| other == name);
     let alike = || {
         let mut alike = open.iter().enumerate().filter(|(_, (other, _))| last(other) == last(name));

@@ -16,9 +16,9 @@ use crate::model::planning::{Brought, Wanted};
 use crate::model::{BoardBefore, Document, Effect, JobEvent, Lane, Model, ToastAct, files, frame, job};
 use crate::said::{Text, key};
 use annulus_core::cam::work::Work;
-use annulus_core::project::anew::{ExportedAnew, exported_anew};
+use annulus_core::project::anew::{ExportedAnew, exported_anew, place_of};
 use annulus_core::project::saved::SaidOfFiles;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// Names and bytes of files.
@@ -54,6 +54,8 @@ pub struct Anew {
     carried: bool,
     /// Files that changed on the disk.
     on_disk: Files,
+    /// What the board calls files that were brought by other names: they took the places of those.
+    open_names: BTreeMap<String, String>,
     /// The person wants these.
     wanted: bool,
 }
@@ -182,10 +184,13 @@ fn on_disk(model: &mut Model, files: Files) -> Vec<Effect> {
 /// The files of the open board as they are on the disk; none where they are open so.
 fn as_on_disk(model: &Model) -> Option<Brought> {
     let open = model.board.document.as_ref()?;
-    let now = |(name, bytes): &(String, Vec<u8>)| {
-        (name.clone(), bytes_of(&model.anew.on_disk, name).unwrap_or(bytes).to_vec())
-    };
-    let files: Files = open.files.iter().map(now).collect();
+    let mut files: Files = open.files.clone();
+    for (name, bytes) in &model.anew.on_disk {
+        let name = model.anew.open_names.get(name).unwrap_or(name);
+        if let Some((_, now)) = files.iter_mut().find(|(other, _)| other == name) {
+            now.clone_from(bytes);
+        }
+    }
     exports(model, &files).map(|anew| Brought { anew, files })
 }
 
@@ -216,7 +221,14 @@ pub(super) fn has_new_warnings(before: &Document, now: &Document) -> bool {
 pub(super) fn taken_in(model: &mut Model, before: Option<BoardBefore>, brought: Brought) -> Vec<Effect> {
     let ExportedAnew { replaced, added, gone, .. } = brought.anew;
     let shown = Arc::new(NewExports { replaced, added, gone, ..NewExports::default() });
+    let mut open_names = std::mem::take(&mut model.anew.open_names);
+    if let Some(before) = &before {
+        let open = &before.document.files;
+        let other = |name: &String| Some((name.clone(), open[place_of(open, name)?].0.clone()));
+        open_names.extend(brought.files.iter().filter_map(|(name, _)| other(name)));
+    }
     model.anew.end();
+    model.anew.open_names = open_names;
     if as_on_disk(model).is_none() {
         model.anew.on_disk = Vec::new();
     }
@@ -225,6 +237,7 @@ pub(super) fn taken_in(model: &mut Model, before: Option<BoardBefore>, brought: 
         brought: brought.files,
         shown: Some(shown),
         on_disk: std::mem::take(&mut model.anew.on_disk),
+        open_names: std::mem::take(&mut model.anew.open_names),
         ..Anew::default()
     };
     ask(model)

@@ -102,6 +102,10 @@ fn welcome(model: &mut Model) -> Vec<Effect> {
     model.link.phase = LinkPhase::Open;
     model.link.ever = true;
     model.link.attempt = 0;
+    if model.link.controller.chosen {
+        // Who answers now is known when it has greeted; until then what it was before says nothing.
+        (model.link.status, model.link.controller.who) = (None, None);
+    }
     // The other tab let go of the drill.
     model.link.refused.take_if(|why| why.code == "drill.other_tab");
     let mut effects = stop::opened(model);

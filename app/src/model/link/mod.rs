@@ -16,7 +16,7 @@ mod jog;
 mod stop;
 pub mod way_back;
 
-use super::{Effect, Event, Model};
+use super::{Effect, Model};
 use crate::health::{self, Claim, Freshness, Ousted, StopWay};
 use crate::lab::log::{Log, LogEvent as Noted};
 use annulus_core::control::{Ending, State, Timing};
@@ -162,6 +162,8 @@ pub struct Link {
     pub(super) session: Option<Paired>,
     /// Tries since the line was open last.
     attempt: u32,
+    /// Counts what was tried and what is to be: a try that is due is done only where nothing was tried since.
+    pub(in crate::model) tries: u32,
     /// When the bridge was heard last, and pinged.
     heard_ms: f64,
     pinged_ms: f64,
@@ -202,7 +204,10 @@ pub enum LinkEvent {
         session: Option<Paired>,
     },
     /// It is time for another try.
-    Retry,
+    Retry {
+        /// Which; one that was planned before another is not done any more.
+        number: u32,
+    },
     /// The person wants another try at once.
     ReconnectNow,
     /// The bridge was heard.
@@ -284,7 +289,8 @@ pub(super) fn update(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
     match event {
         LinkEvent::Begun { token, kept, had_control } => begun(model, token, kept, had_control),
         LinkEvent::Paired { session } => paired(model, session),
-        LinkEvent::Retry => connect(model),
+        LinkEvent::Retry { number } if number == model.link.tries => connect(model),
+        LinkEvent::Retry { .. } => Vec::new(),
         LinkEvent::ReconnectNow => {
             model.link.attempt = 0;
             connect(model)
@@ -369,6 +375,7 @@ fn connect(model: &mut Model) -> Vec<Effect> {
         link.phase = LinkPhase::Connecting;
     }
     link.unknown = false;
+    link.tries = link.tries.wrapping_add(1);
     vec![if link.controller.chosen { Effect::ConnectController } else { Effect::Connect }]
 }
 
@@ -414,7 +421,9 @@ fn closed(model: &mut Model) -> Vec<Effect> {
     link.phase = if was_open || link.ever { LinkPhase::Lost } else { LinkPhase::Connecting };
     let after_ms = health::retry_ms(link.attempt);
     link.attempt = link.attempt.saturating_add(1);
-    vec![Effect::Wake { after_ms, event: Box::new(Event::Link(LinkEvent::Retry)) }]
+    link.tries = link.tries.wrapping_add(1);
+    let again = LinkEvent::Retry { number: link.tries };
+    vec![Effect::Wake { after_ms, event: Box::new(again.into()) }]
 }
 
 fn ping_if_due(model: &mut Model) -> Vec<Effect> {

@@ -174,6 +174,19 @@ fn the_board_is_on_show_with_what_changed() {
 }
 
 #[test]
+fn a_file_that_was_brought_by_another_name_is_followed_by_it() {
+    let named = |name: &str, byte| (name.to_owned(), vec![byte]);
+    let mut story = Story::default();
+    story.send(FilesEvent::Chosen { files: vec![named("board/a.drl", 1), named("board/b.drl", 1)] });
+    story.tell("certain");
+    story.send(AnewEvent::Chosen { files: vec![named("a.drl", 2)] });
+    story.tell("certain");
+    story.send(AnewEvent::OnDisk { files: vec![named("a.drl", 3)] });
+    ["take-from-disk", "certain"].into_iter().for_each(|word| story.tell(word));
+    assert_eq!(open(&story.model), "board/a.drl=[3] board/b.drl=[1]");
+}
+
+#[test]
 fn a_file_of_a_folder_that_was_written_anew_leaves_the_others_there() {
     let named = |name: &str, byte| (format!("board/{name}"), vec![byte]);
     let mut story = Story::default();

@@ -37,6 +37,7 @@ fn a_controller_is_chosen_by_the_person_and_spoken_with_as_the_bridge_is() {
             ("mill closed", "lost | wake:250"),
             ("mill closed retry", "lost | connect-controller"),
             ("mill closed plugged", "lost | connect-controller"),
+            ("mill closed plugged retry-before", "lost | "),
             ("mill plugged", "open | "),
             ("serial begin plugged", "unpaired | "),
             ("serial begin chosen port-failed", "connecting | wake:250"),
@@ -62,6 +63,10 @@ fn what_is_known_is_of_the_machine_that_is_spoken_with() {
             ("mill let-go", "false None false"),
             ("mill interrupted let-go", "false None false"),
             ("mill closed", "true Some(Ready) true"),
+            // what is behind the port now has not said yet how it is: nothing may be asked of it
+            ("mill closed plugged challenge welcome", "true None true"),
+            ("mill closed plugged challenge welcome status:Ready", "true Some(Ready) true"),
+            ("ready closed retry challenge welcome", "false Some(Ready) true"),
         ],
         |line| {
             let link = &line.model.link;

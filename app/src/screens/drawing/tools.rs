@@ -5,24 +5,25 @@
 use super::focus_picture;
 use super::inputs::{self, LAYERS, SHAPES, shown, tick};
 use crate::drawing::fields::Field;
-use crate::drawing::{Act, GRIDS, Pen, Tool};
+use crate::drawing::{Act, DrawKey, GRIDS, Pen, Tool};
 use crate::i18n::{self, key, t};
+use crate::keys::KeyAction;
 use crate::model::DrawEvent;
-use crate::page::{frame, open_drawing, send};
+use crate::page::{frame, key_of, open_drawing, send};
 use crate::widgets::{Icon, picture_button_if};
 use leptos::ev;
 use leptos::html::{self, button, div, h2, header, section, select, span};
 use leptos::prelude::*;
 
-/// The name of a tool, and its key.
-fn word(tool: Tool) -> (&'static str, &'static str) {
+/// The name of a tool.
+fn word(tool: Tool) -> &'static str {
     match tool {
-        Tool::Select => (key!("page.draw.tool.select"), "V"),
-        Tool::Track => (key!("page.draw.tool.track"), "X"),
-        Tool::Pad => (key!("page.draw.tool.pad"), "P"),
-        Tool::Hole => (key!("page.draw.tool.hole"), "O"),
-        Tool::Node => (key!("page.draw.tool.node"), "N"),
-        Tool::Measure => (key!("page.draw.tool.measure"), "D"),
+        Tool::Select => key!("page.draw.tool.select"),
+        Tool::Track => key!("page.draw.tool.track"),
+        Tool::Pad => key!("page.draw.tool.pad"),
+        Tool::Hole => key!("page.draw.tool.hole"),
+        Tool::Node => key!("page.draw.tool.node"),
+        Tool::Measure => key!("page.draw.tool.measure"),
     }
 }
 
@@ -30,7 +31,8 @@ fn word(tool: Tool) -> (&'static str, &'static str) {
 pub(super) fn tools() -> impl IntoView {
     let drawing = open_drawing();
     let buttons = Tool::ALL.map(|tool| {
-        let (name, letter) = word(tool);
+        let name = word(tool);
+        let letter = move || key_of(KeyAction::Draw(DrawKey::Tool(tool)));
         button()
             .attr("type", "button")
             .class("button")

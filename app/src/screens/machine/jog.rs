@@ -3,11 +3,11 @@
 //! Comes in: what the machine allows now, presses. Goes out: presses as events. Home is not among its keys.
 
 use crate::i18n::{key, say, t};
-use crate::keys;
+use crate::keys::{self, KeyAction};
 use crate::model::HandEvent;
 use crate::model::link::hand::{JogDirection, STEPS_UM};
 use crate::page::link::{self, Link};
-use crate::page::send;
+use crate::page::{key_of, send};
 use crate::widgets::choice;
 use annulus_core::control::State;
 use leptos::ev;
@@ -126,7 +126,7 @@ pub(crate) fn jog() -> impl IntoView {
                 .attr("type", "button")
                 .class("button")
                 .attr("aria-pressed", move || if armed.get() { "true" } else { "false" })
-                .attr("aria-keyshortcuts", "J")
+                .attr("aria-keyshortcuts", move || key_of(KeyAction::ArmKeys))
                 .on(ev::click, move |_| arm(line))
                 .child(keys),
         ))

@@ -5,7 +5,7 @@
 use crate::i18n::{self, key, say, t};
 use crate::keys::{SHORTCUTS, Shortcut, is_of_ones_own};
 use crate::model::FrameEvent;
-use crate::page::{frame, send};
+use crate::page::{frame, send, written};
 use crate::screens::top_bar::name_of;
 use crate::widgets::push_if;
 use leptos::ev;
@@ -22,7 +22,7 @@ fn name(shortcut: &Shortcut) -> String {
 }
 
 fn row(shortcut: &'static Shortcut) -> impl IntoView {
-    let sign = move || frame().own_keys.with(|own| own.written(shortcut));
+    let sign = move || written(shortcut);
     let field = input()
         .attr("type", "text")
         .attr("maxlength", "1")
@@ -33,7 +33,7 @@ fn row(shortcut: &'static Shortcut) -> impl IntoView {
         .on(ev::change, move |event| {
             send(FrameEvent::OwnKey { shortcut, sign: event_target_value(&event) });
             // What could not be had is not left standing there.
-            let there = frame().own_keys.with_untracked(|own| own.written(shortcut));
+            let there = untrack(|| written(shortcut));
             event_target::<web_sys::HtmlInputElement>(&event).set_value(&there);
         });
     label().class("own-key").child((span().child(move || name(shortcut)), field))
