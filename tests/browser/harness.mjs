@@ -280,6 +280,13 @@ export function picture(name) {
   return join(folder, `${name}.png`);
 }
 
+/** `error` with what the page said then, and a picture of it called `name`: elsewhere only the text of a failure is kept. */
+export async function failed(page, name, error) {
+  await page.screenshot({ path: picture(name) });
+  error.message += `\nThe page said: ${await page.locator("main").innerText()}`;
+  return error;
+}
+
 /** The button of a screen. */
 export const tab = (page, name) => page.getByRole("navigation", { name: "Screens" }).getByRole("button", { name });
 

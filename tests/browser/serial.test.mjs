@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { firmware, startAdapter } from "./adapter.mjs";
 import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
-import { PATIENCE_MS, openBrowser, openPage, picture, planned, press, serveFiles, settled, startBridge, tab, until } from "./harness.mjs";
+import { PATIENCE_MS, failed, openBrowser, openPage, picture, planned, press, serveFiles, settled, startBridge, tab, until } from "./harness.mjs";
 
 /** How many times faster than life the board runs. */
 const SPEED = 2;
@@ -156,8 +156,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     assert.ok(dips.length <= HOLES.length + 2, "at most the two that were in work are made twice");
     assert.deepEqual(problems, []);
   } catch (error) {
-    await page.screenshot({ path: picture("serial-failed-1440") });
-    throw error;
+    throw await failed(page, "serial-failed-1440", error);
   } finally {
     await context.close();
     server.stop();
@@ -219,8 +218,7 @@ test("a board that lies askew is touched from the page, its map is seen, and the
     assert.ok(Math.abs(lowest(10) - lowest(0) - 0.2 * STEPS) < 6, `${lowest(0)} and ${lowest(10)}`);
     assert.deepEqual(problems, []);
   } catch (error) {
-    await page.screenshot({ path: picture("level-failed-1440") });
-    throw error;
+    throw await failed(page, "level-failed-1440", error);
   } finally {
     await context.close();
     server.stop();
@@ -320,8 +318,7 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     assert.ok(made.every(({ turned }) => turned), "no hole without the spindle");
     assert.deepEqual(problems, []);
   } catch (error) {
-    await page.screenshot({ path: picture("adapter-failed-1440") });
-    throw error;
+    throw await failed(page, "adapter-failed-1440", error);
   } finally {
     await context.close();
     server.stop();

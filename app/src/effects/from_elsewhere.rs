@@ -1,7 +1,7 @@
 //! Boards that come from outside with the address of the page: a link to one, files that were shared with the page.
 //!
 //! ```text
-//!   ?url=https://…/board.zip, a link that is put in ─▶ fetched, without anything that tells who asks ─▶ FilesEvent::Chosen
+//!   ?url=https://…/board.zip, a link that is put in ─▶ fetched, without anything that tells who asks ─▶ FilesEvent::Fetched
 //!   ?shared=FILES BYTES ─▶ what the service worker put by ────────────────────▶ FilesEvent::Chosen
 //! ```
 //!
@@ -75,7 +75,7 @@ pub(super) fn put_in(address: String) {
 fn open(address: String) {
     spawn_local(async move {
         match fetched(address.trim()).await {
-            Ok(file) => send(FilesEvent::Chosen { files: vec![file] }),
+            Ok(file) => send(FilesEvent::Fetched { files: vec![file] }),
             Err(text) => send(FrameEvent::Tell { text }),
         }
     });

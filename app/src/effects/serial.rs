@@ -285,7 +285,8 @@ impl Serial {
         let mut adapters = known().await;
         adapters.retain(is_adapter);
         let chosen = self.chosen.borrow();
-        let same = chosen.as_ref().and_then(|chosen| adapters.iter().position(|port| Object::is(port, chosen)));
+        let same =
+            chosen.as_ref().and_then(|chosen| adapters.iter().position(|port| Object::is(port, chosen)));
         match (same, adapters.len()) {
             (Some(at), _) => Some(adapters.swap_remove(at)),
             (None, 1) => adapters.pop(),

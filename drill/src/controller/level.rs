@@ -34,6 +34,8 @@ impl<F: Files> Station<F> {
         let mm = |um: u32| f64::from(um) / 1e3;
         let start = SurveyStart::usual(wish.grid, mm(wish.clear_um), mm(wish.depth_um));
         self.engine_asked(EngineAsk::Survey(start))?;
+        // None of its ways is a move that somebody has to go on wanting.
+        self.hand.until = None;
         let count = wish.grid.count();
         let (job, now_s, grid) = (wish.job, wish.now_s, Some(wish.grid));
         self.surface.touching = Touching { job, now_s, grid, heights: vec![None; count], done: 0, of: count };

@@ -17,7 +17,7 @@ use super::{Document, Effect, JobEdit, Model, OpenBoard, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Reading, Request, Settings, ToOpen, ToRead};
 use crate::keys::Tab;
-use crate::said::Text;
+use crate::said::{Text, key};
 use anew::Anew;
 use annulus_core::project::saved::{self, NumberReading, Project, SaidOfFiles};
 use annulus_core::units::Length;
@@ -58,6 +58,11 @@ pub enum FilesEvent {
     },
     /// The import review is wanted.
     Review,
+    /// The file behind a link is here; whatever was opened meanwhile stays.
+    Fetched {
+        /// Name and bytes.
+        files: Vec<(String, Vec<u8>)>,
+    },
     /// The review was gone through.
     Reviewed,
     /// The person wants none of it.
@@ -113,6 +118,10 @@ pub(super) fn update(model: &mut Model, event: FilesEvent) -> Vec<Effect> {
         FilesEvent::Sample => return vec![Effect::Sample],
         FilesEvent::Link { address } => return vec![Effect::FollowLink { address }],
         FilesEvent::Chosen { files } => return chosen(model, files),
+        FilesEvent::Fetched { .. } if board.document.is_some() => {
+            return vec![frame::toast(model, Text::of(key!("page.link_to.late")), None)];
+        }
+        FilesEvent::Fetched { files } => return chosen(model, files),
         FilesEvent::Review => {
             let open = open_now(model);
             model.board.reviewing = open.is_some();

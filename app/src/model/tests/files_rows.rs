@@ -24,6 +24,9 @@ fn files_are_read_and_what_is_certain_is_planned_at_once() {
             ("open certain plan", "proving | board plan stale | toast-goes prove"),
             ("open warning reviewed plan", "proving | board plan stale | prove"),
             ("open certain plan-error", "proving | board plan stale | prove"),
+            // what comes from behind a link takes nothing away
+            ("fetched", "reading |  | call-off read"),
+            ("open certain plan prove time fetched", "nothing | board plan proof job | toast-goes"),
             // while a project is taken apart nothing is said of it
             ("open-project", "opening |  | call-off open"),
             ("open-project opened", "reading |  | call-off read"),

@@ -320,6 +320,7 @@ impl Story {
         let event = match word {
             "open" => FilesEvent::Chosen { files: files(1) },
             "open-other" => FilesEvent::Chosen { files: other_files() },
+            "fetched" => FilesEvent::Fetched { files: other_files() },
             "open-anew" => FilesEvent::Chosen { files: vec![("a.drl".to_owned(), vec![3])] },
             "open-anew-whole" => FilesEvent::Chosen { files: files(3) },
             "open-project" => FilesEvent::Chosen { files: saved_project() },
