@@ -90,8 +90,7 @@ pub struct Adapter<'a> {
     is_off: bool,
     player: Player,
     store: &'a mut Store,
-    /// Ticks in the store, chunks that came, bytes of them, where they end.
-    stored: u32,
+    /// Chunks that came, bytes of them, where they end.
     chunk: u32,
     bytes: u32,
     accepted: [i32; AXES],
@@ -128,7 +127,6 @@ impl<'a> Adapter<'a> {
             is_off: false,
             player: Player::new(),
             store,
-            stored: 0,
             chunk: 0,
             bytes: 0,
             accepted: [0; AXES],
@@ -236,8 +234,7 @@ impl<'a> Adapter<'a> {
 
     /// Forgets the path that is not begun.
     fn forget(&mut self) {
-        self.store.clear();
-        self.stored = 0;
+        self.player.forget(self.store);
         self.accepted = self.player.index();
         let forward = self.player.forward();
         self.before = forward.map(Before::at_rest);
@@ -279,6 +276,9 @@ impl<'a> Adapter<'a> {
             Ask::Begin(_) if self.state == State::Ready && !self.store.is_empty() && !self.is_off => {
                 if self.inputs.stop || self.inputs.on & self.limits != 0 {
                     return Err(Refusal::Input);
+                }
+                if !self.player.is_covered(self.store) {
+                    return Err(Refusal::Tail);
                 }
                 self.state = State::Running;
                 self.player.ready();
@@ -350,16 +350,12 @@ impl<'a> Adapter<'a> {
         if head.number != self.chunk {
             return Err(Refusal::Gap);
         }
-        if head.first != self.accepted {
-            return Err(Refusal::Index);
-        }
-        let after = chunk::check(head, runs, &self.before, &self.settings)?;
-        if !self.store.push(payload) {
+        let after = chunk::check(head, runs, (&self.before, self.accepted), &self.settings)?;
+        if !self.player.keep(self.store, head, payload) {
             return Err(Refusal::Room);
         }
-        (self.before, self.accepted) = (after, head.last);
+        (self.before, self.accepted) = after;
         self.chunk = self.chunk.wrapping_add(1);
-        self.stored = self.stored.wrapping_add(head.ticks);
         Ok(())
     }
 
@@ -368,19 +364,13 @@ impl<'a> Adapter<'a> {
         if !self.player.begin(self.store, u32::from(self.settings.pulse)) {
             self.ended(End::Rested);
         }
-        self.stored = self.stored.saturating_sub(self.player.left());
     }
 
     /// Makes the words of the next slice while it is running; how the path ended where it did. Then the pins are to play what
     /// they have, and [`Self::ended`] is to be said.
     #[inline(always)]
     pub fn slice(&mut self, words: &mut impl Words) -> Option<End> {
-        let free = self.store.free();
-        let end = self.player.slice(self.store, words);
-        if self.store.free() != free {
-            self.stored = self.stored.saturating_sub(self.player.taken());
-        }
-        end
+        self.player.slice(self.store, words)
     }
 
     /// The pins played everything and are at rest.
@@ -455,7 +445,8 @@ impl<'a> Adapter<'a> {
             input: self.input,
             index: self.player.index(),
             chunk: self.chunk,
-            resident: self.stored + if self.state == State::Running { self.player.left() } else { 0 },
+            resident: self.player.waiting()
+                + if self.state == State::Running { self.player.left() } else { 0 },
             rate: self.player.rate(),
             inputs: u16::from(self.inputs.on) | u16::from(self.inputs.stop) << 15,
             outputs: self.outputs,

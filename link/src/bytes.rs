@@ -36,9 +36,14 @@ impl<'a> Writer<'a> {
         self.bytes(&[number as u8]);
     }
 
-    /// The same with a sign.
-    pub fn short_signed(&mut self, number: i32) {
-        self.short((number << 1 ^ number >> 31) as u32);
+    /// A number that is near 0 mostly, and may be larger than 32 bits.
+    pub fn long_signed(&mut self, number: i64) {
+        let mut folded = (number << 1 ^ number >> 63) as u64;
+        while folded > 0x7F {
+            self.bytes(&[folded as u8 | 0x80]);
+            folded >>= 7;
+        }
+        self.bytes(&[folded as u8]);
     }
 
     /// How much was written, none where it did not fit.
@@ -83,10 +88,24 @@ impl<'a> Reader<'a> {
         None
     }
 
-    /// The same with a sign.
-    pub fn short_signed(&mut self) -> Option<i32> {
-        let folded = self.short()?;
-        Some((folded >> 1) as i32 ^ -((folded & 1) as i32))
+    /// A number that is near 0 mostly, of up to 48 bits.
+    pub fn long_signed(&mut self) -> Option<i64> {
+        let low = self.bytes.first().copied()?;
+        if low & 0x80 == 0 {
+            // Most are of one byte.
+            self.bytes = &self.bytes[1..];
+            return Some(i64::from((low >> 1) as i32 ^ -i32::from(low & 1)));
+        }
+        let mut folded = 0_u64;
+        for shift in [0, 7, 14, 21, 28, 35, 42] {
+            let (byte, rest) = self.bytes.split_first()?;
+            self.bytes = rest;
+            folded |= u64::from(byte & 0x7F) << shift;
+            if byte & 0x80 == 0 {
+                return Some((folded >> 1) as i64 ^ -((folded & 1) as i64));
+            }
+        }
+        None
     }
 
     /// What was not read.

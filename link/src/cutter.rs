@@ -1,21 +1,20 @@
-//! The path of a segment cut into chunks, each with its tail: what the bridge sends.
+//! The path of a segment cut into chunks: what the bridge sends.
 //!
 //! ```text
 //! run      ──────────────────────────────         may be longer than any chunk: it is cut between two steps, and the parts
 //! chunks   |<─ 1 ─>|<─ 2 ─>|<─ 3 ─>|               that its first piece left over go with the second
-//! tails            |<── of 1 ──>|
 //! ```
 //!
 //! Comes in: runs of every axis from rest to rest. Goes out: heads with their runs. Does not know the line.
 
 use crate::AXES;
-use crate::chunk::{LONGEST, SLICE, stopping, write};
+use crate::chunk::{LONGEST, SLICE, places, write};
 use crate::frame::PAYLOAD;
 use crate::message::Chunk;
 use crate::run::{Cursor, Run};
 
 /// Most runs of one axis in a chunk.
-const MOST: usize = 120;
+const MOST: usize = 240;
 
 /// How chunks are to be.
 #[derive(Clone, Copy, Debug)]
@@ -69,14 +68,12 @@ pub struct Piece {
     pub head: Chunk,
     /// Its runs.
     pub runs: [Runs; AXES],
-    /// Those of its tail.
-    pub tail: [Runs; AXES],
 }
 
 impl Piece {
-    /// Its runs and those of its tail, as [`write()`] takes them.
-    pub fn slices(&self) -> ([&[Run]; AXES], [&[Run]; AXES]) {
-        (self.runs.each_ref().map(Runs::all), self.tail.each_ref().map(Runs::all))
+    /// Its runs, as [`write()`] takes them.
+    pub fn slices(&self) -> [&[Run]; AXES] {
+        self.runs.each_ref().map(Runs::all)
     }
 }
 
@@ -183,37 +180,29 @@ impl<'a> ChunkCutter<'a> {
     }
 
     fn piece(&mut self, ticks: u32, rule: &Rule) -> Option<Piece> {
-        let mut piece = Piece { head: Chunk::default(), runs: [Runs::NONE; AXES], tail: [Runs::NONE; AXES] };
+        let mut piece = Piece { head: Chunk::default(), runs: [Runs::NONE; AXES] };
         let first = self.index;
         for (axis, place) in self.axes.iter_mut().enumerate() {
             let led = place.take(self.at, ticks, &mut piece.runs[axis])?;
             self.index[axis] = self.index[axis].wrapping_add(led);
         }
         (self.at, self.left) = (self.at.wrapping_add(ticks), self.left.saturating_sub(u64::from(ticks)));
-        let rests = self.left == 0;
-        let tail_ticks = if rests { 0 } else { stopping(rule.fall) };
         let mut ahead = 0;
         for (axis, place) in self.axes.iter().enumerate() {
             ahead |= u8::from(place.run.map_or(place.cursor.forward, |run| run.forward)) << axis;
-            let mut place = *place;
-            place.take(self.at, tail_ticks.min(self.left()), &mut piece.tail[axis])?;
         }
         piece.head = Chunk {
             number: self.number,
-            first,
-            last: self.index,
+            places: places(first, self.index),
             ticks,
-            tail_ticks,
             fall: rule.fall,
             rise: rule.rise,
-            tail_fall: if rests { 0 } else { rule.fall },
             ahead,
-            rests: u8::from(rests),
+            rests: u8::from(self.left == 0),
             ..Chunk::default()
         };
         self.number = self.number.wrapping_add(1);
-        let (runs, tail) = piece.slices();
-        write(&piece.head, runs, tail, &mut [0; PAYLOAD])?;
+        write(&piece.head, piece.slices(), &mut [0; PAYLOAD])?;
         Some(piece)
     }
 }

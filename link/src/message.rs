@@ -157,32 +157,24 @@ messages! {
             /// Axes whose direction pin is high when they count down.
             low_forward: u8,
         }
-        /// A piece of path. Its runs follow the head: of every axis those of the chunk, then of every axis those of its tail.
+        /// A piece of path. Its runs follow the head, axis by axis.
         4 Chunk {
             /// Its number in the session, from 0 on without gaps.
             number: u32,
-            /// Index of every axis before it.
-            first: [i32; AXES],
-            /// And after it, its tail apart.
-            last: [i32; AXES],
-            /// How long it takes, in ticks; the tail apart.
+            /// CRC-32C of the index of every axis before it and of every axis after it.
+            places: u32,
+            /// How long it takes, in ticks.
             ticks: u32,
-            /// How long the tail takes at full rate.
-            tail_ticks: u32,
             /// Most that the rate of time may fall in a slice, in 1/65,536 of full rate.
             fall: u16,
             /// Most that it may rise.
             rise: u16,
-            /// How much it falls in every slice of the tail; 0 where the tail comes to rest by itself.
-            tail_fall: u16,
             /// Direction of the step that follows this chunk, one bit an axis, on for forward.
             ahead: u8,
-            /// 1 where the path rests at its end, so that it needs no tail.
+            /// 1 where the path rests at its end, so that nothing has to follow it.
             rests: u8,
             /// Runs of every axis.
             runs: [u8; AXES],
-            /// Runs of every axis in the tail.
-            tail_runs: [u8; AXES],
         }
         /// Go, from rest.
         5 Begin {}

@@ -13,7 +13,7 @@
 //! Comes in: chunks that were checked, the rate that is wanted. Goes out: words. Does not know what time it is.
 
 use crate::bytes::{Plain, Reader};
-use crate::chunk::SLICE;
+use crate::chunk::{SLICE, stopping};
 use crate::frame::PAYLOAD;
 use crate::message::Chunk;
 use crate::run::{Cursor, Run, Stretch};
@@ -25,6 +25,9 @@ pub const BEFORE_PULSE: u32 = 7;
 
 /// Cycles of a word without a pulse, beside its wait.
 pub const WITHOUT_PULSE: u32 = 6;
+
+/// Bytes of the head of a chunk.
+const HEAD: usize = 22;
 
 /// Below this rate time stands still.
 const LEAST_RATE: u32 = 64;
@@ -77,9 +80,10 @@ pub enum End {
 #[derive(Clone, Copy, Debug)]
 struct Axis {
     cursor: Cursor,
-    /// Which way the step behind its last run goes, where that is known.
-    ahead: Option<bool>,
-    /// Its runs that are not begun: from where in the payload, and how many.
+    /// Which way the step behind its last run goes.
+    ahead: bool,
+    /// The run that was begun last in this chunk, and those that are not begun: from where in the payload, and how many.
+    run: Option<Run>,
     later: (u16, u8),
     /// Tick of the machine at which its next word begins.
     word: u32,
@@ -90,13 +94,14 @@ struct Axis {
 #[derive(Debug)]
 pub struct Player {
     axes: [Axis; AXES],
-    /// The chunk in play, and where the runs of each axis lie in its payload: of the chunk, of its tail.
+    /// The chunk in play.
     payload: [u8; PAYLOAD],
     head: Chunk,
-    runs: [(u16, u8); AXES],
-    tails: [(u16, u8); AXES],
     in_tail: bool,
-    /// Ticks of the chunk or of its tail; those that passed, and the part of the next one.
+    /// Ticks of the chunks that wait, and how many of them rest at their end.
+    waiting: u32,
+    resting: u32,
+    /// Ticks of the chunk; those that passed, and the part of the next one.
     ticks: u32,
     passed: u32,
     part: u32,
@@ -115,14 +120,15 @@ pub struct Player {
 impl Player {
     /// At rest at index 0.
     pub const fn new() -> Self {
-        const AXIS: Axis = Axis { cursor: Cursor::NONE, ahead: None, later: (0, 0), word: 0, index: 0 };
+        const AXIS: Axis =
+            Axis { cursor: Cursor::NONE, ahead: false, run: None, later: (0, 0), word: 0, index: 0 };
         Self {
             axes: [AXIS; AXES],
             payload: [0; PAYLOAD],
             head: Chunk::NONE,
-            runs: [(0, 0); AXES],
-            tails: [(0, 0); AXES],
             in_tail: false,
+            waiting: 0,
+            resting: 0,
             ticks: 0,
             passed: 0,
             part: 0,
@@ -161,14 +167,40 @@ impl Player {
         self.rate
     }
 
-    /// Ticks of path left in the chunk that is played; none in a tail.
+    /// Ticks of path left in the chunk that is played.
     pub fn left(&self) -> u32 {
-        if self.in_tail { 0 } else { self.ticks.saturating_sub(self.passed) }
+        self.ticks.saturating_sub(self.passed)
     }
 
-    /// Ticks of the chunk that is played.
-    pub fn taken(&self) -> u32 {
-        self.ticks
+    /// Ticks of the chunks that wait.
+    pub fn waiting(&self) -> u32 {
+        self.waiting
+    }
+
+    /// Keeps a chunk that was checked until its turn comes; whether there was room for it.
+    pub fn keep(&mut self, store: &mut Store, head: &Chunk, payload: &[u8]) -> bool {
+        let is_kept = store.push(payload);
+        if is_kept {
+            self.waiting = self.waiting.wrapping_add(head.ticks);
+            self.resting += u32::from(head.rests);
+        }
+        is_kept
+    }
+
+    /// Forgets all chunks that wait.
+    pub fn forget(&mut self, store: &mut Store) {
+        store.clear();
+        (self.waiting, self.resting) = (0, 0);
+    }
+
+    /// Whether a chunk waits, and all of its tail behind it: path in which time comes to rest from full rate, or that rests by
+    /// itself.
+    pub fn is_covered(&self, store: &Store) -> bool {
+        let mut head = [0; HEAD];
+        let Some(head) = store.look(&mut head).and_then(|()| Chunk::take(&mut Reader::new(&head))) else {
+            return false;
+        };
+        self.resting > 0 || self.waiting.wrapping_sub(head.ticks) >= stopping(head.fall)
     }
 
     /// Whether nothing newer is taken any more: it plays the tail, or comes to rest as ordered.
@@ -196,62 +228,55 @@ impl Player {
         (self.machine, self.owed, self.length, self.part) = (0, 0, 0, 0);
         (self.pulse, self.rate) = (pulse, self.wanted);
         self.axes.iter_mut().for_each(|axis| axis.word = 0);
+        self.in_tail = !self.is_covered(store);
         self.next(store)
     }
 
-    /// Takes up the next chunk.
+    /// Takes up the next chunk, every axis before its first run.
     fn next(&mut self, store: &mut Store) -> bool {
         let Some(length) = store.pop(&mut self.payload) else { return false };
         let mut from = Reader::new(self.payload.get(..length).unwrap_or_default());
         let Some(head) = Chunk::take(&mut from) else { return false };
-        self.head = head;
-        let place = |from: &Reader<'_>| (length - from.rest().len()) as u16;
-        for index in 0..2 * AXES {
-            let count = if index < AXES { head.runs[index] } else { head.tail_runs[index - AXES] };
-            let at = (place(&from), count);
-            (0..count).for_each(|_| _ = Run::take(&mut from));
-            if index < AXES {
-                self.runs[index] = at;
-            } else {
-                self.tails[index - AXES] = at;
-            }
+        (self.head, self.ticks, self.passed) = (head, head.ticks, 0);
+        self.waiting = self.waiting.wrapping_sub(head.ticks);
+        self.resting = self.resting.saturating_sub(u32::from(head.rests));
+        for (index, axis) in self.axes.iter_mut().enumerate() {
+            let count = head.runs[index];
+            axis.later = ((length - from.rest().len()) as u16, count);
+            axis.run = None;
+            axis.ahead = head.ahead >> index & 1 == 1;
+            axis.cursor.left = 0;
+            let mut before = None;
+            (0..count).for_each(|_| before = Run::take(before.as_ref(), &mut from));
+            axis.next_run(&self.payload, 0);
         }
-        (self.in_tail, self.ticks, self.passed) = (false, head.ticks, 0);
-        self.load(self.runs, Some(head.ahead));
         true
     }
 
-    /// Puts every axis before its first run; `ahead` says which way they go behind the last one.
-    fn load(&mut self, runs: [(u16, u8); AXES], ahead: Option<u8>) {
-        for (index, (axis, later)) in self.axes.iter_mut().zip(runs).enumerate() {
-            axis.later = later;
-            axis.ahead = ahead.map(|ahead| ahead >> index & 1 == 1);
-            axis.cursor.left = 0;
-            axis.next_run(&self.payload, 0);
+    /// What comes behind the end of a chunk. A path that rests here is gone on with only where all of the next tail is there. One
+    /// that does not comes to rest in its own tail from here on, where the next one is not all there.
+    fn turn(&mut self, store: &mut Store) -> Option<End> {
+        let is_covered = self.is_covered(store);
+        if self.head.rests == 1 && (self.is_ending() || !is_covered) {
+            return Some(self.end(End::Rested));
         }
+        self.in_tail |= !is_covered;
+        if self.next(store) { None } else { Some(self.end(End::Starved)) }
     }
 
-    /// What comes behind the end of a chunk or a tail.
-    fn turn(&mut self, store: &mut Store) -> Option<End> {
-        if self.in_tail {
-            return Some(if self.is_stopping { End::Stopped } else { End::Starved });
+    /// How a path ends whose time stands still, or that is at its end.
+    fn end(&self, end: End) -> End {
+        match end {
+            _ if self.is_stopping => End::Stopped,
+            _ if self.in_tail => End::Starved,
+            end => end,
         }
-        if self.next(store) {
-            return None;
-        }
-        if self.head.rests == 1 {
-            return Some(if self.is_stopping { End::Stopped } else { End::Rested });
-        }
-        (self.in_tail, self.ticks, self.passed) = (true, self.head.tail_ticks, 0);
-        self.load(self.tails, None);
-        None
     }
 
     /// Sets the rate of the next slice.
     fn steer(&mut self) {
         let wanted = if self.is_stopping { 0 } else { self.wanted };
-        let (wanted, slope) = match (self.in_tail, self.head.tail_fall) {
-            (true, 0) => (self.rate, 0),
+        let (wanted, slope) = match (self.in_tail, self.head.fall) {
             (true, fall) => (0, fall),
             _ if wanted < self.rate => (wanted, self.head.fall),
             _ => (wanted, self.head.rise),
@@ -287,11 +312,8 @@ impl Player {
         }
         self.steer();
         if self.rate == 0 {
-            if self.in_tail {
-                return Some(if self.is_stopping { End::Stopped } else { End::Starved });
-            }
-            if self.is_stopping {
-                return Some(End::Stopped);
+            if self.is_ending() {
+                return Some(self.end(End::Starved));
             }
             self.rest(words);
             return None;
@@ -369,12 +391,12 @@ impl Axis {
     fn next_run(&mut self, payload: &[u8; PAYLOAD], before: u32) {
         let (at, count) = self.later;
         let Some(count) = count.checked_sub(1) else {
-            self.cursor.forward = self.ahead.unwrap_or(self.cursor.forward);
+            self.cursor.forward = self.ahead;
             return;
         };
         let mut from = Reader::new(payload.get(usize::from(at)..).unwrap_or_default());
-        let Some(run) = Run::take(&mut from) else { return };
-        self.cursor = Cursor::at(&run, before);
+        let Some(run) = Run::take(self.run.as_ref(), &mut from) else { return };
+        (self.cursor, self.run) = (Cursor::at(&run, before), Some(run));
         self.later = ((PAYLOAD - from.rest().len()) as u16, count);
     }
 

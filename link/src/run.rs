@@ -8,12 +8,27 @@
 //! The tick before a run is that of the axis' last step, or the start of the chunk for its first run in it. `phase` is half a
 //! tick but in a run that goes on with one that was cut in two: there it is what the first part left over.
 //!
+//! As bytes a run is what it is otherwise than its axis' run before it lets expect: the intervals of ramps go on where those before
+//! ended, and change a third less, or half as much more, from run to run.
+//!
+//! ```text
+//! forward 1 │ phase follows 1 │ even 1 │ zeros 5      the parts and their change are so many times halved without a rest
+//! count │ parts − expected │ change − expected        of seven bits a byte; no change where it is even
+//! phase u16
+//! ```
+//!
 //! Comes in: runs. Goes out: bytes, or ticks. Does not know axes or chunks.
 
 use crate::bytes::{Reader, Writer};
 
 /// Half a tick.
 pub const HALF: u16 = 1 << 15;
+
+/// Bits of the first byte of a run; the others are how often it can be halved.
+const FORWARD: u8 = 1 << 7;
+const PHASE: u8 = 1 << 6;
+const EVEN: u8 = 1 << 5;
+const ZEROS: u32 = 31;
 
 /// Longest run, in steps.
 const MOST: u32 = 1 << 20;
@@ -44,23 +59,55 @@ impl Run {
         Self { forward, count: 1, interval, fraction: 0, change: 0, phase: HALF }
     }
 
-    /// Writes it.
-    pub fn put(&self, out: &mut Writer<'_>) {
-        out.short(self.count << 1 | u32::from(self.forward));
-        out.short(self.interval);
-        out.short(u32::from(self.fraction.swap_bytes()));
-        out.short_signed(self.change);
-        out.short(u32::from(self.phase ^ HALF));
+    /// The interval before the first step, in parts of a tick.
+    fn parts(&self) -> i64 {
+        i64::from(self.interval) << 16 | i64::from(self.fraction)
     }
 
-    /// Reads it.
-    pub fn take(from: &mut Reader<'_>) -> Option<Self> {
-        let steps = from.short()?;
-        let interval = from.short()?;
-        let fraction = u16::try_from(from.short()?).ok()?.swap_bytes();
-        let change = from.short_signed()?;
-        let phase = u16::try_from(from.short()?).ok()? ^ HALF;
-        Some(Self { forward: steps & 1 == 1, count: steps >> 1, interval, fraction, change, phase })
+    /// Parts and change of the run behind this one, as a ramp would go on.
+    #[inline(always)]
+    fn expected(&self) -> (i64, i32) {
+        let parts = self.parts() + i64::from(self.count) * i64::from(self.change);
+        let more = if self.change < 0 { -(self.change / 4) } else { self.change / 2 };
+        (parts.clamp(0, i64::from(LONGEST) << 16), self.change.wrapping_add(more))
+    }
+
+    /// Writes it; `before` is the run of its axis before it, where there is one.
+    pub fn put(&self, before: Option<&Self>, out: &mut Writer<'_>) {
+        let (parts, change) = before.map_or((0, 0), Self::expected);
+        let zeros = self.parts().trailing_zeros().min(self.change.trailing_zeros()).min(ZEROS);
+        let (is_even, has_phase) = (self.change == 0, self.phase != HALF);
+        let flag = |is: bool, bit: u8| if is { bit } else { 0 };
+        out.bytes(&[flag(self.forward, FORWARD)
+            | flag(has_phase, PHASE)
+            | flag(is_even, EVEN)
+            | zeros as u8]);
+        out.short(self.count);
+        out.long_signed((self.parts() >> zeros) - (parts >> zeros));
+        if !is_even {
+            out.long_signed(i64::from(self.change >> zeros) - i64::from(change >> zeros));
+        }
+        if has_phase {
+            out.bytes(&self.phase.to_le_bytes());
+        }
+    }
+
+    /// Reads it; `before` is the run of its axis before it, where there is one.
+    pub fn take(before: Option<&Self>, from: &mut Reader<'_>) -> Option<Self> {
+        let (parts, change) = before.map_or((0, 0), Self::expected);
+        let &[flags] = from.bytes(1)? else { return None };
+        let zeros = u32::from(flags) & ZEROS;
+        let count = from.short()?;
+        let parts = ((parts >> zeros) + from.long_signed()?) << zeros;
+        let change = if flags & EVEN == 0 {
+            i32::try_from((i64::from(change >> zeros) + from.long_signed()?) << zeros).ok()?
+        } else {
+            0
+        };
+        let phase =
+            if flags & PHASE == 0 { HALF } else { u16::from_le_bytes(from.bytes(2)?.try_into().ok()?) };
+        let interval = u32::try_from(parts >> 16).ok()?;
+        Some(Self { forward: flags & FORWARD != 0, count, interval, fraction: parts as u16, change, phase })
     }
 
     /// The shortest interval in it, in whole ticks, and the ticks from before it to its first and its last step. None where

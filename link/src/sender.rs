@@ -97,13 +97,13 @@ impl Sender {
     }
 
     /// Takes a chunk to be sent; none while there is no room for it, or where it is too long.
-    pub fn offer_chunk(&mut self, head: &Chunk, runs: [&[Run]; AXES], tail: [&[Run]; AXES]) -> Option<u32> {
+    pub fn offer_chunk(&mut self, head: &Chunk, runs: [&[Run]; AXES]) -> Option<u32> {
         if self.pending() >= WINDOW {
             return None;
         }
         let number = self.next;
         let slot = self.slot(number);
-        let length = chunk::write(head, runs, tail, &mut slot.payload)?;
+        let length = chunk::write(head, runs, &mut slot.payload)?;
         let bytes = self.bytes.wrapping_add((length + AROUND) as u32);
         if (self.limit.wrapping_sub(bytes) as i32) < 0 {
             return None;

@@ -71,6 +71,15 @@ impl Store {
         true
     }
 
+    /// Copies the first bytes of the oldest payload, which stays; none where there is no such payload.
+    pub fn look(&self, out: &mut [u8]) -> Option<()> {
+        let payload = self.length.checked_sub(AROUND)?;
+        for (place, byte) in out.iter_mut().enumerate() {
+            *byte = self.ring[(self.from + AROUND + place) % ROOM];
+        }
+        (out.len() <= payload).then_some(())
+    }
+
     /// Moves the oldest payload to the start of `out`; how long it is.
     pub fn pop(&mut self, out: &mut [u8; PAYLOAD]) -> Option<usize> {
         if self.is_empty() {

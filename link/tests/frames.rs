@@ -115,7 +115,7 @@ fn there_and_back(ask: &Ask) {
 fn messages_are_the_bytes_that_they_were_from_the_first_day() {
     there_and_back(&Hello { oldest: 1, newest: 2 }.into());
     there_and_back(&Configure { pulse: 10, setup: 300, limits: 3, ..Configure::default() }.into());
-    there_and_back(&Chunk { number: 5, first: [-1; 4], last: [7; 4], ..Chunk::default() }.into());
+    there_and_back(&Chunk { number: 5, places: 0xFFFF_FFFE, fall: 7, ..Chunk::default() }.into());
     let bytes = |put: &dyn Fn(&mut Writer<'_>)| {
         let mut bytes = [0; PAYLOAD];
         let mut out = Writer::new(&mut bytes);
@@ -127,8 +127,57 @@ fn messages_are_the_bytes_that_they_were_from_the_first_day() {
     assert_eq!(bytes(&|out| Ask::from(Outputs { on: 5 }).put(out)), [5]);
     assert_eq!(bytes(&|out| Tell::from(Welcome::default()).put(out)).len(), 26);
     assert_eq!(bytes(&|out| Tell::from(Status::default()).put(out)).len(), 56);
-    let run = Run { forward: true, count: 3, interval: 300, fraction: 0x8000, change: -2, phase: 0x8000 };
-    assert_eq!(bytes(&|out| run.put(out)), [7, 0xAC, 2, 0x80, 1, 3, 0]);
+    let steady = Run { count: 3, ..Run::one(true, 300) };
+    assert_eq!(
+        bytes(&|out| steady.put(None, out)),
+        [0xB2, 3, 0x96, 1],
+        "forward, even, 18 zeros: 75 times 4 ticks"
+    );
+    assert_eq!(bytes(&|out| steady.put(Some(&steady), out)), [0xB2, 3, 0]);
+    let ramp =
+        Run { forward: false, count: 9, interval: 1736, fraction: 0, change: -1_589_248, phase: 0x8000 };
+    let next = Run { count: 13, interval: 1523, change: -1_114_112, ..ramp };
+    assert_eq!(bytes(&|out| next.put(Some(&ramp), out)), [16, 13, 12, 4], "a ramp that goes on");
+    let cut = Run { phase: 0x1234, ..ramp };
+    assert_eq!(bytes(&|out| cut.put(Some(&cut), out)).last_chunk(), Some(&[0x34, 0x12]));
+}
+
+#[test]
+fn runs_are_read_as_they_were_written_whatever_was_before_them() {
+    let mut longest = 0;
+    for seed in seeds(2000) {
+        let mut chance = Chance::new(seed);
+        let mut any = || {
+            let parts = chance.below(1 << 40) as u64 >> chance.below(40);
+            let bits = |chance: &mut Chance| chance.below(1 << 32) as u32 as i32 >> chance.below(32);
+            Run {
+                forward: chance.below(2) == 0,
+                count: 1 + chance.below(1 << 20) as u32,
+                interval: (parts >> 16) as u32,
+                fraction: parts as u16,
+                change: bits(&mut chance) << chance.below(20),
+                phase: if chance.below(2) == 0 {
+                    annulus_link::run::HALF
+                } else {
+                    chance.below(1 << 16) as u16
+                },
+            }
+        };
+        let (before, run) = (any(), any());
+        for before in [None, Some(&before)] {
+            let mut bytes = [0; 32];
+            let mut out = Writer::new(&mut bytes);
+            run.put(before, &mut out);
+            let length = out.end().expect("room");
+            longest = longest.max(length);
+            let mut from = annulus_link::bytes::Reader::new(&bytes[..length]);
+            assert_eq!(Run::take(before, &mut from), Some(run), "{before:?}");
+            assert!(from.rest().is_empty());
+            let mut short = annulus_link::bytes::Reader::new(&bytes[..length - 1]);
+            assert_eq!(Run::take(before, &mut short), None);
+        }
+    }
+    println!("{longest} bytes at most");
 }
 
 #[test]
@@ -141,8 +190,10 @@ fn no_bytes_break_the_readers() {
             let _ = Tell::take(kind, &payload);
         }
         let mut from = annulus_link::bytes::Reader::new(&payload);
-        while let Some(run) = Run::take(&mut from) {
+        let mut before = None;
+        while let Some(run) = Run::take(before.as_ref(), &mut from) {
             let _ = run.extent();
+            before = Some(run);
         }
     }
 }

@@ -4,6 +4,7 @@ use crate::machines::Machines;
 use crate::support::{PULSE, SETUP, path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::adapter::{Adapter, Inputs, OUTPUTS_AT_LAST_US, OUTPUTS_US, Order};
+use annulus_link::chunk::places;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open, seal};
@@ -174,8 +175,7 @@ impl World {
     }
 
     fn offer(&mut self, piece: &Piece) -> Option<u32> {
-        let (runs, tail) = piece.slices();
-        self.sender.offer_chunk(&piece.head, runs, tail)
+        self.sender.offer_chunk(&piece.head, piece.slices())
     }
 }
 
@@ -307,11 +307,13 @@ fn what_may_not_be_is_refused_and_changes_nothing() {
     assert_eq!(world.say(SETTINGS).state, State::Ready);
     assert_eq!(world.say(Begin {}).refusal, Refusal::State);
     assert_eq!(world.say(Clear {}).state, State::Ready);
-    let chunk =
-        |number, first| Chunk { number, first, last: first, ticks: 100, rests: 1, ..Chunk::default() };
+    let chunk = |number, first| {
+        let places = places(first, first);
+        Chunk { number, places, ticks: 100, fall: 1000, rests: 1, ..Chunk::default() }
+    };
     let refusal = |world: &mut World, head: Chunk| {
         let none: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
-        while world.sender.offer_chunk(&head, none, none).is_none() {
+        while world.sender.offer_chunk(&head, none).is_none() {
             world.turn();
         }
         world.until(|world| world.sender.pending() == 0);
@@ -327,6 +329,12 @@ fn what_may_not_be_is_refused_and_changes_nothing() {
     assert_eq!(world.say(Place { index: [-5; AXES] }).index, [-5; AXES]);
     assert_eq!(world.say(Guard { limits: 0 }).trust, Trust::Trusted);
     assert_eq!(world.say(Rate { wanted: 2 * FULL_RATE }).state, State::Ready);
+}
+
+/// 9 ms in which nothing moves.
+fn still() -> Chunk {
+    let nowhere = places([0; AXES], [0; AXES]);
+    Chunk { places: nowhere, ticks: 90_000, fall: 1000, rise: 1000, rests: 1, ..Chunk::default() }
 }
 
 #[test]
@@ -351,8 +359,8 @@ fn orders_that_come_in_one_packet_are_all_obeyed() {
     let mut world = World::new(13, 0.0);
     world.begin();
     let empty: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
-    let head = Chunk { ticks: 90_000, rests: 1, ..Chunk::default() };
-    assert!(world.sender.offer_chunk(&head, empty, empty).is_some());
+    let head = still();
+    assert!(world.sender.offer_chunk(&head, empty).is_some());
     for ask in [Guard { limits: 0 }.into(), Ask::from(Begin {}), Stop {}.into()] {
         assert!(world.sender.offer(&ask).is_some());
     }
@@ -386,15 +394,15 @@ fn what_was_sent_before_outputs_went_off_begins_nothing_until_they_are_said_anew
     world.begin();
     assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
     let empty: [&[annulus_link::run::Run]; AXES] = [&[]; AXES];
-    let head = Chunk { ticks: 90_000, rests: 1, ..Chunk::default() };
-    assert!(world.sender.offer_chunk(&head, empty, empty).is_some());
+    let head = still();
+    assert!(world.sender.offer_chunk(&head, empty).is_some());
     // A hub held it back: nobody was heard, and then everything comes at once.
     world.adapter.attend(Inputs::default(), world.now as u32 + OUTPUTS_US);
     let status = world.say(Begin {});
     assert_eq!((status.state, status.refusal, status.outputs), (State::Ready, Refusal::State, 0));
     assert_eq!(world.say(Stop {}).resident, 0, "it is taken back");
     assert_eq!(world.say(Outputs { on: 1 }).outputs, 1);
-    assert!(world.sender.offer_chunk(&Chunk { number: 1, ..head }, empty, empty).is_some());
+    assert!(world.sender.offer_chunk(&Chunk { number: 1, ..head }, empty).is_some());
     assert_eq!(world.say(Begin {}).state, State::Running);
 }
 
@@ -410,8 +418,7 @@ fn when_nobody_is_heard_it_rests_on_the_path_before_its_spindle_goes_off() {
         let mut cutter = ChunkCutter::new([&steady, &[], &[], &[]], 4_000_000, 0, [0; AXES]);
         let rule = Rule { ticks: 1_000_000, ..Rule::resting_within(100_000) };
         while let Some(piece) = cutter.cut(&rule) {
-            let (runs, tail) = piece.slices();
-            assert!(world.sender.offer_chunk(&piece.head, runs, tail).is_some());
+            assert!(world.offer(&piece).is_some());
         }
         world.say(Begin {});
         let since = world.now as u32;

@@ -32,16 +32,18 @@ fn pieces(runs: &[Vec<Run>; AXES], ticks: u32, rule: &Rule) -> Vec<Piece> {
 
 fn payload(piece: &Piece) -> Vec<u8> {
     let mut bytes = [0; PAYLOAD];
-    let (runs, tail) = piece.slices();
-    let length = chunk::write(&piece.head, runs, tail, &mut bytes).unwrap();
+    let length = chunk::write(&piece.head, piece.slices(), &mut bytes).unwrap();
     bytes[..length].to_vec()
 }
 
+/// What is before a chunk, and the index there.
+type Place = ([Before; AXES], [i32; AXES]);
+
 /// Checks a piece as the adapter does.
-fn checked(bytes: &[u8], before: &[Before; AXES]) -> Result<[Before; AXES], Refusal> {
+fn checked(bytes: &[u8], (before, first): &Place) -> Result<Place, Refusal> {
     let (ask, runs) = annulus_link::message::Ask::take(4, bytes).ok_or(Refusal::Form)?;
     let annulus_link::message::Ask::Chunk(head) = ask else { return Err(Refusal::Form) };
-    chunk::check(&head, runs, before, &SETTINGS)
+    chunk::check(&head, runs, (before, *first), &SETTINGS)
 }
 
 fn ticks_of(machines: &Machines, axis: usize) -> Vec<(u64, bool)> {
@@ -72,7 +74,7 @@ fn at_full_rate_every_step_comes_in_its_tick_however_the_path_is_cut() {
         let rule = rule_of(&mut chance);
         let (mut player, mut store, mut machines) = (Player::new(), Box::new(Store::new()), Machines::new());
         player.want(FULL_RATE);
-        let mut before = [Before::at_rest(false); AXES];
+        let mut before = ([Before::at_rest(false); AXES], [0; AXES]);
         let mut waiting = pieces(&runs, ticks, &rule).into_iter();
         let mut end = None;
         let mut begun = false;
@@ -81,7 +83,7 @@ fn at_full_rate_every_step_comes_in_its_tick_however_the_path_is_cut() {
                 let Some(piece) = waiting.next() else { break };
                 let bytes = payload(&piece);
                 before = checked(&bytes, &before).expect("a piece is right");
-                assert!(store.push(&bytes));
+                assert!(player.keep(&mut store, &piece.head, &bytes));
             }
             if !begun {
                 assert!(player.begin(&mut store, PULSE));
@@ -115,7 +117,7 @@ fn played(chance: &mut Chance, runs: &[Vec<Run>; AXES], ticks: u32, rule: &Rule)
     for _ in 0..2_000_000 {
         while store.has_room(PAYLOAD) && !(begun && player.is_ending()) {
             let Some(piece) = waiting.next() else { break };
-            assert!(store.push(&payload(piece)));
+            assert!(player.keep(&mut store, &piece.head, &payload(piece)));
         }
         if !begun {
             assert!(player.begin(&mut store, PULSE));
@@ -191,7 +193,7 @@ fn time_slows_down_no_faster_than_allowed_and_stands_still_in_a_hold() {
     let (mut player, mut store, mut machines) = (Player::new(), Box::new(Store::new()), Machines::new());
     player.want(FULL_RATE);
     for piece in pieces(&runs, 800_100, &rule) {
-        assert!(store.push(&payload(&piece)));
+        assert!(player.keep(&mut store, &piece.head, &payload(&piece)));
     }
     assert!(player.begin(&mut store, PULSE));
     let mut rates = vec![player.rate()];
@@ -227,25 +229,27 @@ fn chunks_that_lie_are_refused_with_the_reason() {
     let runs = [vec![run(true, 100, 1000), run(false, 100, 1000)], vec![run(true, 3, 60)], vec![], vec![]];
     let rule = Rule { ticks: 60_000, ..Rule::resting_within(20_000) };
     let piece = pieces(&runs, 210_000, &rule).remove(0);
-    let rest = [Before::at_rest(true); AXES];
+    let rest = ([Before::at_rest(true); AXES], [0; AXES]);
     let verdict = |change: &dyn Fn(&mut Piece)| {
         let mut piece = piece.clone();
         change(&mut piece);
         checked(&payload(&piece), &rest).err()
     };
     assert_eq!(verdict(&|_| {}), None);
-    assert_eq!(verdict(&|piece| piece.head.last[0] += 1), Some(Refusal::Counts));
+    assert_eq!(verdict(&|piece| piece.head.places ^= 1), Some(Refusal::Index));
+    assert_eq!(checked(&payload(&piece), &(rest.0, [0, 0, 1, 0])), Err(Refusal::Index));
     assert_eq!(verdict(&|piece| piece.head.ticks = 59_000), Some(Refusal::Counts));
     assert_eq!(verdict(&|piece| piece.head.ticks = 0), Some(Refusal::Counts));
-    assert_eq!(verdict(&|piece| piece.head.ticks = 1_000_001), Some(Refusal::Counts));
-    assert_eq!(verdict(&|piece| piece.head.tail_ticks = 5000), Some(Refusal::Tail));
-    assert_eq!(verdict(&|piece| (piece.head.tail_ticks, piece.head.tail_fall) = (0, 0)), Some(Refusal::Tail));
+    assert_eq!(verdict(&|piece| piece.head.ticks = 2_500_001), Some(Refusal::Counts));
+    assert_eq!(verdict(&|piece| piece.head.fall = 0), Some(Refusal::Tail));
+    assert_eq!(verdict(&|piece| piece.head.fall = 3), Some(Refusal::Tail));
     let close = Before { since: 5, forward: true, shown: true };
     let bytes = payload(&pieces(&[vec![run(true, 1, 5)], vec![], vec![], vec![]], 1000, &rule)[0]);
-    assert_eq!(checked(&bytes, &[close; AXES]), Err(Refusal::Rate));
-    assert_eq!(checked(&bytes, &[Before { since: 6, ..close }; AXES]).err(), None);
+    let at = |before| ([before; AXES], [0; AXES]);
+    assert_eq!(checked(&bytes, &at(close)), Err(Refusal::Rate));
+    assert_eq!(checked(&bytes, &at(Before { since: 6, ..close })).err(), None);
     // A turn: the pin may have been told long before, or only now.
-    let turn = |since, shown| checked(&bytes, &[Before { since, forward: false, shown }; AXES]).err();
+    let turn = |since, shown| checked(&bytes, &at(Before { since, forward: false, shown })).err();
     assert_eq!(turn(1000, false), Some(Refusal::Turn));
     assert_eq!(turn(1000, true), None);
     assert_eq!(turn(SETUP + PULSE - 6, true), Some(Refusal::Turn));

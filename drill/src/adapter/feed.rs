@@ -1,11 +1,12 @@
-//! What is left to be fed of some segments: pieces of path, one behind the other, each with its tail.
+//! What is left to be fed of some segments: pieces of path, one behind the other.
 //!
 //! Comes in: segments. Goes out: pieces, numbered on from what the adapter has. Ticks, machine steps. Does not know frames.
 
-use super::path::{rule, runs, steeper};
+use super::path::{rule, runs};
 use annulus_core::pins::Motors;
 use annulus_core::steps::Segment;
 use annulus_link::AXES;
+use annulus_link::chunk::stopping;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::message::Status;
 use annulus_link::run::Run;
@@ -28,6 +29,8 @@ pub(super) struct Feed<'a> {
     pub(super) index: [i32; AXES],
     /// Ticks of what was offered.
     pub(super) sent: u64,
+    /// Ticks in which any of it comes to rest: so much has to be there behind what is played.
+    pub(super) tail: u32,
 }
 
 impl Path {
@@ -41,7 +44,8 @@ impl<'a> Feed<'a> {
     /// All of `paths`, from where the adapter is.
     pub(super) fn new(paths: &'a [Path], status: &Status) -> Self {
         let (number, index) = (status.chunk, status.index);
-        Self { paths, cutter: None, piece: None, number, index, sent: 0 }
+        let tail = paths.iter().map(|path| stopping(path.rule.fall)).max().unwrap_or_default();
+        Self { paths, cutter: None, piece: None, number, index, sent: 0, tail }
     }
 
     /// Cuts until a piece is there or nothing is left. False where the path is too dense for a frame.
@@ -50,8 +54,7 @@ impl<'a> Feed<'a> {
             if let Some((cutter, rule)) = &mut self.cutter
                 && !cutter.is_done()
             {
-                let steep = steeper(rule);
-                self.piece = cutter.cut(rule).or_else(|| cutter.cut(&steep?));
+                self.piece = cutter.cut(rule);
                 (self.number, self.index) = (cutter.number(), cutter.index());
                 return self.piece.is_some();
             }
@@ -67,5 +70,49 @@ impl<'a> Feed<'a> {
     pub(super) fn is_over(&self) -> bool {
         let is_cut = self.cutter.as_ref().is_none_or(|(cutter, _)| cutter.is_done());
         self.paths.is_empty() && self.piece.is_none() && is_cut
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::tests::holes;
+    use annulus_core::job::Program;
+    use annulus_core::machine::{Machine, hobby_3018, virtual_drill};
+    use annulus_core::steps::stream_of;
+    use annulus_link::frame::ON_LINE;
+    use annulus_link::sender::Sender;
+
+    /// Bytes of all chunks of a stream as they go over the cable, a step.
+    fn bytes_a_step(machine: &Machine, program: &Program) -> f64 {
+        let (motors, mut bytes, mut steps) = (Motors::of(machine), 0, 0);
+        let paths: Vec<Path> = stream_of(program, machine)
+            .unwrap()
+            .segments
+            .iter()
+            .map(|segment| Path::of(segment, &motors))
+            .collect();
+        let mut sender = Sender::new(1);
+        sender.hear(&Status { next: 1, limit: 1 << 30, ..Status::default() });
+        let mut feed = Feed::new(&paths, &Status::default());
+        let mut line = [0; ON_LINE];
+        loop {
+            assert!(feed.cut());
+            let Some(piece) = feed.piece.take() else { break };
+            let number = sender.offer_chunk(&piece.head, piece.slices()).unwrap();
+            bytes += sender.due(0, &mut line).unwrap();
+            sender.hear(&Status { next: number + 1, limit: 1 << 30, ..Status::default() });
+            steps += piece.slices().into_iter().flatten().map(|run| run.count as usize).sum::<usize>();
+        }
+        bytes as f64 / steps as f64
+    }
+
+    #[test]
+    fn a_drilled_board_takes_a_quarter_of_a_byte_a_step() {
+        for machine in [virtual_drill(), hobby_3018()] {
+            let found = bytes_a_step(&machine, &holes(&machine, 100, 10, |_| 800));
+            println!("{}: {found:.3} byte a step", machine.name);
+            assert!(found <= 0.25, "{}: {found:.3}", machine.name);
+        }
     }
 }

@@ -121,8 +121,7 @@ impl AdapterLine {
 
     /// The same for a piece of path; whether there was room.
     pub(super) fn offer_piece(&mut self, piece: &Piece) -> bool {
-        let (runs, tail) = piece.slices();
-        self.sender.offer_chunk(&piece.head, runs, tail).is_some()
+        self.sender.offer_chunk(&piece.head, piece.slices()).is_some()
     }
 
     /// Hears what came and sends what is due.

@@ -11,10 +11,10 @@ use annulus_core::job::{Input, Stage};
 use annulus_core::machine;
 use annulus_core::pins::Motors;
 use annulus_core::steps::{PARTS, Segment};
+use annulus_link::AXES;
 use annulus_link::chunk::LONGEST;
 use annulus_link::cutter::Rule;
 use annulus_link::run::{HALF, Run};
-use annulus_link::{AXES, FULL_RATE};
 
 /// A hold brakes with half of what an axis may: where the plan brakes too, both together are half as much again.
 const SHARE: f64 = 0.5;
@@ -48,15 +48,9 @@ pub(super) fn rule(segment: &Segment, motors: &Motors) -> Rule {
             longest = longest.max(speed / (SHARE * motors.braking_steps_per_tick2[axis]));
         }
     }
-    // As long as may be: what a chunk and its tail say of themselves is most of the bytes of a slow one. One that is too long
-    // for a frame is cut shorter.
+    // As long as may be: what a chunk says of itself is most of the bytes of a slow one. One that is too long for a frame is cut
+    // shorter.
     Rule { ticks: LONGEST, ..Rule::resting_within(longest.min(RESTS.1) as u32) }
-}
-
-/// The same, twice as steep; none where it is as steep as can be.
-pub(super) fn steeper(rule: &Rule) -> Option<Rule> {
-    let fall = rule.fall.checked_mul(2).filter(|fall| u32::from(*fall) < FULL_RATE)?;
-    Some(Rule { fall, rise: fall, ..*rule })
 }
 
 /// Sensors that must stay off all through a segment, one bit each: those in the direction of motion; and the contact where
@@ -90,6 +84,7 @@ mod tests {
     use annulus_core::job::{Mark, Switching};
     use annulus_core::machine::virtual_drill;
     use annulus_core::steps;
+    use annulus_link::FULL_RATE;
     use annulus_link::adapter::{OUTPUTS_AT_LAST_US, OUTPUTS_US};
     use annulus_link::chunk::{LONGEST_TAIL, stopping};
 

@@ -1,7 +1,7 @@
 //! Segments played by an adapter: fed as it has room, held, slowed or stopped as ordered, ended where a sensor says so.
 //!
 //! ```text
-//! Ready ─ chunks of 100 ms, Begin ─▶ Running ─ path rests ─▶ Ready                 as planned
+//! Ready ─ chunks of 250 ms, Begin ─▶ Running ─ path rests ─▶ Ready                 as planned
 //!                                      │ Stopped: as ordered   Limit: a sensor, at its very step   RanDry: the line was cut
 //!                                      └─ Clear ─▶ Ready, the index exact
 //! ```
@@ -19,6 +19,7 @@ use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::pins::{AxisSet, Motors, Order, give_way};
 use annulus_core::steps::{Segment, Stage};
+use annulus_link::chunk::LONGEST;
 use annulus_link::message::{
     Ask, Begin, Clear, Guard, Outputs, Place, Rate, Refusal, State, Status, Stop, Trust,
 };
@@ -26,9 +27,10 @@ use annulus_link::{AXES, FULL_RATE};
 use std::sync::Arc;
 use std::time::Duration;
 
-/// So much path is there before it begins, and is kept there while it goes, in ticks: 100 ms, 400 ms.
-const FIRST: u32 = 1_000_000;
-const AHEAD: u32 = 4_000_000;
+/// So much path beside that in which it comes to rest is there before it begins, and is kept there while it goes, in ticks: a chunk;
+/// a chunk and 350 ms, in which nobody has to be heard.
+const FIRST: u32 = LONGEST;
+const AHEAD: u32 = LONGEST + 3_500_000;
 
 /// Frames of path on their way at once: what is ordered waits behind them.
 const ON_THE_WAY: u32 = 4;
@@ -284,19 +286,21 @@ impl Adapter {
     /// Offers path as there is room, and begins where it rests with path ahead.
     fn feed(&mut self, play: &mut Play<'_>) -> Result<(), Diagnostic> {
         let status = self.status();
-        let ahead = if status.state == State::Running { AHEAD } else { FIRST };
+        let ahead = play.feed.tail + if status.state == State::Running { AHEAD } else { FIRST };
+        let mut is_full = false;
         while !play.stopping && status.resident < ahead && self.line.pending() < ON_THE_WAY {
             if !play.feed.cut() {
                 return Err(trouble("adapter.too_dense", self.line.port()));
             }
             let Some(piece) = &play.feed.piece else { break };
-            if !self.line.offer_piece(piece) {
+            is_full = !self.line.offer_piece(piece);
+            if is_full {
                 break;
             }
             play.feed.sent += u64::from(piece.head.ticks);
             play.feed.piece = None;
         }
-        let is_enough = status.resident >= FIRST || play.feed.is_over();
+        let is_enough = status.resident >= ahead || is_full || play.feed.is_over();
         let rests = status.state == State::Ready && self.line.pending() == 0;
         if rests && !play.stopping && status.resident > 0 && is_enough {
             play.begun = self.line.offer(Begin {}).unwrap_or(play.begun);

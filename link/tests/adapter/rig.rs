@@ -261,8 +261,7 @@ impl Rig {
     }
 
     pub(crate) fn offer(&mut self, piece: &Piece) -> bool {
-        let (runs, tail) = piece.slices();
-        self.sender.offer_chunk(&piece.head, runs, tail).is_some()
+        self.sender.offer_chunk(&piece.head, piece.slices()).is_some()
     }
 
     /// Plays a path, with at most `ahead` ticks of it in the adapter. Calls `each` between two turns; ends when that says so,
