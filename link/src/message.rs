@@ -119,7 +119,7 @@ words! {
         Rate,
         /// A turn without the time that the driver needs to see the direction.
         Turn,
-        /// The tail is too short to come to rest in.
+        /// The path in which it could come to rest is not all here, or would be longer than any may be.
         Tail,
         /// More bytes than there is room for.
         Room,

@@ -338,6 +338,29 @@ fn still() -> Chunk {
 }
 
 #[test]
+fn a_path_is_not_begun_before_all_of_its_tail_is_here() {
+    let mut world = World::new(21, 0.0);
+    world.begin();
+    let steady = [Run { count: 4_000, ..Run::one(true, 1_000) }];
+    let mut cutter = ChunkCutter::new([&steady, &[], &[], &[]], 4_000_000, 0, [0; AXES]);
+    // It comes to rest in 50,000 ticks of path: two chunks and a half.
+    let rule = Rule { ticks: 20_000, ..Rule::resting_within(100_000) };
+    for chunk in 0..4 {
+        let status = world.say(Begin {});
+        assert_eq!(status.state, State::Ready);
+        assert_eq!(status.refusal, if chunk == 0 { Refusal::State } else { Refusal::Tail });
+        let piece = cutter.cut(&rule).unwrap();
+        world.offer(&piece).unwrap();
+        world.until(|world| world.sender.pending() == 0);
+    }
+    assert_eq!(world.say(Begin {}).state, State::Running);
+    world.until(|world| world.status.unwrap().state == State::Starved);
+    let index = world.status.unwrap().index;
+    assert_eq!(index[0], world.machines.steps[0].len() as i32);
+    assert!((50..=80).contains(&index[0]), "a chunk at full rate, then its tail: {index:?}");
+}
+
+#[test]
 fn what_stopped_it_by_force_can_be_cleared_by_the_next_session_too() {
     for (input, stop, state) in
         [(Some(1), false, State::Limit), (None, true, State::EmergencyStop), (None, false, State::Fault)]

@@ -2,6 +2,7 @@
 
 use crate::support::{PULSE, SETUP};
 use annulus_core::chance::Chance;
+use annulus_link::chunk::stopping;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open};
@@ -287,7 +288,8 @@ impl Rig {
                 next = cutter.cut(rule);
             }
             let here = self.status.unwrap().resident;
-            let is_enough = here >= ahead.min(2 * rule.ticks) || next.is_none() && self.sender.pending() == 0;
+            let is_enough = here >= ahead.min(rule.ticks + stopping(rule.fall))
+                || next.is_none() && self.sender.pending() == 0;
             if !begun && is_enough && here > 0 {
                 begun = self.sender.offer(&Begin {}.into()).is_some();
             }

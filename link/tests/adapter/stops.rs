@@ -26,7 +26,7 @@ fn way() -> ([Vec<Run>; AXES], u32) {
     (runs, ticks)
 }
 
-const RULE: Rule = Rule { ticks: 20_000, fall: 2000, rise: 2000 };
+const RULE: Rule = Rule { ticks: 10_000, fall: 2000, rise: 2000 };
 
 /// A bridge that dies when so many packets were said: whether it was amid the path, and how many ms later the last pulse came. None
 /// where all was said before.
