@@ -55,7 +55,7 @@ impl Controller {
                 self.trouble(Diagnostic::error("grbl.held_by_itself"));
             }
             (EnginePhase::Running, _) => {
-                self.follow();
+                self.follow(fresh);
                 self.look(doing, fresh);
             }
             (EnginePhase::Holding, ReportedState::Hold { rests: true }) => self.set(EnginePhase::Held),
@@ -78,8 +78,9 @@ impl Controller {
         scale.into_iter().fold(0.0_f64, |most, steps| most.max(1.0 / steps))
     }
 
-    /// Finds the report on the path. What lies before it is passed.
-    fn follow(&mut self) {
+    /// Finds the report on the path. What lies before it is passed. Of several reports that came at once, as behind a hub that stood
+    /// still, only the one that was asked for counts: they are of one moment.
+    fn follow(&mut self, fresh: bool) {
         let tolerance = OFF_PATH_MM + 1.5 * self.step_mm();
         let Some(place) = self.place() else { return };
         let feed = self.status.as_ref().and_then(|status| status.feed_mm_per_min);
@@ -94,7 +95,7 @@ impl Controller {
         }
         let near = run.window.iter().take(FAR).position(|(piece, _)| piece.distance(place) <= tolerance);
         let Some(near) = near else {
-            run.off += 1;
+            run.off += u32::from(fresh);
             let off = run.window.iter().map(|(piece, _)| piece.distance(place)).fold(f64::INFINITY, f64::min);
             if run.off >= REPORTS {
                 let why = Diagnostic::error("grbl.off_path").with("off", libm::round(off * 1e3) / 1e3);
@@ -109,7 +110,7 @@ impl Controller {
         let most = here.map(|(piece, _)| piece.feed_mm_per_min).reduce(|a, b| Some(a?.max(b?))).flatten();
         let over =
             |most: f64| feed.is_some_and(|feed| feed > most * override_part * FEED_SLACK.0 + FEED_SLACK.1);
-        run.fast = if most.is_some_and(over) { run.fast + 1 } else { 0 };
+        run.fast = if most.is_some_and(over) { run.fast + u32::from(fresh) } else { 0 };
         if run.fast >= REPORTS {
             let why = Diagnostic::error("grbl.too_fast").with("feed", feed.unwrap_or(0.0));
             self.trouble(why.with("most", most.unwrap_or(0.0)));

@@ -326,6 +326,35 @@ fn a_board_that_stands_still_for_three_seconds_has_lost_no_line() {
 }
 
 #[test]
+fn two_questions_that_a_stalled_hub_has_answered_at_once_are_one_report() {
+    let mut bench = Bench::new(3, Faults::default());
+    assert!(bench.ready());
+    bench.start(0);
+    let mills = |bench: &Bench| {
+        bench.engine().place().is_some_and(|[x, y, z]| (3.0..7.0).contains(&x) && y > 13.0 && z < 0.0)
+    };
+    while !mills(&bench) {
+        if bench.engine().phase == EnginePhase::ToolChange {
+            bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
+        }
+        bench.tick();
+    }
+    bench.asleep_until_ms = bench.now_ms + 10_000;
+    let [x, y, z] = bench.board.place();
+    let report = format!("<Run|MPos:{x:.3},{y:.3},{z:.3}|FS:2000,9000>\r\n").into_bytes();
+    let answered = |bench: &mut Bench, times: usize| {
+        let asked = bench.questions.len();
+        assert!(bench.until(2_000, |bench| bench.questions.len() > asked));
+        (0..times).for_each(|_| bench.event(EngineEvent::Bytes(report.clone())));
+        let too_fast =
+            |action: &EngineAction| matches!(action, EngineAction::Found(why) if why.code == "grbl.too_fast");
+        bench.told.iter().any(too_fast)
+    };
+    assert!(!answered(&mut bench, 3), "at the end of a rapid the speed is ahead of the place for a moment");
+    assert!(answered(&mut bench, 1), "a second moment is believed");
+}
+
+#[test]
 fn the_status_is_never_asked_for_more_than_ten_times_a_second() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
