@@ -28,12 +28,15 @@ fn way() -> ([Vec<Run>; AXES], u32) {
 
 const RULE: Rule = Rule { ticks: 10_000, fall: 2000, rise: 2000 };
 
+/// So much path is there, in ticks: the adapter says every 10 ms how much is left.
+const AHEAD: u32 = 150_000;
+
 /// A bridge that dies when so many packets were said: whether it was amid the path, and how many ms later the last pulse came. None
 /// where all was said before.
 fn dies_after(kill: u64, runs: &[Vec<Run>; AXES], ticks: u32) -> Option<(bool, f64)> {
     let mut rig = Rig::ready();
     rig.packets = Some(kill);
-    rig.play(runs, ticks, &RULE, 50_000, |rig| rig.packets == Some(0));
+    rig.play(runs, ticks, &RULE, AHEAD, |rig| rig.packets == Some(0));
     let (is_over, since) = (rig.packets != Some(0), rig.cycle);
     rig.unplug();
     rig.until_silent();
