@@ -288,10 +288,11 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await press(page, bit);
     await shown(page, /^Hole 2 of 2/);
     board.replug();
-    await board.passed(3);
+    // The page waits for it for twenty seconds of life, and the emulator is many times slower than life.
+    await board.passed(0.8);
     const [rests, rest] = [board.steps(), board.place()];
     assert.equal(board.spindle(), false, "nobody is heard: the spindle is off");
-    await board.passed(1);
+    await board.passed(0.3);
     assert.equal(board.steps(), rests, "at rest on its path");
     board.replug();
     await page.evaluate(() => navigator.serial.dispatchEvent(new Event("connect")));
