@@ -70,7 +70,8 @@ pub(super) struct Automaton {
     /// Physical places where the tip was in the board, and at which the spindle stood still while it moved there.
     pub(super) cuts: Vec<[f64; 3]>,
     asked: bool,
-    settings: Vec<(u16, f64)>,
+    /// Its settings, by their numbers.
+    pub(super) settings: Vec<(u16, f64)>,
     /// The physical height of the board at a physical place, for the probe.
     pub(super) surface: Option<fn(f64, f64) -> f64>,
     /// A probing move is on its way, and whether it met the board.

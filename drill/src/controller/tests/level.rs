@@ -38,6 +38,11 @@ impl Bench {
         (0..500).for_each(|_| self.millisecond());
     }
 
+    fn unlock(&mut self) {
+        self.ask(&Ask::Unlock);
+        (0..500).for_each(|_| self.millisecond());
+    }
+
     fn warned(&mut self, key: &str, from_leg: u32) -> Vec<String> {
         assert_eq!(self.fails(key, from_leg), Vec::<String>::new());
         let armed = self.heard.iter().rev().find_map(|tell| match tell {
@@ -203,6 +208,34 @@ fn a_job_that_was_broken_off_goes_on_with_its_map_alone() {
     assert_eq!(again.fails(&job, next_leg), ["level.other_map"]);
     let start = Ask::Start { job, stream_digest: String::new(), from_leg: next_leg };
     assert_eq!(again.refused(&start).as_deref(), Some("level.other_map"));
+}
+
+#[test]
+fn without_switches_a_job_goes_on_with_its_map_and_does_not_begin_anew_with_it() {
+    let program = one_bit(8);
+    let mut board = Automaton::new(ZERO);
+    board.settings.retain(|(number, _)| *number != 22);
+    let mut bench = Bench::plug(&Memory::default(), board);
+    bench.board.surface = Some(bowed);
+    bench.unlock();
+    bench.set_zero();
+    bench.survey(&program);
+    let key = bench.upload(&program);
+    assert_eq!(bench.warned(&key, 0), ["level.follows"]);
+    bench.start(&key, 0);
+    bench.state(State::ToolChange);
+    bench.ask(&Ask::ToolChanged);
+    bench.until(|status| status.holes_done == 3);
+    let mut again = bench.replug();
+    again.unlock();
+    // The bit is brought up, and to where a person takes it for the work zero: nothing tells whether that is right.
+    again.jog(2, 8.0);
+    again.set_zero();
+    let (job, next_leg, _) = again.offer().unwrap();
+    assert_eq!(again.warned(&job, next_leg), ["level.follows"]);
+    assert_eq!(again.fails(&job, 0), ["level.other_zero"], "another board may lie there");
+    let start = Ask::Start { job, stream_digest: String::new(), from_leg: 0 };
+    assert_eq!(again.refused(&start).as_deref(), Some("level.other_zero"));
 }
 
 #[test]
