@@ -44,14 +44,15 @@ fn four_axes_at_half_a_million_steps_a_second_are_exact_to_the_cycle() {
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
         let cycles = u64::from(ticks) * u64::from(CYCLES_PER_TICK);
         println!(
-            "{:.0} % of the processor, {} bytes over the cable",
+            "measured processor: {:.0} % at four times half a million steps a second ({} bytes over the cable)",
             (rig.busy - before.0) as f64 / cycles as f64 * 100.0,
             rig.said - before.1
         );
         rig.is_on_path(&runs, ticks);
         steps += rig.is_exact(&runs, ticks);
     }
-    println!("{steps} steps on four axes at half a million a second, every edge in its cycle");
+    println!("measured rate: 500,000 steps a second on each of 4 axes");
+    println!("measured edges: 0 cycles of 8 ns, compared edge by edge over {steps} steps");
     assert!(steps >= 1_000_000 * paths);
 }
 
@@ -78,10 +79,14 @@ fn who_asks_how_it_is_all_the_time_disturbs_no_pulse() {
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
         // Every edge is in the cycle of the stream, counted from its first.
         rig.is_exact(&runs, ticks);
-        seen.push((edges(&rig).len(), rig.said));
+        seen.push((edges(&rig), rig.said));
     }
-    assert!(seen[0].0 > 80_000 && seen[1].1 > 2 * seen[0].1, "{seen:?}");
-    assert_eq!(seen[0].0, seen[1].0);
+    assert!(seen[0].0.len() > 80_000 && seen[1].1 > 2 * seen[0].1, "{} {}", seen[0].1, seen[1].1);
+    assert!(seen[0].0 == seen[1].0, "every edge of every pin is in the same cycle");
+    println!(
+        "measured polling: the same {} edges, cycle by cycle, with eight questions a quarter of a millisecond",
+        seen[0].0.len()
+    );
 }
 
 #[test]
@@ -91,9 +96,14 @@ fn paths_of_chance_are_exact_to_the_cycle_however_they_are_cut() {
         let (runs, ticks) = path(&mut chance, 400_000);
         let rule = Rule { ticks: chance.scale(2e4, 2e5) as u32, ..Rule::resting_within(50_000) };
         let mut rig = Rig::ready();
+        let before = rig.busy;
         rig.play(&runs, ticks, &rule, 800_000, |_| false);
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
-        println!("{} steps", rig.is_exact(&runs, ticks));
+        let (cycles, steps) = (u64::from(ticks) * u64::from(CYCLES_PER_TICK), rig.is_exact(&runs, ticks));
+        println!(
+            "{steps} steps, {:.1} % of the processor",
+            (rig.busy - before) as f64 / cycles as f64 * 100.0
+        );
     }
 }
 

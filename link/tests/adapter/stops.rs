@@ -59,7 +59,7 @@ fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
         kill += 1;
     }
     println!(
-        "a bridge that dies at every one of {kill} packets: {starved} times amid the path, index exact each time, at rest after \
+        "measured deaths of the firmware: at every one of {kill} packets, {starved} amid the path, index exact each time, at rest after \
          {longest_ms:.1} ms at most"
     );
     assert!(starved >= 8, "{starved}");
@@ -157,7 +157,7 @@ fn the_emergency_stop_ends_pulses_and_outputs_within_ten_microseconds() {
         assert_eq!(rig.say(Clear {}).state, State::Ready);
     }
     println!(
-        "last step pin low after {:.2} µs, outputs after {:.2} µs",
+        "measured emergency: the last step pin is low after {:.2} µs, outputs after {:.2} µs",
         worst as f64 / 120.0,
         worst_output as f64 / 120.0
     );

@@ -4,8 +4,10 @@ use super::world::World;
 use super::*;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Cutter, Mark};
+use annulus_core::pins::ShortTouches;
+use annulus_link::message::Touches;
 
-fn machine() -> Machine {
+pub(super) fn machine() -> Machine {
     Machine { output: Output::Adapter, ..virtual_drill() }
 }
 
@@ -90,7 +92,7 @@ fn a_board_is_drilled_whole_over_a_bad_cable_too() {
 }
 
 /// Circles and lines, milled one behind the other.
-fn milled() -> Program {
+pub(super) fn milled() -> Program {
     let mut program = program(1);
     let (height, feed_um_per_s) = (Length::from_um(-100), 10_000);
     let mill = |x, y| Command::Mill { to: Point::from_mm(x, y), height, feed_um_per_s };
@@ -289,4 +291,23 @@ fn the_wiring_of_its_adapter_is_set_by_the_page_and_which_machine_it_is_is_not()
         _ => false,
     });
     assert!(kept, "the next page has the same wiring");
+}
+
+#[test]
+fn touches_too_short_for_the_filter_of_a_sensor_are_told_with_the_status() {
+    let files = Memory::default();
+    let mut bench = ready(&files);
+    assert_eq!(bench.status().touches, None, "nothing is filtered");
+    let filters = Value::Numbers(vec![0.0, 200.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    bench.ask(&Ask::Configure { changes: vec![("adapter.filters".to_owned(), filters)] });
+    assert_eq!(bench.refused(), None);
+    let mut touches = Touches::default();
+    (touches.short[1], touches.longest_us[1], touches.short[7]) = (12, 150, 3);
+    bench.world().touches = touches;
+    let status = bench.until(|status| status.touches.is_some_and(|touches| touches[1].count > 0));
+    let told = status.touches.unwrap();
+    assert_eq!(told[1], ShortTouches { count: 12, longest_us: 150 });
+    assert_eq!(told.map(|own| own.count), [0, 12, 0, 0, 0, 0, 0], "what no sensor is wired to is not told");
+    bench.home();
+    assert_eq!(bench.world().filters_us()[1], 200);
 }
