@@ -12,8 +12,9 @@ use annulus_core::machine::Machine;
 use annulus_core::pins::Pins;
 use annulus_core::virtual_drill::{Breakage, Faults, VirtualDrill, VirtualHole};
 use annulus_link::adapter::{Adapter, Inputs, Order};
-use annulus_link::frame::ON_LINE;
-use annulus_link::message::{Status, Touches, Welcome};
+use annulus_link::cobs::Unstuffer;
+use annulus_link::frame::{FRAME, ON_LINE, open};
+use annulus_link::message::{Ask, Status, Touches, Welcome};
 use annulus_link::player::{BEFORE_PULSE, End, WITHOUT_PULSE, Words};
 use annulus_link::receiver::WINDOW;
 use annulus_link::store::Store;
@@ -93,6 +94,10 @@ pub(super) struct World {
     /// Pulses that were given, and bytes that came.
     pub(super) steps: u64,
     pub(super) bytes: u64,
+    /// Bytes of those that were in frames with pieces of path.
+    pub(super) of_path: u64,
+    frames: Unstuffer<FRAME>,
+    since: u64,
     /// There is no drill at its pins: what they do is written down here instead.
     pub(super) written_down: Option<Vec<Pulse>>,
     /// So many packets more come, then nothing any more.
@@ -147,6 +152,9 @@ impl World {
             garble: None,
             steps: 0,
             bytes: 0,
+            of_path: 0,
+            frames: Unstuffer::new(),
+            since: 0,
             written_down: None,
             packets: None,
         }
@@ -188,6 +196,7 @@ impl World {
         let mut bytes = if self.stalled { Vec::new() } else { self.port.written() };
         self.carried(&mut bytes);
         self.bytes += bytes.len() as u64;
+        bytes.iter().for_each(|byte| self.weigh(*byte));
         let bytes = if self.plugged { self.spoiled(bytes) } else { Vec::new() };
         bytes.iter().for_each(|byte| self.adapter.hear(*byte, self.now_us as u32));
         while self.now_us < until_us {
@@ -197,6 +206,17 @@ impl World {
         for hole in self.holes.try_iter() {
             self.files.append(File::Drilled, hole.as_bytes()).unwrap();
         }
+    }
+
+    /// Counts bytes by what their frame says.
+    fn weigh(&mut self, byte: u8) {
+        self.since += 1;
+        let Some(frame) = self.frames.take(byte) else { return };
+        let is_path = open(frame)
+            .and_then(|(header, payload)| Ask::take(header.kind, payload))
+            .is_some_and(|(ask, _)| matches!(ask, Ask::Chunk(_)));
+        self.of_path += if is_path { self.since } else { 0 };
+        self.since = 0;
     }
 
     /// Leaves what comes in packets before the last one that comes at all.
