@@ -54,7 +54,7 @@ const ROWS: [[&str; 4]; 13] = [
     ],
     ["the same, the real firmware", "deaths of the firmware", "not known", "not known"],
     ["emergency stop", "emergency", "not known", "not known"],
-    ["an input with a filter", "filter", "no filter of its own ¹", "not known"],
+    ["an input with a filter", "filter", "off, or by a timer as it is compiled ¹", "not known"],
     ["core 0, for the pulses", "processor", "not known", "not known"],
     ["flash and memory", "size", "not known", "not known"],
 ];
