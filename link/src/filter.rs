@@ -18,7 +18,7 @@ pub const LONGEST_FILTER_US: u16 = 10_000;
 
 /// One look at an input.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Look {
+pub struct Glance {
     /// It is touched.
     pub touched: bool,
     /// It began to be, since the look before.
@@ -78,8 +78,8 @@ impl Filter {
 
     /// Takes a look.
     #[inline(always)]
-    pub fn look(&mut self, look: Look, now_us: u32) {
-        let is_over = look.left || !look.touched;
+    pub fn look(&mut self, glance: Glance, now_us: u32) {
+        let is_over = glance.left || !glance.touched;
         match self.since {
             Some(since) if is_over => {
                 if !self.is_on {
@@ -87,10 +87,10 @@ impl Filter {
                 }
                 (self.since, self.is_on) = (None, false);
             }
-            None if look.came && is_over => self.count(LOOK_US),
+            None if glance.came && is_over => self.count(LOOK_US),
             _ => {}
         }
-        if look.touched {
+        if glance.touched {
             self.since.get_or_insert(now_us);
             self.is_on |= self.least_us == 0 || self.left_us(now_us) == Some(0);
         }
@@ -107,12 +107,12 @@ impl Filter {
 mod tests {
     use super::*;
 
-    const fn look(touched: bool, came: bool, left: bool) -> Look {
-        Look { touched, came, left }
+    const fn look(touched: bool, came: bool, left: bool) -> Glance {
+        Glance { touched, came, left }
     }
 
-    const TOUCHED: Look = look(true, false, false);
-    const NOTHING: Look = look(false, false, false);
+    const TOUCHED: Glance = look(true, false, false);
+    const NOTHING: Glance = look(false, false, false);
 
     fn filter(least_us: u16) -> Filter {
         let mut filter = Filter::NONE;

@@ -12,7 +12,7 @@
 
 use crate::board::{self, read, write, IO, TIMER};
 use crate::machines;
-use annulus_link::filter::{Filter, Look, LOOK_US};
+use annulus_link::filter::{Filter, Glance, LOOK_US};
 use annulus_link::message::{Configure, Touches};
 use annulus_link::INPUTS;
 use core::cell::UnsafeCell;
@@ -163,13 +163,13 @@ impl Seen {
         let (came, left) = if is_low { (fell, rose) } else { (rose, fell) };
         let touched = board::level(board::INPUT + input as u8) != is_low;
         let filter = &mut self.filters[input];
-        filter.look(Look { touched, came, left }, now_us);
+        filter.look(Glance { touched, came, left }, now_us);
         let mut left_us = filter.left_us(now_us);
         if left_us == Some(1) {
             // Soon enough to wait for it here.
             while board::micros() == now_us {}
             let touched = board::level(board::INPUT + input as u8) != is_low;
-            filter.look(Look { touched, came: false, left: false }, now_us.wrapping_add(1));
+            filter.look(Glance { touched, came: false, left: false }, now_us.wrapping_add(1));
             left_us = None;
         }
         let set = |all: &mut u8, is: bool| *all = if is { *all | bit } else { *all & !bit };

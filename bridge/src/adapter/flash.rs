@@ -49,7 +49,7 @@ pub(crate) fn asked(name: &str, time: Time) -> Result<(String, Welcome), Diagnos
 }
 
 /// The same, and how often its inputs were touched for less than their filter, where it counts.
-pub(crate) fn told(name: &str, time: Time) -> Result<(String, Welcome, Option<Touches>), Diagnostic> {
+pub(crate) fn report(name: &str, time: Time) -> Result<(String, Welcome, Option<Touches>), Diagnostic> {
     let (port, mut line) = line(name, time)?;
     let welcome = through(who(&mut line))?;
     through(touches(&mut line)).map(|touches| (port, welcome, touches))

@@ -5,7 +5,7 @@
 
 use super::{Answer, Exit, Refusal, say};
 use crate::adapter::adapters;
-use crate::adapter::flash::{boot_disk_of, came_back, copy, told};
+use crate::adapter::flash::{boot_disk_of, came_back, copy, report};
 use crate::adapter::image::{LONGEST, boot_disks, firmware_of, is_boot_disk, own};
 use crate::executor::clock;
 use crate::server::runtime;
@@ -78,7 +78,7 @@ fn number(firmware: u32) -> String {
 }
 
 fn info(port: &str) -> Result<Answer, Refusal> {
-    let (port, welcome, touches) = told(port, clock::time).map_err(Refusal::surroundings)?;
+    let (port, welcome, touches) = report(port, clock::time).map_err(Refusal::surroundings)?;
     let mut answer = found(&port, welcome.firmware);
     let touches = touches.unwrap_or_default();
     let mut rows = Vec::new();
