@@ -150,7 +150,7 @@ impl Deaths {
         self.count += 1;
         self.starved += u32::from(dead.status.state == At::Starved);
         self.longest_ms = self.longest_ms.max(last_us.saturating_sub(dead.died_us) as f64 / 1e3);
-        self.farthest_mm = self.farthest_mm.max(far(0).hypot(far(1)).hypot(far(2)));
+        self.farthest_mm = self.farthest_mm.max((0..3).map(far).map(|mm| mm * mm).sum::<f64>().sqrt());
         self.most_off = self.most_off.max(off);
     }
 

@@ -13,7 +13,7 @@ use annulus_core::pins::Pins;
 use annulus_core::virtual_drill::{Breakage, Faults, VirtualDrill, VirtualHole};
 use annulus_link::adapter::{Adapter, Inputs, Order};
 use annulus_link::cobs::Unstuffer;
-use annulus_link::frame::{FRAME, ON_LINE, open};
+use annulus_link::frame::{FRAME, Header, ON_LINE, open, seal};
 use annulus_link::message::{Ask, Status, Touches, Welcome};
 use annulus_link::player::{BEFORE_PULSE, End, WITHOUT_PULSE, Words};
 use annulus_link::receiver::WINDOW;
@@ -80,6 +80,8 @@ pub(super) struct World {
     drill: VirtualDrill,
     holes: Receiver<String>,
     files: Memory,
+    /// Its firmware is one that knows no filters.
+    pub(super) knows_no_filters: bool,
     /// How often its inputs were touched for less than their filter.
     pub(super) touches: Touches,
     /// The emergency stop is pressed.
@@ -110,6 +112,26 @@ pub(super) struct Pulse {
     pub(super) tick: u64,
     pub(super) axis: usize,
     pub(super) forward: bool,
+}
+
+/// The same bytes, with a word in the place of filters that nobody knows.
+fn without_filters(bytes: &[u8]) -> Vec<u8> {
+    const UNKNOWN: u8 = 100;
+    let (mut frames, mut all, mut since) = (Unstuffer::<FRAME>::new(), Vec::new(), 0);
+    for byte in bytes {
+        all.push(*byte);
+        let Some(frame) = frames.take(*byte) else { continue };
+        if let Some((header, payload)) = open(frame)
+            && matches!(Ask::take(header.kind, payload), Some((Ask::Filters(_), _)))
+        {
+            let mut line = [0; ON_LINE];
+            let length = seal(Header { kind: UNKNOWN, ..header }, payload, &mut line).unwrap();
+            all.truncate(since);
+            all.extend_from_slice(&line[..length]);
+        }
+        since = all.len();
+    }
+    all
 }
 
 /// What USB carries at once, in bytes.
@@ -144,6 +166,7 @@ impl World {
             drill: VirtualDrill::new(machine, 7, Faults::default(), record),
             holes,
             files: files.clone(),
+            knows_no_filters: false,
             touches: Touches::default(),
             pressed: false,
             plugged: true,
@@ -197,6 +220,7 @@ impl World {
         self.carried(&mut bytes);
         self.bytes += bytes.len() as u64;
         bytes.iter().for_each(|byte| self.weigh(*byte));
+        let bytes = if self.knows_no_filters { without_filters(&bytes) } else { bytes };
         let bytes = if self.plugged { self.spoiled(bytes) } else { Vec::new() };
         bytes.iter().for_each(|byte| self.adapter.hear(*byte, self.now_us as u32));
         while self.now_us < until_us {
