@@ -12,7 +12,8 @@ use crate::suites::ALL;
 use std::process::Stdio;
 
 /// Which tests say what they measured.
-const TESTS: [&str; 7] = [
+const TESTS: [&str; 8] = [
+    "edges::paths_of_chance",
     "edges::four_axes_at_half_a_million",
     "edges::who_asks_how_it_is",
     "stops::the_emergency_stop_ends",
@@ -23,7 +24,7 @@ const TESTS: [&str; 7] = [
 ];
 
 /// What a row is called, what was measured begins with, and what is known of GRBL 1.1h on an ATmega328 and of Klipper on an RP2040.
-const ROWS: [[&str; 4]; 13] = [
+const ROWS: [[&str; 4]; 14] = [
     [
         "fastest steps",
         "rate",
@@ -56,6 +57,7 @@ const ROWS: [[&str; 4]; 13] = [
     ["emergency stop", "emergency", "not known", "not known"],
     ["an input with a filter", "filter", "off, or by a timer as it is compiled ¹", "not known"],
     ["core 0, for the pulses", "processor", "not known", "not known"],
+    ["the same, ordinary paths", "path of chance", "not known", "not known"],
     ["flash and memory", "size", "not known", "not known"],
 ];
 

@@ -313,11 +313,8 @@ fn welcome(by_watchdog: u8) -> Welcome {
 fn boot() -> ! {
     cortex_m::interrupt::disable();
     machines::stop_by_force();
-    rp2040_hal::rom_data::reset_to_usb_boot(0, 0);
-    // It does not come back; if it did, the watchdog is not fed any more.
-    loop {
-        cortex_m::asm::nop();
-    }
+    // It does not come back.
+    rp2040_hal::rom_data::reset_to_usb_boot(0, 0)
 }
 
 fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
