@@ -339,6 +339,7 @@ test("the filter of a sensor is set by the page, and touches that were shorter a
     await shown(page, /^USB step adapter/);
     await shown(page, "The position is not known. Home first.");
     await tab(page, "Lab").click();
+    await page.getByRole("tab", { name: "Inputs and outputs" }).click();
     const column = page.getByRole("columnheader", { name: "Short touches" });
     await page.getByRole("columnheader", { name: "Last change" }).waitFor();
     assert.equal(await column.count(), 0, "nothing is filtered, nothing is counted");
@@ -348,6 +349,7 @@ test("the filter of a sensor is set by the page, and touches that were shorter a
     await press(page, page.getByRole("button", { name: "Apply" }));
     await page.getByRole("button", { name: "Apply" }).waitFor({ state: "detached" });
     await tab(page, "Lab").click();
+    await page.getByRole("tab", { name: "Inputs and outputs" }).click();
     await column.waitFor();
     for (let count = 0; count < 3; count++) board.touch(1, 150);
     await page.getByRole("cell", { name: /^3 \(longest 15\d µs\)$/ }).waitFor();
