@@ -13,7 +13,7 @@ use crate::grant::Grant;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::Steps;
-use annulus_core::pins::{self, AxisSet, SpindleState, SpindleTrouble};
+use annulus_core::pins::{self, AxisSet, ShortTouches, SpindleState, SpindleTrouble};
 use annulus_core::steps::{Segment, Stage};
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering};
@@ -96,6 +96,9 @@ pub struct Glimpse {
     pub position: Steps,
     /// Inputs, one bit each.
     pub inputs: u32,
+    /// Touches of each of [`Input::ALL`] that were shorter than its filter, where somebody counts them.
+    #[serde(default)]
+    pub touches: Option<[ShortTouches; Input::ALL.len()]>,
     /// Spindle speed that is wanted.
     pub rpm: u32,
     /// What the spindle tells of itself.

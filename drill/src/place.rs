@@ -233,6 +233,7 @@ impl Place {
             *glimpse = Glimpse {
                 position: self.line.position,
                 inputs,
+                touches: glimpse.touches,
                 rpm: self.rpm,
                 spindle: glimpse.spindle,
                 stage: segment.map(|segment| segment.stage),

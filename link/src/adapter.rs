@@ -16,14 +16,15 @@ use crate::bytes::{Plain, Writer};
 use crate::chunk::{self, Before};
 use crate::cobs::Unstuffer;
 use crate::crc::crc32c;
+use crate::filter::LONGEST_FILTER_US;
 use crate::frame::{FRAME, Header, ON_LINE, PAYLOAD, open, seal};
 use crate::message::{
-    Ask, Chunk, Configure, Hello, Place, Refusal, Refused, State, Status, Tell, Trust, Welcome,
+    Ask, Chunk, Configure, Hello, Place, Refusal, Refused, State, Status, Tell, Touches, Trust, Welcome,
 };
 use crate::player::{End, Player, Words};
 use crate::receiver::Receiver;
 use crate::store::{AROUND, ROOM, Store};
-use crate::{AXES, FULL_RATE, NEWEST, OLDEST};
+use crate::{AXES, FULL_RATE, INPUTS, NEWEST, OLDEST};
 
 /// When nothing of the session was heard for so many µs, what moves comes to rest on the path, and outputs go off at rest.
 pub const OUTPUTS_US: u32 = 250_000;
@@ -76,6 +77,9 @@ pub struct Adapter<'a> {
     settings: Configure,
     settings_crc: u32,
     limits: u8,
+    filters_us: [u16; INPUTS],
+    /// Somebody wants to know how often inputs were touched.
+    is_asked: bool,
     outputs: u8,
     inputs: Inputs,
     state: State,
@@ -117,6 +121,8 @@ impl<'a> Adapter<'a> {
             settings: Configure::NONE,
             settings_crc: 0,
             limits: 0,
+            filters_us: [0; INPUTS],
+            is_asked: false,
             outputs: 0,
             inputs: Inputs { on: 0, stop: false },
             state: State::Unset,
@@ -155,6 +161,22 @@ impl<'a> Adapter<'a> {
         self.limits
     }
 
+    /// How long every input has to be touched to count as on, in µs.
+    pub fn filters_us(&self) -> &[u16; INPUTS] {
+        &self.filters_us
+    }
+
+    /// Whether it is to be said how often inputs were touched: [`Self::touched`] says it.
+    pub fn asks_touches(&self) -> bool {
+        self.is_asked && self.answer.is_none()
+    }
+
+    /// How often inputs were touched.
+    pub fn touched(&mut self, touches: Touches) {
+        let header = Header { session: self.session, number: 0, kind: 0 };
+        (self.is_asked, self.answer) = (false, Some((header, touches.into())));
+    }
+
     /// Outputs that are to be on.
     pub fn outputs(&self) -> u8 {
         self.outputs
@@ -190,6 +212,7 @@ impl<'a> Adapter<'a> {
         match Ask::take(header.kind, payload) {
             Some((Ask::Hello(hello), [])) => self.hello(header, hello),
             Some((Ask::Beat(_), [])) if header.session == self.session => self.is_status_due = true,
+            Some((Ask::CountTouches(_), [])) if header.session == self.session => self.is_asked = true,
             _ if header.session == self.session && header.number != 0 => self.numbered(header, payload),
             _ => return,
         }
@@ -219,6 +242,7 @@ impl<'a> Adapter<'a> {
         self.receiver.restart();
         (self.chunk, self.bytes, self.refusal, self.refused) = (0, 0, Refusal::None, 0);
         (self.settings_crc, self.outputs, self.is_off) = (0, 0, false);
+        (self.filters_us, self.is_asked) = ([0; INPUTS], false);
         self.player.want(FULL_RATE);
         if self.state == State::Running {
             self.is_orphan = true;
@@ -298,6 +322,13 @@ impl<'a> Adapter<'a> {
             }
             Ask::Guard(guard) if self.state != State::Running && self.settings_crc != 0 => {
                 self.limits = guard.limits;
+                self.orders |= 1 << Order::Settle as u8;
+            }
+            Ask::Filters(filters) if self.state != State::Running && self.settings_crc != 0 => {
+                if filters.least_us.iter().any(|least_us| *least_us > LONGEST_FILTER_US) {
+                    return Err(Refusal::Settings);
+                }
+                self.filters_us = filters.least_us;
                 self.orders |= 1 << Order::Settle as u8;
             }
             _ => return Err(Refusal::State),

@@ -17,6 +17,7 @@
 //! | `cobs` | framing |  |
 //! | `frame` | header and payload under one CRC | `bytes`, `cobs`, `crc` |
 //! | `message` | every message, described once | `bytes` |
+//! | `filter` | an input that counts only when it is touched for long enough |  |
 //! | `run` | steps of one axis, the arithmetic of the step stream | `bytes` |
 //! | `chunk` | a piece of path with its tail, and whether it may be played | `bytes`, `frame`, `message`, `run` |
 //! | `cutter` | the path of a segment into chunks | `chunk`, `frame`, `message`, `run` |
@@ -24,7 +25,7 @@
 //! | `receiver` | frames as they come, without gaps over a bad line | `frame` |
 //! | `sender` | numbered frames, sent again until they are there | `bytes`, `chunk`, `frame`, `message`, `receiver`, `run`, `store` |
 //! | `player` | chunks into words of one timeline, at the rate that is wanted | `bytes`, `chunk`, `frame`, `message`, `run`, `store` |
-//! | `adapter` | one adapter: session, settings, motion, status | `bytes`, `chunk`, `cobs`, `crc`, `frame`, `message`, `player`, `receiver`, `store` |
+//! | `adapter` | one adapter: session, settings, motion, status | `bytes`, `chunk`, `cobs`, `crc`, `filter`, `frame`, `message`, `player`, `receiver`, `store` |
 //!
 //! Time is counted in ticks of 0.1 µs, as in the step stream. Does not know USB, pins or threads.
 
@@ -36,6 +37,7 @@ pub mod chunk;
 pub mod cobs;
 pub mod crc;
 pub mod cutter;
+pub mod filter;
 pub mod frame;
 pub mod message;
 pub mod player;
@@ -46,6 +48,9 @@ pub mod store;
 
 /// Axes that one adapter drives.
 pub const AXES: usize = 4;
+
+/// Inputs that one adapter has, the emergency stop apart.
+pub const INPUTS: usize = 8;
 
 /// Ticks of a second.
 pub const TICK_HZ: u32 = 10_000_000;

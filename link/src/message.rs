@@ -4,8 +4,8 @@
 //!
 //! Never renumber, append only: what has another form gets another kind, and [`crate::NEWEST`] grows.
 
-use crate::AXES;
 use crate::bytes::{Plain, Reader, Writer};
+use crate::{AXES, INPUTS};
 
 macro_rules! messages {
     ($(#[$about:meta])* $name:ident {
@@ -202,6 +202,13 @@ messages! {
             /// One bit each.
             limits: u8,
         }
+        /// How long an input has to be touched to count as on, said at rest; none of a session that says nothing.
+        16 Filters {
+            /// Of every input, in µs; 0 for no filter.
+            least_us: [u16; INPUTS],
+        }
+        /// How often inputs were touched for less than their filter; not numbered.
+        17 CountTouches {}
     }
 }
 
@@ -278,6 +285,13 @@ messages! {
             oldest: u16,
             /// Newest one.
             newest: u16,
+        }
+        /// Touches that were shorter than the filter of their input, since the adapter has power. Answer to [`CountTouches`].
+        144 Touches {
+            /// How many, of every input; 65,535 says that many or more.
+            short: [u16; INPUTS],
+            /// The longest of them, in µs.
+            longest_us: [u16; INPUTS],
         }
     }
 }

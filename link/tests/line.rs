@@ -9,8 +9,8 @@ use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open, seal};
 use annulus_link::message::{
-    Ask, Beat, Begin, Chunk, Clear, Configure, Guard, Hello, Outputs, Place, Rate, Refusal, Refused, State,
-    Status, Stop, Tell, Trust, Welcome,
+    Ask, Beat, Begin, Chunk, Clear, Configure, CountTouches, Filters, Guard, Hello, Outputs, Place, Rate,
+    Refusal, Refused, State, Status, Stop, Tell, Touches, Trust, Welcome,
 };
 use annulus_link::player::End;
 use annulus_link::run::Run;
@@ -492,7 +492,7 @@ fn bytes_of_chance_move_nothing() {
             let header = annulus_link::frame::Header {
                 session: world.sender.session(),
                 number,
-                kind: chance.below(16) as u8,
+                kind: chance.below(24) as u8,
             };
             let payload: Vec<u8> =
                 (0..chance.below(200)).map(|_| chance.bits() as u8 & chance.bits() as u8).collect();
@@ -502,4 +502,33 @@ fn bytes_of_chance_move_nothing() {
         }
         assert_eq!(world.machines.steps.iter().map(Vec::len).sum::<usize>(), 0);
     }
+}
+
+#[test]
+fn filters_are_those_of_the_session_and_touches_are_told_when_asked_for() {
+    let mut world = World::new(21, 0.0);
+    let filters = Filters { least_us: [0, 50, 10_000, 0, 0, 0, 0, 1] };
+    assert_eq!(world.say(filters).refusal, Refusal::State, "not before the settings");
+    world.begin();
+    while world.adapter.order().is_some() {}
+    assert_eq!(world.say(filters).refusal, Refusal::State, "that was the one before");
+    assert_eq!(world.adapter.filters_us(), &filters.least_us);
+    let refused = world.say(Filters { least_us: [10_001; 8] });
+    assert_eq!((refused.refusal, world.adapter.filters_us()), (Refusal::Settings, &filters.least_us));
+    let mut line = [0; ON_LINE];
+    let length = world.sender.unnumbered(&CountTouches {}.into(), &mut line).unwrap();
+    line[..length].iter().for_each(|byte| world.adapter.hear(*byte, 0));
+    assert!(world.adapter.asks_touches());
+    let touches = Touches { short: [1, 2, 3, 4, 5, 6, 7, u16::MAX], longest_us: [9; 8] };
+    world.adapter.touched(touches);
+    assert!(!world.adapter.asks_touches());
+    let length = world.adapter.tell(0, &mut line).unwrap();
+    let mut unstuffer = Unstuffer::<FRAME>::new();
+    let frame = line[..length].iter().find_map(|byte| unstuffer.take(*byte).map(<[u8]>::to_vec)).unwrap();
+    let (header, payload) = open(&frame).unwrap();
+    assert_eq!(Tell::take(header.kind, payload), Some((touches.into(), [].as_slice())));
+    world.sender = Sender::new(0xF11);
+    world.welcome = None;
+    world.until(|world| world.welcome.is_some());
+    assert_eq!(world.adapter.filters_us(), &[0; 8], "the next session says its own");
 }

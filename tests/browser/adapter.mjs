@@ -36,7 +36,7 @@ export async function startAdapter(built) {
   await order({ do: "pin", pin: STOP, level: true });
   const place = [...START];
   const ways = [false, false, false];
-  const [said, came, waiting, passages] = [[], [], [], []];
+  const [said, came, waiting, passages, touches] = [[], [], [], [], []];
   let [plugged, spindle, steps, turns, over] = [true, false, 0, 0, false];
   const tell = () => {
     while (waiting.length && (came.length || !plugged)) waiting.shift()(came.length ? Buffer.concat(came.splice(0)) : null);
@@ -59,6 +59,12 @@ export async function startAdapter(built) {
         if (on[input] !== level) await order({ do: "pin", pin: INPUT + 2 * input, level });
       }
       on = now;
+      for (const [input, micros] of touches.splice(0)) {
+        for (const [level, cycles] of [[true, (micros * CLOCK_HZ) / 1e6], [false, TURN]]) {
+          await order({ do: "pin", pin: INPUT + input, level });
+          await order({ do: "run", cycles });
+        }
+      }
       const bytes = said.splice(0).flatMap((part) => [...part]);
       if (plugged && bytes.length) await order({ do: "send", bytes });
       const answer = await order({ do: "run", cycles: TURN });
@@ -92,6 +98,8 @@ export async function startAdapter(built) {
       const end = turns + (seconds * CLOCK_HZ) / TURN;
       while (turns < end && !over) await new Promise((later) => setTimeout(later, 20));
     },
+    /** Touches an input for so many µs. */
+    touch: (input, micros) => touches.push([input, micros]),
     place: () => [...place],
     spindle: () => spindle,
     steps: () => steps,

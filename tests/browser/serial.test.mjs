@@ -330,6 +330,44 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
   }
 });
 
+test("the filter of a sensor is set by the page, and touches that were shorter are shown in the Lab", async (t) => {
+  const built = firmware();
+  if (!built) return t.skip("no firmware");
+  const [server, board] = [await serveFiles(), await startAdapter(built)];
+  const { page, context, problems } = await openPage(browser, "about:blank");
+  try {
+    await plugInto(context, board);
+    await page.goto(server.url);
+    await tab(page, "Machine").click();
+    await press(page, connect(page));
+    await shown(page, /^USB step adapter/);
+    await shown(page, "The position is not known. Home first.");
+    await tab(page, "Lab").click();
+    await page.getByRole("tab", { name: "Inputs and outputs" }).click();
+    const column = page.getByRole("columnheader", { name: "Short touches" });
+    await page.getByRole("columnheader", { name: "Last change" }).waitFor();
+    assert.equal(await column.count(), 0, "nothing is filtered, nothing is counted");
+    await tab(page, "Settings").click();
+    await page.getByRole("button", { name: "USB adapter" }).click();
+    await page.locator("#setting-adapter-filters").fill("0 200 0 0 0 0 0");
+    await press(page, page.getByRole("button", { name: "Apply" }));
+    await page.getByRole("button", { name: "Apply" }).waitFor({ state: "detached" });
+    await tab(page, "Lab").click();
+    await page.getByRole("tab", { name: "Inputs and outputs" }).click();
+    await column.waitFor();
+    for (let count = 0; count < 3; count++) board.touch(1, 150);
+    await page.getByRole("cell", { name: /^3 \(longest 15\d µs\)$/ }).waitFor();
+    await page.screenshot({ path: picture("adapter-touches-1440") });
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "adapter-touches-failed-1440", error);
+  } finally {
+    await context.close();
+    server.stop();
+    board.kill();
+  }
+});
+
 test("a browser without serial ports says so, with what to do", async () => {
   const server = await serveFiles();
   const { page, context } = await openPage(browser, "about:blank");

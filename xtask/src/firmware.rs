@@ -11,7 +11,7 @@ use crate::npm;
 use crate::sh::{Done, command, output, root, run, say, target, which};
 use crate::suites::ALL;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 const TRIPLE: &str = "thumbv6m-none-eabi";
@@ -28,19 +28,37 @@ pub(crate) fn build() -> Done<PathBuf> {
     let mut cargo = command("cargo", &["build", "--release", "--locked", "--target-dir"]);
     run(cargo.arg(&into).current_dir(&folder))?;
     let elf = into.join(TRIPLE).join("release/annulus-firmware");
-    let bytes = fs::read(&elf).map_err(|error| format!("{}: {error}.", elf.display()))?;
-    let parts = parts(&bytes).ok_or_else(|| format!("{} is not what a linker makes.", elf.display()))?;
+    let bytes = read(&elf)?;
+    let parts = parts(&bytes).ok_or_else(|| no_elf(&elf))?;
     let uf2 = into.join("annulus-adapter.uf2");
     fs::write(&uf2, blocks(&parts)).map_err(|error| format!("{}: {error}.", uf2.display()))?;
-    let loaded = |part: &&Part| (FLASH.0..FLASH.0 + FLASH.1).contains(&part.load);
-    let flash: u32 = parts.iter().filter(loaded).map(|part| part.bytes.len() as u32).sum();
-    let ram: u32 = parts.iter().filter(|part| part.address >= RAM.0).map(|part| part.in_memory).sum();
+    let (flash, ram) = taken(&parts);
     say(&format!(
         "firmware: {flash} of {} bytes of flash, {ram} of {} bytes of memory, the stack apart",
         FLASH.1, RAM.1
     ));
     say(&format!("for a board in its boot mode: {}", uf2.display()));
     Ok(elf)
+}
+
+fn read(elf: &Path) -> Done<Vec<u8>> {
+    fs::read(elf).map_err(|error| format!("{}: {error}.", elf.display()))
+}
+
+fn no_elf(elf: &Path) -> String {
+    format!("{} is not what a linker makes.", elf.display())
+}
+
+/// How much of flash and memory parts take, in bytes.
+fn taken(parts: &[Part<'_>]) -> (u32, u32) {
+    let loaded = |part: &&Part<'_>| (FLASH.0..FLASH.0 + FLASH.1).contains(&part.load);
+    let flash = parts.iter().filter(loaded).map(|part| part.bytes.len() as u32).sum();
+    (flash, parts.iter().filter(|part| part.address >= RAM.0).map(|part| part.in_memory).sum())
+}
+
+/// How much of flash and memory the firmware takes, in bytes, its stack apart.
+pub(crate) fn sizes(elf: &Path) -> Done<(u32, u32)> {
+    parts(&read(elf)?).map(|parts| taken(&parts)).ok_or_else(|| no_elf(elf))
 }
 
 /// The firmware, and the emulator that runs it for tests.

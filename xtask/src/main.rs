@@ -3,6 +3,7 @@
 //! Comes in: one word. Goes out: a running page, a tested tree, a built page, numbers, or a list of what is there.
 //! Does not know what Annulus does.
 
+mod adapter;
 mod bench;
 mod browser;
 mod doctor;
@@ -31,7 +32,8 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   site      build the page as a site of files, for any server, into target/site; --quick likewise
   firmware  build the firmware of the USB step adapter into target/firmware
   tools     build what the tests need, once
-  bench     print the measured numbers: parsing, tours, steps, the budgets of the page; --page these alone, or groups of them
+  bench     print the measured numbers: parsing, tours, steps, the budgets of the page; --page these alone, or groups of them;
+            --adapter the table of the USB step adapter
   doctor    list what is there and what would be installed
 ";
 

@@ -29,10 +29,12 @@ pub const PIO0: usize = 0x5020_0000;
 pub const PIO1: usize = 0x5030_0000;
 /// Copies words from memory to the machines.
 pub const DMA: usize = 0x5000_0000;
-const IO: usize = 0x4001_4000;
+/// Functions of pins, and their edges.
+pub const IO: usize = 0x4001_4000;
 const PADS: usize = 0x4001_C000;
 const SIO: usize = 0xD000_0000;
-const TIMER: usize = 0x4005_4000;
+/// Counts microseconds, and says when.
+pub const TIMER: usize = 0x4005_4000;
 
 /// Added to an address: a write sets the bits that are 1.
 pub const SET: usize = 0x2000;

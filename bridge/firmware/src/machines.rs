@@ -62,6 +62,13 @@ fn PIO1_IRQ_0() {
     write(PIO1 + 0x30, 1);
 }
 
+/// The same for inputs that are on, one bit each, which the watcher does not see.
+#[inline(always)]
+pub fn stop_for(inputs: u8) {
+    stop_by_force();
+    SEEN.store(1 | u32::from(inputs) << 1, Release);
+}
+
 /// What the watcher saw when it stopped the pulses: bit 0 the emergency stop, low; above it the inputs, high. Nothing
 /// where the pulses were stopped for another reason.
 pub fn seen() -> (bool, u8) {
@@ -125,7 +132,7 @@ fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
 /// Where the watcher's program begins.
 static WATCHER: AtomicU32 = AtomicU32::new(0);
 
-/// Takes up settings at rest: length of pulses, which way pins and inputs are, which inputs stop.
+/// Takes up settings at rest: length of pulses, which way pins and inputs are, which inputs stop the pulses by the watcher.
 pub fn settle(settings: &Configure, limits: u8) {
     let length = u32::from(settings.pulse) - 2;
     const SET_Y: u32 = 0xE040;

@@ -6,7 +6,7 @@
 //!  └── status every 10 ms          emergency stop, end sensors ─ watcher ─ RUN ───┘── interrupt: outputs off
 //! ```
 //!
-//! One processor, one loop; two interrupts, which touch registers and atomics only. The loop may take up to 2 ms; later, the
+//! One processor, one loop; two interrupts, which touch registers and atomics only, and two that time touched inputs (`touches`). The loop may take up to 2 ms; later, the
 //! machines run dry, which is a fault. When it hangs, the watchdog resets everything after 100 ms, and pins go to rest by
 //! their resistors.
 //!
@@ -17,6 +17,7 @@
 mod board;
 mod machines;
 mod rings;
+mod touches;
 
 use annulus_link::adapter::{Adapter, Inputs, Order};
 use annulus_link::frame::ON_LINE;
@@ -157,7 +158,9 @@ fn make(adapter: &mut Adapter<'_>, until: u32) -> Option<End> {
 fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
     match order {
         Order::Settle if matches!(motion, Motion::Rest) && adapter.state() != State::Unset => {
-            machines::settle(adapter.settings(), adapter.limits());
+            let (limits, filters_us) = (adapter.limits(), adapter.filters_us());
+            touches::settle(adapter.settings(), limits, filters_us);
+            machines::settle(adapter.settings(), limits & !touches::filtered(filters_us));
         }
         Order::Settle => {}
         Order::Clear => machines::arm(adapter.settings()),
@@ -206,7 +209,10 @@ fn go_on(adapter: &mut Adapter<'_>, motion: &mut Motion) {
 fn inputs(adapter: &Adapter<'_>) -> Inputs {
     let levels = (0..board::INPUTS)
         .fold(0, |levels, input| levels | u8::from(board::level(board::INPUT + input)) << input);
-    Inputs { on: levels ^ adapter.settings().low_inputs, stop: !board::level(board::STOP) }
+    let touched = levels ^ adapter.settings().low_inputs;
+    let (filtered, on) = touches::now(touched);
+    let on = touched & !filtered | on;
+    Inputs { on, stop: !board::level(board::STOP) }
 }
 
 fn show(adapter: &Adapter<'_>) {
@@ -262,13 +268,18 @@ fn main() -> ! {
 }
 
 fn interrupts() {
-    // SAFETY: both handlers touch registers and atomics alone.
+    touches::prepare();
+    // SAFETY: two handlers touch registers and atomics alone; two what is remembered of touches, which nobody else touches meanwhile.
     unsafe {
         let mut own = cortex_m::Peripherals::steal();
         own.NVIC.set_priority(pac::Interrupt::PIO1_IRQ_0, 0);
         own.NVIC.set_priority(pac::Interrupt::DMA_IRQ_0, 0x40);
+        own.NVIC.set_priority(pac::Interrupt::IO_IRQ_BANK0, 0);
+        own.NVIC.set_priority(pac::Interrupt::TIMER_IRQ_0, 0);
         pac::NVIC::unmask(pac::Interrupt::PIO1_IRQ_0);
         pac::NVIC::unmask(pac::Interrupt::DMA_IRQ_0);
+        pac::NVIC::unmask(pac::Interrupt::IO_IRQ_BANK0);
+        pac::NVIC::unmask(pac::Interrupt::TIMER_IRQ_0);
     }
 }
 
@@ -302,6 +313,7 @@ fn welcome(by_watchdog: u8) -> Welcome {
 fn boot() -> ! {
     cortex_m::interrupt::disable();
     machines::stop_by_force();
+    // It does not come back.
     rp2040_hal::rom_data::reset_to_usb_boot(0, 0)
 }
 
@@ -318,6 +330,9 @@ fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
             boot();
         }
         adapter.attend(inputs(&adapter), now);
+        if adapter.asks_touches() {
+            adapter.touched(touches::counted());
+        }
         show(&adapter);
         if now.wrapping_sub(alive) >= 500 {
             alive = now;

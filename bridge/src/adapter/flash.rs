@@ -8,11 +8,11 @@ use super::port::{Plug, adapters, named};
 use crate::serial;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::pins::through;
-use annulus_drill::adapter::{AdapterLine, who};
+use annulus_drill::adapter::{AdapterLine, touches, who};
 use annulus_drill::executor::Time;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::frame::{FRAME, open};
-use annulus_link::message::{State, Tell, Welcome};
+use annulus_link::message::{State, Tell, Touches, Welcome};
 use std::fs::File;
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -44,10 +44,23 @@ fn awaited<T>(mut look: impl FnMut() -> Option<T>) -> Option<T> {
 
 /// Who is at the port called `name`, or at the only one with an adapter.
 pub(crate) fn asked(name: &str, time: Time) -> Result<(String, Welcome), Diagnostic> {
+    let (port, mut line) = line(name, time)?;
+    through(who(&mut line)).map(|welcome| (port, welcome))
+}
+
+/// The same, and how often its inputs were touched for less than their filter, where it counts.
+pub(crate) fn report(name: &str, time: Time) -> Result<(String, Welcome, Option<Touches>), Diagnostic> {
+    let (port, mut line) = line(name, time)?;
+    let welcome = through(who(&mut line))?;
+    through(touches(&mut line)).map(|touches| (port, welcome, touches))
+}
+
+/// A line to the port called `name`, and what the port is called.
+fn line(name: &str, time: Time) -> Result<(String, AdapterLine), Diagnostic> {
     let plug = Plug::open(name)?;
     let port = plug.port_name().to_owned();
-    let mut line = AdapterLine::new(Box::new(plug), getrandom::u32().unwrap_or(std::process::id()), time);
-    through(who(&mut line)).map(|welcome| (port, welcome))
+    let session = getrandom::u32().unwrap_or(std::process::id());
+    Ok((port, AdapterLine::new(Box::new(plug), session, time)))
 }
 
 /// The disk of the adapter at the port called `name`, which is not asked while it moves: saying hello would stop it.

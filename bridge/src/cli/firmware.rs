@@ -5,7 +5,7 @@
 
 use super::{Answer, Exit, Refusal, say};
 use crate::adapter::adapters;
-use crate::adapter::flash::{asked, boot_disk_of, came_back, copy};
+use crate::adapter::flash::{boot_disk_of, came_back, copy, report};
 use crate::adapter::image::{LONGEST, boot_disks, firmware_of, is_boot_disk, own};
 use crate::executor::clock;
 use crate::server::runtime;
@@ -78,8 +78,24 @@ fn number(firmware: u32) -> String {
 }
 
 fn info(port: &str) -> Result<Answer, Refusal> {
-    let (port, welcome) = asked(port, clock::time).map_err(Refusal::surroundings)?;
-    Ok(found(&port, welcome.firmware))
+    let (port, welcome, touches) = report(port, clock::time).map_err(Refusal::surroundings)?;
+    let mut answer = found(&port, welcome.firmware);
+    let touches = touches.unwrap_or_default();
+    let mut rows = Vec::new();
+    for (input, (count, longest_us)) in touches.short.into_iter().zip(touches.longest_us).enumerate() {
+        if count == 0 {
+            continue;
+        }
+        let pin = usize::from(welcome.input_pin) + input;
+        let note = Diagnostic::note("firmware.touched").with("input", input).with("pin", pin);
+        let note = note.with("count", count).with("longest", longest_us);
+        answer.text += &format!("{}\n", note.message("en"));
+        rows.push(json!({ "input": input, "pin": pin, "count": count, "longest_us": longest_us }));
+    }
+    if let Some(object) = answer.object.as_object_mut() {
+        object.insert("short_touches".to_owned(), rows.into());
+    }
+    Ok(answer)
 }
 
 /// What the adapter at a port has, beside what belongs to this program.

@@ -60,6 +60,8 @@ enum Do {
     Stop(bool),
     /// Below so many steps from the switch the tip is in a hole.
     Bottom(i64),
+    /// An input is touched for so many cycles.
+    Touch(u64, u64),
     /// The adapter loses its power and gets it again.
     Power,
 }
@@ -115,6 +117,11 @@ impl Bench {
 
     pub(crate) fn bottom(&self, steps: i64) {
         self.tell(Do::Bottom(steps));
+    }
+
+    /// An input is touched for so many µs.
+    pub(crate) fn touch(&self, input: u64, length_us: u64) {
+        self.tell(Do::Touch(input, 120 * length_us));
     }
 
     pub(crate) fn power(&self) {
@@ -305,6 +312,12 @@ fn turn(
             Ok(Do::Bottom(steps)) => pins.bottom = steps,
             Ok(Do::Stop(level)) => {
                 emulator.order(&json!({"do": "pin", "pin": STOP_PIN, "level": level}));
+            }
+            Ok(Do::Touch(input, cycles)) => {
+                for (level, then) in [(true, cycles), (false, TURN)] {
+                    emulator.order(&json!({"do": "pin", "pin": INPUT_PIN + input, "level": level}));
+                    emulator.order(&json!({"do": "run", "cycles": then}));
+                }
             }
             Ok(Do::Power) => {
                 *emulator = Emulator::new();

@@ -12,3 +12,4 @@ mod drill;
 mod jobs;
 mod refusals;
 mod shop;
+mod touches;

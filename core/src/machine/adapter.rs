@@ -18,6 +18,12 @@ use crate::job::Input;
 /// Axes that an adapter drives.
 const AXES: usize = 4;
 
+/// Inputs that an adapter has.
+const INPUTS: usize = 8;
+
+/// The longest filter that it keeps, in µs.
+const LONGEST_FILTER_US: f64 = 10_000.0;
+
 /// Spindles for which it has an axis of Z.
 const MOST_SPINDLES: u32 = 2;
 
@@ -39,6 +45,8 @@ pub struct AdapterWiring {
     pub sensors: Vec<i8>,
     /// 1 for each of them that is on while its pin is low.
     pub sensors_low: Vec<i8>,
+    /// How long each of them has to be touched to count as on, in µs; 0 for no filter.
+    pub filters_us: Vec<u16>,
     /// 1 for each axis whose pulse is low.
     pub steps_low: Vec<i8>,
     /// 1 for each axis whose direction pin is high while it counts down.
@@ -53,6 +61,7 @@ impl Default for AdapterWiring {
             port: String::new(),
             sensors: vec![0, 1, 2, 3, 4, 5, UNWIRED],
             sensors_low: vec![0; Input::ALL.len()],
+            filters_us: vec![0; Input::ALL.len()],
             steps_low: vec![0; AXES],
             directions_low: vec![0; AXES],
             output_name: String::new(),
@@ -76,6 +85,18 @@ impl AdapterWiring {
     pub fn wired(&self, inputs: u32) -> u8 {
         let wired = Input::ALL.into_iter().filter(|input| inputs & input.bit() != 0);
         wired.filter_map(|input| self.sensor(input)).fold(0, |wired, number| wired | 1 << number)
+    }
+
+    /// The filter of each of the adapter's inputs, in µs.
+    pub fn filters_us(&self) -> [u16; INPUTS] {
+        let mut filters_us = [0; INPUTS];
+        for input in Input::ALL {
+            let own = self.sensor(input).and_then(|number| filters_us.get_mut(usize::from(number)));
+            if let (Some(own), Some(filter_us)) = (own, self.filters_us.get(input as usize)) {
+                *own = *filter_us;
+            }
+        }
+        filters_us
     }
 
     /// The adapter's inputs, one bit each, that are on while their pin is low.
@@ -111,6 +132,18 @@ pub(super) const ROWS: &[Setting] = &[
     text!("adapter.port", 200, port),
     list!("adapter.sensors", -1.0, 7.0, sensors),
     list!("adapter.sensors_low", 0.0, 1.0, sensors_low),
+    Setting {
+        key: "adapter.filters",
+        unit: "µs",
+        kind: ValueKind::Wholes(0.0, LONGEST_FILTER_US),
+        shapes_stream: false,
+        get: |m| Value::Numbers(m.adapter.filters_us.iter().map(|us| f64::from(*us)).collect()),
+        set: |m, v| {
+            if let Value::Numbers(numbers) = v {
+                m.adapter.filters_us = numbers.iter().map(|us| *us as u16).collect();
+            }
+        },
+    },
     list!("adapter.steps_low", 0.0, 1.0, steps_low),
     list!("adapter.directions_low", 0.0, 1.0, directions_low),
     text!("adapter.output_name", 32, output_name),
@@ -127,6 +160,7 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let lengths = [
         ("adapter.sensors", adapter.sensors.len(), Input::ALL.len()),
         ("adapter.sensors_low", adapter.sensors_low.len(), Input::ALL.len()),
+        ("adapter.filters", adapter.filters_us.len(), Input::ALL.len()),
         ("adapter.steps_low", adapter.steps_low.len(), AXES),
         ("adapter.directions_low", adapter.directions_low.len(), AXES),
     ];
@@ -209,9 +243,11 @@ mod tests {
     #[test]
     fn what_an_adapter_cannot_do_names_its_field() {
         let number = Value::Number;
-        let rows: [(&str, Value, &str); 11] = [
+        let rows: [(&str, Value, &str); 13] = [
             ("adapter.sensors", list(&[0, 1]), "machine.card_length"),
             ("adapter.steps_low", list(&[0, 0, 0]), "machine.card_length"),
+            ("adapter.filters", list(&[0; 8]), "machine.card_length"),
+            ("adapter.filters", list(&[0, 0, 0, 0, 0, 10_001, 0]), "machine.setting_range"),
             ("adapter.sensors", list(&[0, 1, 2, 3, 4, 8, -1]), "machine.setting_range"),
             ("adapter.sensors", list(&[0, 0, 2, 3, 4, 5, -1]), "machine.card_bit_twice"),
             ("adapter.sensors", list(&[-1, 1, 2, 3, 4, 5, -1]), "machine.card_sensor_unwired"),
@@ -235,10 +271,12 @@ mod tests {
         let adapter = AdapterWiring {
             sensors: vec![7, -1, 2, -1, 0, 1, -1],
             sensors_low: vec![1, 1, 0, 0, 0, 1, 0],
+            filters_us: vec![5, 6, 7, 8, 9, 10, 11],
             ..AdapterWiring::default()
         };
         assert_eq!(adapter.inputs(0b1000_0001), Input::XMin.bit() | Input::ZTop.bit());
         assert_eq!(adapter.wired(Input::XMin.bit() | Input::XMax.bit() | Input::YMin.bit()), 0b1000_0100);
         assert_eq!(adapter.low_inputs(), 0b1000_0010, "what is not wired is not low");
+        assert_eq!(adapter.filters_us(), [9, 10, 7, 0, 0, 0, 0, 5]);
     }
 }

@@ -31,11 +31,13 @@ mod play;
 mod recorder;
 mod spindle;
 mod steady;
+mod touches;
 
 pub use play::{Motors, Operator, Order, Outcome, Playhead, give_way, play, play_by_turns, through};
 pub use recorder::{Recorder, Written};
 pub use spindle::{SpindleState, SpindleTrouble};
 pub use steady::Steady;
+pub use touches::ShortTouches;
 
 use crate::job::Bit;
 use crate::steps::AXES;

@@ -3,7 +3,8 @@
 //! Goes out: messages. Does not know who makes them.
 
 use crate::control::{Alarm, State, Trust};
-use crate::pins::SpindleState;
+use crate::job::Input;
+use crate::pins::{ShortTouches, SpindleState};
 use crate::steps::{Stage, Steps};
 use serde::{Deserialize, Serialize};
 
@@ -102,6 +103,9 @@ pub struct Status {
     pub feed_override_percent: u8,
     /// Inputs, one bit each ([`crate::job::Input::bit`]).
     pub inputs: u32,
+    /// Touches of each of [`Input::ALL`] that were shorter than its filter; none where nothing is filtered and counted.
+    #[serde(default)]
+    pub touches: Option<[ShortTouches; Input::ALL.len()]>,
     /// Phase bytes put out to X, Y, Z.
     pub phases: [u8; 3],
     /// Where the virtual drill lost steps, since it was built.

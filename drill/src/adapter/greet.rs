@@ -12,7 +12,9 @@ use annulus_core::machine::Machine;
 use annulus_core::pins::give_way;
 use annulus_link::bytes::{Plain, Writer};
 use annulus_link::crc::crc32c;
-use annulus_link::message::{Ask, Clear, Configure, Refused, State, Status, Welcome};
+use annulus_link::message::{
+    Ask, Clear, Configure, Filters, Refusal, Refused, State, Status, Touches, Welcome,
+};
 use annulus_link::{CYCLES_PER_TICK, NEWEST, OLDEST, TICK_HZ};
 use std::time::Duration;
 
@@ -21,6 +23,9 @@ const ANSWER: Duration = Duration::from_secs(5);
 
 /// How long it may take to come to rest, and to do what it is told.
 const OBEY: Duration = Duration::from_secs(10);
+
+/// How long it may take to say how often inputs were touched.
+const COUNTS: Duration = Duration::from_secs(2);
 
 /// Ticks in a microsecond.
 const TICKS_PER_US: f64 = 10.0;
@@ -67,6 +72,7 @@ pub(super) async fn ready(line: &mut AdapterLine, machine: &Machine) -> Result<W
     if status.settings != crc {
         return Err(refused(line, &status, "Configure"));
     }
+    filter(line, machine).await?;
     // Where the emergency stop is pressed, it shows as soon as the inputs are watched.
     let status = until(line, |status| status.settings == crc && status.state != State::Unset).await?;
     if status.inputs >> 15 == 1 {
@@ -76,6 +82,24 @@ pub(super) async fn ready(line: &mut AdapterLine, machine: &Machine) -> Result<W
         return Err(trouble("adapter.emergency_stop", line.port()));
     }
     Ok(welcome)
+}
+
+/// Says how long inputs have to be touched, where one has a filter. Firmware that knows no filters is refused then: it would stop at
+/// every touch, and nobody would know why.
+async fn filter(line: &mut AdapterLine, machine: &Machine) -> Result<(), Diagnostic> {
+    let least_us = machine.adapter.filters_us();
+    line.is_filtered = least_us.iter().any(|filter_us| *filter_us > 0);
+    if !line.is_filtered {
+        return Ok(());
+    }
+    let number = line.offer(Filters { least_us });
+    let status = heard(line).await?;
+    match status.refusal {
+        Refusal::None => Ok(()),
+        _ if number != Some(status.refused) => Ok(()),
+        Refusal::Form => Err(trouble("adapter.no_filters", line.port())),
+        _ => Err(refused(line, &status, "Filters")),
+    }
 }
 
 /// Hears and says, and gives way.
@@ -107,6 +131,17 @@ pub async fn who(line: &mut AdapterLine) -> Result<Welcome, Diagnostic> {
             _ => give_way().await,
         }
     }
+}
+
+/// How often the inputs of the adapter at the end of `line`, which said who it is, were touched for less than their filter; none where
+/// its firmware does not count.
+pub async fn touches(line: &mut AdapterLine) -> Result<Option<Touches>, Diagnostic> {
+    line.is_filtered = true;
+    let since = line.now();
+    while line.touches.is_none() && line.now().saturating_sub(since) < COUNTS {
+        turn(line).await?;
+    }
+    Ok(line.touches)
 }
 
 /// Whether the adapter can do what the machine asks of it.
@@ -154,6 +189,11 @@ async fn until(line: &mut AdapterLine, so: impl Fn(&Status) -> bool) -> Result<S
 /// Says it, and waits until the adapter has it.
 async fn say(line: &mut AdapterLine, ask: Ask) -> Result<Status, Diagnostic> {
     line.offer(ask);
+    heard(line).await
+}
+
+/// Waits until the adapter has what was said.
+async fn heard(line: &mut AdapterLine) -> Result<Status, Diagnostic> {
     let since = line.now();
     while line.pending() > 0 || line.status.is_none() {
         if line.now().saturating_sub(since) >= OBEY {

@@ -11,12 +11,15 @@ use crate::executor::Time;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::Piece;
 use annulus_link::frame::{FRAME, ON_LINE, open};
-use annulus_link::message::{Ask, Beat, Refused, Status, Tell, Welcome};
+use annulus_link::message::{Ask, Beat, CountTouches, Refused, Status, Tell, Touches, Welcome};
 use annulus_link::sender::Sender;
 use std::time::Duration;
 
 /// How often something is said: outputs go off after 250 ms of silence.
 const BEAT: Duration = Duration::from_millis(50);
+
+/// How often it is asked how often inputs were touched.
+const ASKS: Duration = Duration::from_secs(1);
 
 /// So long an adapter may say nothing: a hub that stands still does not last longer.
 const SILENCE: Duration = Duration::from_secs(3);
@@ -64,6 +67,10 @@ pub struct AdapterLine {
     pub(super) refused: Option<Refused>,
     /// How it was last; none since the cable was plugged in.
     pub(super) status: Option<Status>,
+    /// How often inputs were touched for less than their filter, as it said last; asked for where one has a filter.
+    pub(super) touches: Option<Touches>,
+    pub(super) is_filtered: bool,
+    asked: Duration,
     /// The adapter's own clock at that, and how long it has been running in this session, in µs.
     clock_us: (u32, u64),
     heard: Duration,
@@ -84,6 +91,9 @@ impl AdapterLine {
             welcome: None,
             refused: None,
             status: None,
+            touches: None,
+            is_filtered: false,
+            asked: time(),
             clock_us: (0, 0),
             heard: time(),
             spoke: None,
@@ -143,7 +153,11 @@ impl AdapterLine {
         if is_silent && !self.cable.is_full() {
             self.spoke = Some(self.now());
             let is_known = self.status.is_some() && self.welcome.is_some();
-            let length = if is_known {
+            let is_asked = self.is_filtered && self.now().saturating_sub(self.asked) >= ASKS;
+            let length = if is_known && is_asked {
+                self.asked = self.now();
+                self.sender.unnumbered(&CountTouches {}.into(), &mut frame)
+            } else if is_known {
                 self.sender.unnumbered(&Beat {}.into(), &mut frame)
             } else {
                 self.sender.hello(&mut frame)
@@ -162,6 +176,7 @@ impl AdapterLine {
         match Tell::take(header.kind, payload) {
             Some((Tell::Welcome(welcome), [])) => self.welcome = Some(welcome),
             Some((Tell::Refused(refused), [])) => self.refused = Some(refused),
+            Some((Tell::Touches(touches), [])) => self.touches = Some(touches),
             Some((Tell::Status(status), [])) => {
                 let passed = status.micros.wrapping_sub(self.clock_us.0);
                 let passed = if self.clock_us.1 == 0 { 1 } else { passed };

@@ -17,7 +17,7 @@ use crate::executor::{Ended, Glimpse, Shared};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps};
-use annulus_core::pins::{AxisSet, Motors, Order, give_way};
+use annulus_core::pins::{AxisSet, Motors, Order, ShortTouches, give_way};
 use annulus_core::steps::{Segment, Stage};
 use annulus_link::chunk::LONGEST;
 use annulus_link::message::{
@@ -92,6 +92,18 @@ impl Adapter {
     /// The inputs, one bit each.
     pub(super) fn inputs(&self) -> u32 {
         self.machine.adapter.inputs(self.status().inputs)
+    }
+
+    /// Touches of the sensors that were shorter than their filter; none where no sensor has one, and before it was told.
+    fn touches(&self) -> Option<[ShortTouches; Input::ALL.len()]> {
+        let told = self.line.touches?;
+        let of = |input: Input| {
+            let number = self.machine.adapter.sensor(input).map(usize::from);
+            let own =
+                number.and_then(|number| Some((*told.short.get(number)?, *told.longest_us.get(number)?)));
+            own.map_or(ShortTouches::default(), |(count, longest_us)| ShortTouches { count, longest_us })
+        };
+        Some(Input::ALL.map(of))
     }
 
     /// Hears what came, sends what is due, gives way. An adapter that was unplugged is waited for.
@@ -204,6 +216,7 @@ impl Adapter {
         self.shared.set_glimpse(Glimpse {
             position: self.position,
             inputs: self.inputs(),
+            touches: self.touches(),
             rpm: self.rpm,
             spindle: before.spindle,
             stage: segment.map(|segment| segment.stage),

@@ -1,5 +1,6 @@
 //! The drill without threads in a time of its own: nothing here waits, and every run is the same run.
 
+mod deaths;
 mod port;
 mod world;
 

@@ -215,6 +215,7 @@ impl<F: Files> Station<F> {
             spindle: SpindleState::Untold,
             feed_override_percent: feed as u8,
             inputs: report.map_or(0, |report| inputs(&report.pins)),
+            touches: None,
             phases: [0; 3],
             slips: Vec::new(),
             drilled: None,

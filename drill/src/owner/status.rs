@@ -151,6 +151,7 @@ impl Owner {
             spindle: glimpse.spindle,
             feed_override_percent: self.feed_override_percent(),
             inputs: glimpse.inputs,
+            touches: glimpse.touches,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
             slips: self.slips(),
             drilled: self.judged.told,

@@ -1,6 +1,6 @@
 //! Every edge in its cycle.
 
-use crate::rig::{MILLI, Rig};
+use crate::rig::{Edge, MILLI, Rig};
 use crate::support::{PULSE, SETUP, path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::cutter::Rule;
@@ -44,20 +44,21 @@ fn four_axes_at_half_a_million_steps_a_second_are_exact_to_the_cycle() {
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
         let cycles = u64::from(ticks) * u64::from(CYCLES_PER_TICK);
         println!(
-            "{:.0} % of the processor, {} bytes over the cable",
+            "measured processor: {:.0} % at four times half a million steps a second ({} bytes over the cable)",
             (rig.busy - before.0) as f64 / cycles as f64 * 100.0,
             rig.said - before.1
         );
         rig.is_on_path(&runs, ticks);
         steps += rig.is_exact(&runs, ticks);
     }
-    println!("{steps} steps on four axes at half a million a second, every edge in its cycle");
+    println!("measured rate: 500,000 steps a second on each of 4 axes");
+    println!("measured edges: 0 cycles of 8.3 ns, compared edge by edge over {steps} steps");
     assert!(steps >= 1_000_000 * paths);
 }
 
-/// The edges of step and direction pins, counted from the first of them.
-fn edges(rig: &Rig) -> Vec<(u64, u8, bool)> {
-    let own: Vec<_> = rig.edges.iter().filter(|edge| (2..10).contains(&edge.pin)).collect();
+/// The edges of step and direction pins among some, counted from the first of them.
+fn counted(edges: &[Edge]) -> Vec<(u64, u8, bool)> {
+    let own: Vec<_> = edges.iter().filter(|edge| (2..10).contains(&edge.pin)).collect();
     own.iter().map(|edge| (edge.cycle - own[0].cycle, edge.pin, edge.level)).collect()
 }
 
@@ -67,6 +68,7 @@ fn who_asks_how_it_is_all_the_time_disturbs_no_pulse() {
     let mut seen = Vec::new();
     for asks in [false, true] {
         let mut rig = Rig::ready();
+        let before = rig.edges.len();
         rig.play(&runs, ticks, &Rule::resting_within(100_000), 600_000, |rig| {
             let mut line = [0; ON_LINE];
             for _ in 0..if asks { 8 } else { 0 } {
@@ -78,23 +80,33 @@ fn who_asks_how_it_is_all_the_time_disturbs_no_pulse() {
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
         // Every edge is in the cycle of the stream, counted from its first.
         rig.is_exact(&runs, ticks);
-        seen.push((edges(&rig).len(), rig.said));
+        seen.push((counted(&rig.edges[before..]), rig.said));
     }
-    assert!(seen[0].0 > 80_000 && seen[1].1 > 2 * seen[0].1, "{seen:?}");
-    assert_eq!(seen[0].0, seen[1].0);
+    assert!(seen[0].0.len() > 80_000 && seen[1].1 > 2 * seen[0].1, "{} {}", seen[0].1, seen[1].1);
+    assert!(seen[0].0 == seen[1].0, "every edge of every pin is in the same cycle");
+    println!(
+        "measured polling: the same {} edges, cycle by cycle, with eight questions a quarter of a millisecond",
+        seen[0].0.len()
+    );
 }
 
 #[test]
 fn paths_of_chance_are_exact_to_the_cycle_however_they_are_cut() {
+    let (mut all, mut share, mut paths) = (0, 0.0, 0);
     for seed in seeds(4) {
         let mut chance = Chance::new(seed);
         let (runs, ticks) = path(&mut chance, 400_000);
         let rule = Rule { ticks: chance.scale(2e4, 2e5) as u32, ..Rule::resting_within(50_000) };
         let mut rig = Rig::ready();
+        let before = rig.busy;
         rig.play(&runs, ticks, &rule, 800_000, |_| false);
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
-        println!("{} steps", rig.is_exact(&runs, ticks));
+        all += rig.is_exact(&runs, ticks);
+        share += (rig.busy - before) as f64 / (f64::from(ticks) * f64::from(CYCLES_PER_TICK));
+        paths += 1;
     }
+    let (percent, per_s) = (100.0 * share / f64::from(paths), all as f64 / f64::from(paths) / 0.04);
+    println!("measured path of chance: {percent:.0} % at {per_s:.0} steps a second on all axes together");
 }
 
 #[test]

@@ -8,3 +8,4 @@ mod support;
 mod edges;
 mod rig;
 mod stops;
+mod touches;

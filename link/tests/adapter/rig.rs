@@ -6,7 +6,9 @@ use annulus_link::chunk::stopping;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open};
-use annulus_link::message::{Ask, Begin, Configure, Place, State, Status, Tell, Welcome};
+use annulus_link::message::{
+    Ask, Begin, Configure, CountTouches, Place, State, Status, Tell, Touches, Welcome,
+};
 use annulus_link::run::Run;
 use annulus_link::sender::Sender;
 use annulus_link::{AXES, CYCLES_PER_TICK};
@@ -59,6 +61,7 @@ pub(crate) struct Rig {
     unstuffer: Unstuffer<FRAME>,
     pub(crate) welcome: Option<Welcome>,
     pub(crate) status: Option<Status>,
+    touches: Option<Touches>,
     pub(crate) edges: Vec<Edge>,
     pub(crate) cycle: u64,
     /// Cycle of the reset in the latest order.
@@ -111,6 +114,7 @@ impl Rig {
             unstuffer: Unstuffer::new(),
             welcome: None,
             status: None,
+            touches: None,
             edges: Vec::new(),
             cycle: 0,
             reset: None,
@@ -170,6 +174,7 @@ impl Rig {
                 self.sender.hear(&status);
                 self.status = Some(status);
             }
+            Some((Tell::Touches(touches), [])) => self.touches = Some(touches),
             other => panic!("{other:?}"),
         }
     }
@@ -251,6 +256,16 @@ impl Rig {
         self.turn(MILLI / 4);
         self.until("not taken", |rig| rig.sender.pending() == 0);
         self.status.unwrap()
+    }
+
+    /// How often inputs were touched for less than their filter.
+    pub(crate) fn count_touches(&mut self) -> Touches {
+        self.touches = None;
+        let mut line = [0; ON_LINE];
+        let length = self.sender.unnumbered(&CountTouches {}.into(), &mut line).unwrap();
+        self.put(&line[..length]);
+        self.until("no counts", |rig| rig.touches.is_some());
+        self.touches.unwrap()
     }
 
     /// Ready to move, at index 0.

@@ -10,7 +10,7 @@ use annulus_link::run::{HALF, Run};
 use annulus_link::sender::Sender;
 
 /// Two ramps with a stretch between them on every axis, each with its own speed: 30 ms.
-fn way() -> ([Vec<Run>; AXES], u32) {
+pub(crate) fn way() -> ([Vec<Run>; AXES], u32) {
     let runs = [60, 75, 90, 120].map(|fast: u32| {
         let up = Run { forward: true, count: 200, interval: 4 * fast, fraction: 0, change: 0, phase: HALF };
         let slope = (3 * fast << 16) as i32 / 200;
@@ -26,10 +26,10 @@ fn way() -> ([Vec<Run>; AXES], u32) {
     (runs, ticks)
 }
 
-const RULE: Rule = Rule { ticks: 10_000, fall: 2000, rise: 2000 };
+pub(crate) const RULE: Rule = Rule { ticks: 10_000, fall: 2000, rise: 2000 };
 
 /// So much path is there, in ticks: the adapter says every 10 ms how much is left.
-const AHEAD: u32 = 150_000;
+pub(crate) const AHEAD: u32 = 150_000;
 
 /// A bridge that dies when so many packets were said: whether it was amid the path, and how many ms later the last pulse came. None
 /// where all was said before.
@@ -62,7 +62,7 @@ fn a_bridge_that_dies_at_any_packet_leaves_it_at_rest_on_the_path() {
         kill += 1;
     }
     println!(
-        "a bridge that dies at every one of {kill} packets: {starved} times amid the path, index exact each time, at rest after \
+        "measured deaths of the firmware: at every one of {kill} packets, {starved} amid the path, index exact each time, at rest after \
          {longest_ms:.1} ms at most"
     );
     assert!(starved >= 8, "{starved}");
@@ -111,7 +111,7 @@ fn a_bad_cable_costs_time_and_never_a_step() {
 }
 
 /// The last pulse that began, and when the last step pin went low, both in cycles after `since`.
-fn after(rig: &Rig, since: u64) -> (i64, i64) {
+pub(crate) fn after(rig: &Rig, since: u64) -> (i64, i64) {
     let pulses: Vec<_> = (0..AXES).flat_map(|axis| rig.pulses(axis)).collect();
     let cycles = |cycle: u64| cycle as i64 - since as i64;
     let began = pulses.iter().map(|pulse| cycles(pulse.cycle)).max().unwrap();
@@ -160,7 +160,7 @@ fn the_emergency_stop_ends_pulses_and_outputs_within_ten_microseconds() {
         assert_eq!(rig.say(Clear {}).state, State::Ready);
     }
     println!(
-        "last step pin low after {:.2} µs, outputs after {:.2} µs",
+        "measured emergency: the last step pin is low after {:.2} µs, outputs after {:.2} µs",
         worst as f64 / 120.0,
         worst_output as f64 / 120.0
     );

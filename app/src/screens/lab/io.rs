@@ -42,12 +42,22 @@ pub(super) fn io() -> impl IntoView {
 
 fn inputs() -> impl IntoView {
     let inputs = open_lab().inputs;
+    let touches =
+        Memo::new(|_| link::link().status.with(|status| status.as_ref().and_then(|status| status.touches)));
+    let are_counted = Memo::new(move |_| touches.with(Option::is_some));
     let head = |text: fn() -> String| th().attr("scope", "col").child(text);
     let rows = Input::ALL.into_iter().enumerate().map(|(index, input)| {
         let on = Memo::new(move |_| inputs.with(|inputs| inputs.on(input)));
         let edges = move || inputs.with(|inputs| inputs.edges[index]);
         let changed = move || {
             inputs.with(|inputs| inputs.changed_ms[index]).map_or_else(|| "–".to_owned(), super::log::clock)
+        };
+        let short = move || {
+            let own = touches.get().map(|touches| touches[index]).filter(|own| own.count > 0);
+            own.map_or_else(
+                || "–".to_owned(),
+                |own| say!("page.lab.io.short_touches_of", count = own.count, longest = own.longest_us),
+            )
         };
         let state = move || if on.get() { say!("page.sensor.on") } else { say!("page.sensor.off") };
         tr().child((
@@ -59,6 +69,7 @@ fn inputs() -> impl IntoView {
             ),
             td().class("number tabular").child(edges),
             td().class("number tabular").child(changed),
+            move || are_counted.get().then(|| td().class("number tabular").child(short)),
         ))
     });
     section().class("block").attr("aria-label", t!("page.lab.io.inputs")).child((
@@ -73,10 +84,15 @@ fn inputs() -> impl IntoView {
                 head(|| say!("page.lab.io.now")),
                 th().attr("scope", "col").class("number").child(t!("page.lab.io.changes")),
                 th().attr("scope", "col").class("number").child(t!("page.lab.io.last_change")),
+                move || {
+                    let head = th().attr("scope", "col").class("number");
+                    are_counted.get().then(|| head.child(t!("page.lab.io.short_touches")))
+                },
             ))),
             tbody().child(rows.collect::<Vec<_>>()),
         )),
         p().class("quiet").child(t!("page.lab.io.sampled")),
+        move || are_counted.get().then(|| p().class("quiet").child(t!("page.lab.io.short_touches_are"))),
     ))
 }
 

@@ -4,8 +4,13 @@ use super::world::World;
 use super::*;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Cutter, Mark};
+use annulus_core::pins::ShortTouches;
+use annulus_link::bytes::Writer;
+use annulus_link::cobs::Unstuffer;
+use annulus_link::frame::{FRAME, Header, ON_LINE, open, seal};
+use annulus_link::message::{Refused, Tell as Told, Touches};
 
-fn machine() -> Machine {
+pub(super) fn machine() -> Machine {
     Machine { output: Output::Adapter, ..virtual_drill() }
 }
 
@@ -90,7 +95,7 @@ fn a_board_is_drilled_whole_over_a_bad_cable_too() {
 }
 
 /// Circles and lines, milled one behind the other.
-fn milled() -> Program {
+pub(super) fn milled() -> Program {
     let mut program = program(1);
     let (height, feed_um_per_s) = (Length::from_um(-100), 10_000);
     let mill = |x, y| Command::Mill { to: Point::from_mm(x, y), height, feed_um_per_s };
@@ -267,6 +272,59 @@ fn nobody_at_the_port_or_somebody_else_is_a_sentence() {
     port.opened();
     bench.ask(&Ask::AcknowledgeAlarm);
     assert_eq!(alarm(&mut bench), "adapter.no_answer");
+    bench.ask(&Ask::TakeControl { force: true });
+    bench.ask(&Ask::AcknowledgeAlarm);
+    for _ in 0..2_000 {
+        port.bytes(b"\r\nGrbl 1.1h ['$' for help]\r\nerror:2\r\n");
+        bench.turn(TURN);
+    }
+    assert_eq!(alarm(&mut bench), "adapter.another_program");
+}
+
+/// Frames that say which versions an adapter speaks, for every hello among `bytes`.
+fn refusals(bytes: &[u8], frames: &mut Unstuffer<FRAME>) -> Vec<u8> {
+    let mut answer = Vec::new();
+    for byte in bytes {
+        let Some((header, _)) = frames.take(*byte).and_then(open) else { continue };
+        let tell = Told::from(Refused { oldest: 7, newest: 9 });
+        let (mut payload, mut line) = ([0; 16], [0; ON_LINE]);
+        let mut out = Writer::new(&mut payload);
+        tell.put(&mut out);
+        let length = out.end().unwrap();
+        let header = Header { number: 0, kind: tell.kind(), ..header };
+        let length = seal(header, &payload[..length], &mut line).unwrap();
+        answer.extend_from_slice(&line[..length]);
+    }
+    answer
+}
+
+#[test]
+fn an_adapter_that_speaks_another_version_is_a_sentence() {
+    let (port, mut frames) = (crate::alone::Port::default(), Unstuffer::new());
+    port.opened();
+    let mut bench = Bench::of(Alone::at_port(Memory::default(), port.clone(), 1, now).unwrap(), None);
+    for _ in 0..100 {
+        port.bytes(&refusals(&port.written(), &mut frames));
+        bench.turn(TURN);
+    }
+    let alarm = bench.until(|status| status.alarm.is_some()).alarm.unwrap();
+    assert_eq!(alarm.code, "adapter.other_version");
+}
+
+#[test]
+fn a_firmware_that_knows_no_filters_is_refused_where_a_sensor_has_one() {
+    let files = Memory::default();
+    let mut bench = ready(&files);
+    bench.world().knows_no_filters = true;
+    let filters = Value::Numbers(vec![0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 30.0]);
+    bench.ask(&Ask::Configure { changes: vec![("adapter.filters".to_owned(), filters)] });
+    let alarm = |bench: &mut Bench| bench.until(|status| status.alarm.is_some()).alarm.unwrap().code;
+    // The contact is not wired: nothing is to be filtered.
+    bench.until(|status| status.trust == Trust::Lost);
+    assert_eq!(bench.status().alarm, None);
+    let filters = Value::Numbers(vec![30.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    bench.ask(&Ask::Configure { changes: vec![("adapter.filters".to_owned(), filters)] });
+    assert_eq!(alarm(&mut bench), "adapter.no_filters");
 }
 
 #[test]
@@ -289,4 +347,23 @@ fn the_wiring_of_its_adapter_is_set_by_the_page_and_which_machine_it_is_is_not()
         _ => false,
     });
     assert!(kept, "the next page has the same wiring");
+}
+
+#[test]
+fn touches_too_short_for_the_filter_of_a_sensor_are_told_with_the_status() {
+    let files = Memory::default();
+    let mut bench = ready(&files);
+    assert_eq!(bench.status().touches, None, "nothing is filtered");
+    let filters = Value::Numbers(vec![0.0, 200.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+    bench.ask(&Ask::Configure { changes: vec![("adapter.filters".to_owned(), filters)] });
+    assert_eq!(bench.refused(), None);
+    let mut touches = Touches::default();
+    (touches.short[1], touches.longest_us[1], touches.short[7]) = (12, 150, 3);
+    bench.world().touches = touches;
+    let status = bench.until(|status| status.touches.is_some_and(|touches| touches[1].count > 0));
+    let told = status.touches.unwrap();
+    assert_eq!(told[1], ShortTouches { count: 12, longest_us: 150 });
+    assert_eq!(told.map(|own| own.count), [0, 12, 0, 0, 0, 0, 0], "what no sensor is wired to is not told");
+    bench.home();
+    assert_eq!(bench.world().filters_us()[1], 200);
 }

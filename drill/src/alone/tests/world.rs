@@ -12,12 +12,13 @@ use annulus_core::machine::Machine;
 use annulus_core::pins::Pins;
 use annulus_core::virtual_drill::{Breakage, Faults, VirtualDrill, VirtualHole};
 use annulus_link::adapter::{Adapter, Inputs, Order};
-use annulus_link::frame::ON_LINE;
-use annulus_link::message::Welcome;
+use annulus_link::cobs::Unstuffer;
+use annulus_link::frame::{FRAME, Header, ON_LINE, open, seal};
+use annulus_link::message::{Ask, Status, Touches, Welcome};
 use annulus_link::player::{BEFORE_PULSE, End, WITHOUT_PULSE, Words};
 use annulus_link::receiver::WINDOW;
 use annulus_link::store::Store;
-use annulus_link::{AXES, CYCLES_PER_TICK, TICK_HZ};
+use annulus_link::{AXES, CYCLES_PER_TICK, INPUTS, TICK_HZ};
 use std::collections::VecDeque;
 use std::sync::mpsc::{Receiver, channel};
 
@@ -79,6 +80,10 @@ pub(super) struct World {
     drill: VirtualDrill,
     holes: Receiver<String>,
     files: Memory,
+    /// Its firmware is one that knows no filters.
+    pub(super) knows_no_filters: bool,
+    /// How often its inputs were touched for less than their filter.
+    pub(super) touches: Touches,
     /// The emergency stop is pressed.
     pub(super) pressed: bool,
     plugged: bool,
@@ -91,7 +96,46 @@ pub(super) struct World {
     /// Pulses that were given, and bytes that came.
     pub(super) steps: u64,
     pub(super) bytes: u64,
+    /// Bytes of those that were in frames with pieces of path.
+    pub(super) of_path: u64,
+    frames: Unstuffer<FRAME>,
+    since: u64,
+    /// There is no drill at its pins: what they do is written down here instead.
+    pub(super) written_down: Option<Vec<Pulse>>,
+    /// So many packets more come, then nothing any more.
+    pub(super) packets: Option<u64>,
 }
+
+/// A pulse as it was given: when, of which axis, which way.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Pulse {
+    pub(super) tick: u64,
+    pub(super) axis: usize,
+    pub(super) forward: bool,
+}
+
+/// The same bytes, with a word in the place of filters that nobody knows.
+fn without_filters(bytes: &[u8]) -> Vec<u8> {
+    const UNKNOWN: u8 = 100;
+    let (mut frames, mut all, mut since) = (Unstuffer::<FRAME>::new(), Vec::new(), 0);
+    for byte in bytes {
+        all.push(*byte);
+        let Some(frame) = frames.take(*byte) else { continue };
+        if let Some((header, payload)) = open(frame)
+            && matches!(Ask::take(header.kind, payload), Some((Ask::Filters(_), _)))
+        {
+            let mut line = [0; ON_LINE];
+            let length = seal(Header { kind: UNKNOWN, ..header }, payload, &mut line).unwrap();
+            all.truncate(since);
+            all.extend_from_slice(&line[..length]);
+        }
+        since = all.len();
+    }
+    all
+}
+
+/// What USB carries at once, in bytes.
+const PACKET: usize = 64;
 
 fn fresh() -> Adapter<'static> {
     let welcome = Welcome {
@@ -122,6 +166,8 @@ impl World {
             drill: VirtualDrill::new(machine, 7, Faults::default(), record),
             holes,
             files: files.clone(),
+            knows_no_filters: false,
+            touches: Touches::default(),
             pressed: false,
             plugged: true,
             stalled: false,
@@ -129,6 +175,11 @@ impl World {
             garble: None,
             steps: 0,
             bytes: 0,
+            of_path: 0,
+            frames: Unstuffer::new(),
+            since: 0,
+            written_down: None,
+            packets: None,
         }
     }
 
@@ -165,8 +216,11 @@ impl World {
     pub(super) fn go_on(&mut self) {
         let now_us = now().as_micros() as u64;
         let until_us = now_us + now_us * self.fast_ppm / 1_000_000;
-        let bytes = if self.stalled { Vec::new() } else { self.port.written() };
+        let mut bytes = if self.stalled { Vec::new() } else { self.port.written() };
+        self.carried(&mut bytes);
         self.bytes += bytes.len() as u64;
+        bytes.iter().for_each(|byte| self.weigh(*byte));
+        let bytes = if self.knows_no_filters { without_filters(&bytes) } else { bytes };
         let bytes = if self.plugged { self.spoiled(bytes) } else { Vec::new() };
         bytes.iter().for_each(|byte| self.adapter.hear(*byte, self.now_us as u32));
         while self.now_us < until_us {
@@ -176,6 +230,35 @@ impl World {
         for hole in self.holes.try_iter() {
             self.files.append(File::Drilled, hole.as_bytes()).unwrap();
         }
+    }
+
+    /// Counts bytes by what their frame says.
+    fn weigh(&mut self, byte: u8) {
+        self.since += 1;
+        let Some(frame) = self.frames.take(byte) else { return };
+        let is_path = open(frame)
+            .and_then(|(header, payload)| Ask::take(header.kind, payload))
+            .is_some_and(|(ask, _)| matches!(ask, Ask::Chunk(_)));
+        self.of_path += if is_path { self.since } else { 0 };
+        self.since = 0;
+    }
+
+    /// Leaves what comes in packets before the last one that comes at all.
+    fn carried(&mut self, bytes: &mut Vec<u8>) {
+        let Some(left) = &mut self.packets else { return };
+        let come = bytes.len().div_ceil(PACKET).min(usize::try_from(*left).unwrap_or(usize::MAX));
+        bytes.truncate(come * PACKET);
+        *left -= come as u64;
+    }
+
+    /// How long its inputs have to be touched.
+    pub(super) fn filters_us(&self) -> [u16; INPUTS] {
+        *self.adapter.filters_us()
+    }
+
+    /// How it is.
+    pub(super) fn status(&self) -> Status {
+        self.adapter.status(self.now_us as u32)
     }
 
     fn spoiled(&mut self, mut bytes: Vec<u8>) -> Vec<u8> {
@@ -219,8 +302,13 @@ impl World {
             self.force(None);
         }
         self.adapter.attend(inputs, self.now_us as u32);
+        if self.adapter.asks_touches() {
+            self.adapter.touched(self.touches);
+        }
         let tick = self.now_us * TICKS_PER_US;
-        self.drill.spindle(tick, if self.adapter.outputs() & 1 == 1 { 20_000 } else { 0 });
+        if self.written_down.is_none() {
+            self.drill.spindle(tick, if self.adapter.outputs() & 1 == 1 { 20_000 } else { 0 });
+        }
         let mut line = [0; ON_LINE];
         while let Some(length) = self.adapter.tell(self.now_us as u32, &mut line) {
             let told = self.spoiled(line[..length].to_vec());
@@ -231,6 +319,9 @@ impl World {
     }
 
     fn inputs(&mut self) -> u8 {
+        if self.written_down.is_some() {
+            return 0;
+        }
         let on = self.drill.inputs(self.now_us * TICKS_PER_US);
         self.machine.adapter.wired(on)
     }
@@ -246,6 +337,10 @@ impl World {
             }
             let Some((cycle, forward)) = self.rings.pulses[axis].pop_front() else { return };
             let tick = self.begun_us * TICKS_PER_US + cycle / u64::from(CYCLES_PER_TICK);
+            if let Some(written_down) = &mut self.written_down {
+                written_down.push(Pulse { tick, axis, forward });
+                continue;
+            }
             self.drill.step(tick, 1 << axis, u8::from(forward) << axis);
             self.steps += 1;
             let hit = self.machine.adapter.wired(self.drill.inputs(tick)) & self.adapter.limits();
