@@ -17,7 +17,7 @@ const FLASH = 0x10000000;
 const RAM = 0x20000000;
 const SECOND_STAGE = RAM + 0x41f00;
 const PACKET_MICROS = 53; // 19 packets of 64 bytes in a millisecond
-const RUN = 19; // the pin that the watching machine drives and the others read
+const RUN = [19, 28]; // the pins that the watching machine drives and the others read, by the map
 const STEADY = 1000; // cycles after which the watching machine goes round in the same circle
 const CIRCLE = 5; // cycles of that circle; the dead end has 1
 
@@ -172,6 +172,8 @@ export class Machine {
           machine.txFIFO = new FIFO(joined ? 4 : 8);
           machine.updateDMATx();
         }
+        // An instruction from outside may have changed pins.
+        block.checkChangedPins();
       };
     }
     // Whatever touches the watching machine finds it where it is.
@@ -203,7 +205,7 @@ export class Machine {
         if (before !== value) this.edges.push(this.cycle, (index << 1) | value);
         before = value;
         // Of those that change while the program runs only RUN is read by anybody.
-        if (index === RUN) pin.setInputValue(value === 1);
+        if (RUN.includes(index)) pin.setInputValue(value === 1);
       });
     });
   }
