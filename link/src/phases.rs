@@ -71,6 +71,8 @@ fn is_right(table: &Windings) -> bool {
 #[derive(Clone, Copy, Debug)]
 pub struct PhaseMotor {
     table: Windings,
+    /// Forcing that its table uses anywhere, as in a column.
+    forced: u8,
     /// The column that is on.
     at: u8,
     is_on: bool,
@@ -81,7 +83,8 @@ pub struct PhaseMotor {
 
 impl PhaseMotor {
     /// Without a table.
-    pub const NONE: Self = Self { table: Windings::NONE, at: 0, is_on: false, forcing: 0, until: 0 };
+    pub const NONE: Self =
+        Self { table: Windings::NONE, forced: 0, at: 0, is_on: false, forcing: 0, until: 0 };
 
     /// Its table.
     pub fn table(&self) -> &Windings {
@@ -96,6 +99,8 @@ impl PhaseMotor {
         }
         if self.table != *table {
             (self.table, self.at) = (*table, table.count - 1);
+            let columns = table.columns.iter().take(usize::from(table.count));
+            self.forced = columns.fold(0, |bits, column| bits | column);
             self.switch_off();
         }
         true
@@ -117,11 +122,14 @@ impl PhaseMotor {
 
     /// The next column, or the one before it, at a tick of the machine.
     pub fn step(&mut self, forward: bool, at: u32) {
-        let (before, count) = (self.column(self.at), self.table.count.max(1));
-        self.at = (self.at + if forward { 1 } else { count - 1 }) % count;
-        let now = self.column(self.at);
-        let columns = self.table.columns.iter().take(usize::from(count));
-        let forced = columns.fold(0, |bits, column| bits | column);
+        let (before, last) = (self.column(self.at), self.table.count.saturating_sub(1));
+        self.at = match (forward, self.at) {
+            (true, at) if at >= last => 0,
+            (true, at) => at + 1,
+            (false, 0) => last,
+            (false, at) => at - 1,
+        };
+        let (now, forced) = (self.column(self.at), self.forced);
         let is_forced = |(halves, in_table, _): &&(u8, u8, u8)| {
             forced & in_table != 0 && now & halves != 0 && (now ^ before) & halves != 0
         };

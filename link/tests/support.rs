@@ -60,7 +60,8 @@ pub(crate) fn slow_path(
         let mut at = 0;
         loop {
             let (interval, count) = (chance.scale(least, most) as u32, 1 + chance.scale(1.0, 40.0) as u32);
-            let change = if count > 1 { (chance.below(1 << 20) as i32 - (1 << 19)) / count as i32 } else { 0 };
+            let change =
+                if count > 1 { (chance.below(1 << 20) as i32 - (1 << 19)) / count as i32 } else { 0 };
             let (forward, fraction) = (chance.below(3) > 0, chance.below(1 << 16) as u16);
             let phase = annulus_link::run::HALF;
             let run = Run { forward, count, interval, fraction, change, phase };
@@ -73,7 +74,8 @@ pub(crate) fn slow_path(
         }
     }
     // Now and then the path rests in the tick of its last step.
-    let last = |runs: &Vec<Run>| runs.iter().map(|run| run.extent().map_or(0, |extent| extent.last)).sum::<u32>();
+    let last =
+        |runs: &Vec<Run>| runs.iter().map(|run| run.extent().map_or(0, |extent| extent.last)).sum::<u32>();
     let end = runs.iter().map(last).max().unwrap_or(0).max(1);
     let rest = if chance.below(4) == 0 { 0 } else { chance.scale(1.0, 20_000.0) as u32 };
     (runs, end + rest)

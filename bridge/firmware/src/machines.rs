@@ -181,6 +181,12 @@ fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
 /// Where the watcher's program begins.
 static WATCHER: AtomicU32 = AtomicU32::new(0);
 
+/// Which pins are those of a motor: all of them for patterns, those that force to be set.
+fn pins_of_motor(axis: usize) -> u32 {
+    let first = u32::from(board::MOTOR) * axis as u32;
+    first | (first + u32::from(board::FORCING)) << 5 | u32::from(board::MOTOR) << 20 | 2 << 26
+}
+
 /// Wires pins and machines anew, at rest: everything is let go, then driven by the map, low.
 fn wire(place: usize) {
     write(PIO0 + CLEAR, MACHINES);
@@ -190,20 +196,22 @@ fn wire(place: usize) {
         board::pad(pin, false);
         route(pin, board::BY_NOBODY, board::AS_IS, board::LOW);
     }
-    for axis in 0..MOTORS as u32 {
-        let first = u32::from(board::MOTOR) * axis;
-        let forcing = first + u32::from(board::FORCING);
-        write(own(axis as usize) + PINS, first | forcing << 5 | u32::from(board::MOTOR) << 20 | 2 << 26);
-        write(own(axis as usize) + EXECUTE, ALL_PINS_LOW);
+    // Steps or phases that were shown last are not shown by the other map.
+    for axis in 0..MOTORS {
+        write(own(axis) + PINS, pins_of_motor(axis));
+        write(own(axis) + EXECUTE, ALL_PINS_LOW);
     }
     let (from, length) = (ORIGIN[place].load(Relaxed), LENGTH[place].load(Relaxed));
-    for axis in 0..AXES as u32 {
-        let wraps = u32::from(map.run) << 24 | (from + length - 1) << 12 | from << 7;
-        write(own(axis as usize) + WRAPS, wraps);
-        if place == 0 {
-            let (step, direction) = (u32::from(board::STEP) + axis, u32::from(board::DIRECTION) + axis);
-            write(own(axis as usize) + PINS, direction | step << 10 | 1 << 20 | 1 << 29);
-        }
+    for axis in 0..AXES {
+        let (step, direction) = (board::STEP as usize + axis, board::DIRECTION as usize + axis);
+        let pins = match (place, axis < MOTORS) {
+            (0, _) => (direction | step << 10 | 1 << 20 | 1 << 29) as u32,
+            (_, true) => pins_of_motor(axis),
+            // A jump from outside would set whatever it had before.
+            (_, false) => 0,
+        };
+        write(own(axis) + PINS, pins);
+        write(own(axis) + WRAPS, u32::from(map.run) << 24 | (from + length - 1) << 12 | from << 7);
     }
     // The watcher: from where it reads, what it sets.
     write(PIO1 + 0xDC, u32::from(map.stop) << 15 | u32::from(map.run) << 5 | 1 << 26);

@@ -26,7 +26,7 @@ const MOST_SPINDLES: u32 = 2;
 const LAST_INPUT_OF_PHASES: u8 = 3;
 
 /// Its fastest steps where it drives windings, steps a second.
-const FASTEST_PHASES_HZ: u32 = 20_000;
+const FASTEST_PHASES_HZ: u32 = 10_000;
 
 /// Its pulses, shortest and longest, in µs.
 const PULSE_US: (f64, f64) = (0.2, 3.3);
@@ -213,8 +213,7 @@ fn without_pins(machine: &Machine) -> Vec<Diagnostic> {
 /// What is more than an adapter can do. Windings have no pulses.
 fn beyond(machine: &Machine) -> Vec<Diagnostic> {
     let is_phases = machine.adapter.outputs == AdapterOutputs::Phases;
-    let (spindles, fastest_hz) =
-        if is_phases { (1, FASTEST_PHASES_HZ) } else { (MOST_SPINDLES, FASTEST_HZ) };
+    let (spindles, fastest_hz) = if is_phases { (1, FASTEST_PHASES_HZ) } else { (MOST_SPINDLES, FASTEST_HZ) };
     let (shortest, longest) = PULSE_US;
     let rows = [
         ("machine.spindles", f64::from(machine.spindles), 1.0, f64::from(spindles)),
@@ -223,7 +222,8 @@ fn beyond(machine: &Machine) -> Vec<Diagnostic> {
         ("drive.direction_setup", f64::from(machine.direction_setup_us), 0.0, f64::from(LONGEST_SETUP_US)),
     ];
     let count = if is_phases { 2 } else { rows.len() };
-    let outside = rows.into_iter().take(count).filter(|(_, value, low, high)| !(*low..=*high).contains(value));
+    let outside =
+        rows.into_iter().take(count).filter(|(_, value, low, high)| !(*low..=*high).contains(value));
     outside
         .map(|(key, value, low, high)| {
             let why = refuse("machine.adapter_beyond", key).with("value", value);
@@ -302,12 +302,13 @@ mod tests {
             ("adapter.sensors", list(&[0, -1, 1, -1, 2, -1, -1]), "machine.card_sensor_unwired"),
             ("adapter.output_name", text("pump"), "machine.adapter_no_output"),
             ("machine.spindles", Value::Number(2.0), "machine.adapter_beyond"),
-            ("drive.max_step_rate", Value::Number(20_001.0), "machine.adapter_beyond"),
+            ("drive.max_step_rate", Value::Number(10_001.0), "machine.adapter_beyond"),
             ("x.phases", list(&[5, 10, 9, 6]), "phases.jump"),
         ];
         for (key, value, code) in rows {
             let refusals = phases(&[(key, value)]).unwrap_err();
-            let found = refusals.iter().find(|why| why.code == code).unwrap_or_else(|| panic!("{refusals:?}"));
+            let found =
+                refusals.iter().find(|why| why.code == code).unwrap_or_else(|| panic!("{refusals:?}"));
             let message = found.message("en");
             assert!(message.contains(key) && !message.contains('{'), "{message}");
         }

@@ -2,8 +2,8 @@
 
 use crate::card::{Card, Shown, windings};
 use crate::rig::{
-    INPUT_PIN, MICRO, MILLI, PHASES_INPUT_PIN, PHASES_SPINDLE_PIN, PHASES_STOP_PIN, Rig, SETTINGS, SPINDLE_PIN,
-    STOP_PIN,
+    INPUT_PIN, MICRO, MILLI, PHASES_INPUT_PIN, PHASES_SPINDLE_PIN, PHASES_STOP_PIN, Rig, SETTINGS,
+    SPINDLE_PIN, STOP_PIN,
 };
 use crate::support::{seeds, segment, slow_path};
 use annulus_core::chance::Chance;
@@ -39,8 +39,7 @@ fn way() -> ([Vec<Run>; AXES], u32) {
     for (own, fast) in runs.iter_mut().zip([1_500_u32, 2_000, 3_300]) {
         let up = Run { forward: true, count: 40, interval: 3 * fast, fraction: 0, change: 0, phase: HALF };
         let slope = (2 * fast << 16) as i32 / 40;
-        let (first, last) =
-            (Run { change: -slope, ..up }, Run { interval: fast, change: slope, ..up });
+        let (first, last) = (Run { change: -slope, ..up }, Run { interval: fast, change: slope, ..up });
         *own = vec![first, Run { interval: fast, count: 300_000 / fast, ..up }, last];
     }
     let last = |runs: &Vec<Run>| runs.iter().map(|run| run.extent().unwrap().last).sum::<u32>();
@@ -90,7 +89,7 @@ fn every_table_steps_in_its_cycle_with_the_forcing_that_a_card_gives() {
 }
 
 #[test]
-fn three_motors_at_twenty_thousand_steps_a_second_are_exact_to_the_cycle() {
+fn three_motors_at_twice_the_rate_that_a_machine_may_ask_for_are_exact_to_the_cycle() {
     let even = |interval| Run { count: 2_000, ..Run::one(true, interval) };
     let path = ([vec![even(500)], vec![even(503)], vec![even(511)], vec![]], 1_100_000);
     // Forcing that ends between any two steps makes most words.
@@ -103,7 +102,10 @@ fn three_motors_at_twenty_thousand_steps_a_second_are_exact_to_the_cycle() {
         assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
         let cycles = u64::from(path.1 * CYCLES_PER_TICK);
         let patterns = is_exact(&rig, &of_a_card(&tables, forcing, &path));
-        println!("{patterns} patterns, {:.0} % of the processor", (rig.busy - before) as f64 / cycles as f64 * 100.0);
+        println!(
+            "{patterns} patterns, {:.0} % of the processor",
+            (rig.busy - before) as f64 / cycles as f64 * 100.0
+        );
     }
 }
 
@@ -153,7 +155,10 @@ fn the_emergency_stop_freezes_the_windings_and_takes_forcing_and_outputs_away_at
         rig.edges.clear();
         amid(&mut rig, &path, Chance::new(seed).below(60_000) as u64);
         assert_eq!(rig.driven[usize::from(PHASES_SPINDLE_PIN)], 1);
-        assert!(PINS.filter(|pin| forces(*pin)).any(|pin| rig.driven[usize::from(pin)] == 1), "something is forced");
+        assert!(
+            PINS.filter(|pin| forces(*pin)).any(|pin| rig.driven[usize::from(pin)] == 1),
+            "something is forced"
+        );
         let (since, count) = (rig.cycle, rig.edges.len());
         rig.pin(PHASES_STOP_PIN, false);
         rig.pass(MILLI);
@@ -264,14 +269,21 @@ fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_al
     assert_eq!(rig.say(Configure { phases: 1, ..phases }).refusal, Refusal::Settings);
     let refused = rig.status.unwrap().refused;
     assert_ne!(rig.say(Configure { limits: 0b1_0000, ..phases }).refused, refused);
-    rig.pin(STOP_PIN, false);
     rig.pin(PHASES_STOP_PIN, true);
     rig.edges.clear();
     assert_eq!(rig.say(phases).state, State::Ready);
+    rig.pin(STOP_PIN, false);
     rig.pass(5 * MILLI);
-    assert_eq!((rig.state(), rig.status.unwrap().inputs), (State::Ready, 0), "the other pin is the emergency stop");
+    assert_eq!(
+        (rig.state(), rig.status.unwrap().inputs),
+        (State::Ready, 0),
+        "the other pin is the emergency stop"
+    );
     assert_eq!(driven(&rig), (0..18).chain(26..29).collect::<Vec<_>>());
-    assert!(!rig.edges.iter().any(|edge| PINS.contains(&edge.pin) && edge.level), "nothing is on before a step");
+    assert!(
+        !rig.edges.iter().any(|edge| PINS.contains(&edge.pin) && edge.level),
+        "nothing is on before a step"
+    );
     rig.say(Place { index: [0; AXES] });
     // An axis that has no pins.
     let one = vec![Run::one(true, 20_000)];

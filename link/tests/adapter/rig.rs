@@ -6,9 +6,7 @@ use annulus_core::chance::Chance;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open};
-use annulus_link::message::{
-    Ask, Begin, Configure, Place, Refusal, State, Status, Tell, Welcome, Windings,
-};
+use annulus_link::message::{Ask, Begin, Configure, Place, Refusal, State, Status, Tell, Welcome, Windings};
 use annulus_link::phases::{MOTORS, tables_crc};
 use annulus_link::run::Run;
 use annulus_link::sender::Sender;
