@@ -201,6 +201,8 @@ export class Machine {
     chip.gpio.forEach((pin, index) => {
       let before = pin.value;
       pin.addListener((value) => {
+        // Nobody drives it any more: it is what somebody outside says.
+        if (value > 1 && RUN.includes(index)) pin.setInputValue(this.levels.get(index) ?? false);
         if (value > 1) return;
         if (before !== value) this.edges.push(this.cycle, (index << 1) | value);
         before = value;
