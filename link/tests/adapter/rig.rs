@@ -34,6 +34,8 @@ pub(crate) const MILLI: u64 = 1000 * MICRO;
 pub(crate) const STOP_PIN: u8 = 10;
 pub(crate) const INPUT_PIN: u8 = 11;
 pub(crate) const SPINDLE_PIN: u8 = 20;
+/// High on a Pico that has its power from USB.
+const USB_POWER_PIN: u8 = 24;
 pub(crate) const PHASES_STOP_PIN: u8 = 18;
 pub(crate) const PHASES_INPUT_PIN: u8 = 19;
 pub(crate) const PHASES_SPINDLE_PIN: u8 = 26;
@@ -270,6 +272,7 @@ impl Rig {
     pub(crate) fn with_phases(tables: &[Windings; MOTORS]) -> Self {
         let mut rig = Self::new();
         rig.pin(PHASES_STOP_PIN, true);
+        rig.pin(USB_POWER_PIN, true);
         for table in tables {
             assert_eq!(rig.say(*table).refusal, Refusal::None);
         }
