@@ -21,6 +21,7 @@ use crate::frame::{FRAME, Header, ON_LINE, PAYLOAD, open, seal};
 use crate::message::{
     Ask, Chunk, Configure, Hello, Place, Refusal, Refused, State, Status, Tell, Touches, Trust, Welcome,
 };
+use crate::phases;
 use crate::player::{End, Player, Words};
 use crate::receiver::Receiver;
 use crate::store::{AROUND, ROOM, Store};
@@ -62,6 +63,11 @@ pub struct Inputs {
     pub on: u8,
     /// Whether the emergency stop is pressed.
     pub stop: bool,
+}
+
+/// The inputs that there are with these settings, one bit each.
+fn inputs_of(settings: &Configure) -> u8 {
+    if settings.phases == 0 { u8::MAX } else { phases::INPUTS }
 }
 
 /// Everything that an adapter knows.
@@ -320,7 +326,15 @@ impl<'a> Adapter<'a> {
                 self.trust = Trust::Trusted;
                 self.forget();
             }
+            Ask::Windings(table) if at_rest || self.is_forced() => {
+                if !self.player.wind(&table) {
+                    return Err(Refusal::Settings);
+                }
+            }
             Ask::Guard(guard) if self.state != State::Running && self.settings_crc != 0 => {
+                if guard.limits & !inputs_of(&self.settings) != 0 {
+                    return Err(Refusal::Settings);
+                }
                 self.limits = guard.limits;
                 self.orders |= 1 << Order::Settle as u8;
             }
@@ -340,6 +354,16 @@ impl<'a> Adapter<'a> {
         if !(2..=33).contains(&settings.pulse) || u32::from(settings.setup) > chunk::LONGEST {
             return Err(Refusal::Settings);
         }
+        let is_phases = settings.phases != 0;
+        let is_other = is_phases && settings.phases != self.player.tables_crc();
+        if is_other || (settings.limits | settings.low_inputs) & !inputs_of(&settings) != 0 {
+            return Err(Refusal::Settings);
+        }
+        if is_phases != (self.settings.phases != 0) {
+            // What was read was at other pins.
+            self.inputs = Inputs::default();
+        }
+        self.player.drive(is_phases);
         self.settings = settings;
         self.settings_crc = crc32c(payload).max(1);
         self.limits = settings.limits;
@@ -381,6 +405,9 @@ impl<'a> Adapter<'a> {
         if head.number != self.chunk {
             return Err(Refusal::Gap);
         }
+        if self.settings.phases != 0 && head.runs.iter().skip(phases::MOTORS).any(|count| *count > 0) {
+            return Err(Refusal::Settings); // an axis without pins
+        }
         let after = chunk::check(head, runs, (&self.before, self.accepted), &self.settings)?;
         if !self.player.keep(self.store, head, payload) {
             return Err(Refusal::Room);
@@ -395,6 +422,11 @@ impl<'a> Adapter<'a> {
         if !self.player.begin(self.store, u32::from(self.settings.pulse)) {
             self.ended(End::Rested);
         }
+    }
+
+    /// Most words that a slice makes for one axis.
+    pub fn most_words(&self) -> u32 {
+        self.player.most_words(u32::from(self.settings.pulse))
     }
 
     /// Makes the words of the next slice while it is running; how the path ended where it did. Then the pins are to play what
@@ -422,7 +454,7 @@ impl<'a> Adapter<'a> {
     /// neither, where the pins ran dry.
     pub fn forced(&mut self, index: [i32; AXES], input: Option<u8>, stop: bool) {
         let moved = self.state == State::Running;
-        self.player.place(index);
+        self.player.cut_short(index);
         self.forget();
         (self.state, self.input) = match (stop, input) {
             (true, _) => (State::EmergencyStop, NO_INPUT),

@@ -19,13 +19,14 @@
 //! | `message` | every message, described once | `bytes` |
 //! | `filter` | an input that counts only when it is touched for long enough |  |
 //! | `run` | steps of one axis, the arithmetic of the step stream | `bytes` |
-//! | `chunk` | a piece of path with its tail, and whether it may be played | `bytes`, `frame`, `message`, `run` |
+//! | `phases` | motors by their phases: patterns, forcing, their words | `bytes`, `crc`, `message` |
+//! | `chunk` | a piece of path, and whether it may be played | `bytes`, `crc`, `frame`, `message`, `run` |
 //! | `cutter` | the path of a segment into chunks | `chunk`, `frame`, `message`, `run` |
 //! | `store` | chunks in waiting, by bytes | `frame` |
 //! | `receiver` | frames as they come, without gaps over a bad line | `frame` |
 //! | `sender` | numbered frames, sent again until they are there | `bytes`, `chunk`, `frame`, `message`, `receiver`, `run`, `store` |
-//! | `player` | chunks into words of one timeline, at the rate that is wanted | `bytes`, `chunk`, `frame`, `message`, `run`, `store` |
-//! | `adapter` | one adapter: session, settings, motion, status | `bytes`, `chunk`, `cobs`, `crc`, `filter`, `frame`, `message`, `player`, `receiver`, `store` |
+//! | `player` | chunks into words of one timeline, at the rate that is wanted | `bytes`, `chunk`, `frame`, `message`, `phases`, `run`, `store` |
+//! | `adapter` | one adapter: session, settings, motion, status | `bytes`, `chunk`, `cobs`, `crc`, `filter`, `frame`, `message`, `phases`, `player`, `receiver`, `store` |
 //!
 //! Time is counted in ticks of 0.1 µs, as in the step stream. Does not know USB, pins or threads.
 
@@ -40,6 +41,7 @@ pub mod cutter;
 pub mod filter;
 pub mod frame;
 pub mod message;
+pub mod phases;
 pub mod player;
 pub mod receiver;
 pub mod run;

@@ -7,18 +7,25 @@
 use crate::bytes::{Plain, Reader, Writer};
 use crate::{AXES, INPUTS};
 
+/// Most columns of a table of phases.
+pub const COLUMNS: usize = 64;
+
 macro_rules! messages {
     ($(#[$about:meta])* $name:ident {
         $($(#[$said:meta])* $kind:literal $message:ident { $($(#[$meant:meta])* $field:ident: $type:ty,)* })*
     }) => {
         $($(#[$said])*
-        #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+        #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub struct $message { $($(#[$meant])* pub $field: $type,)* }
 
         impl Plain for $message {
             const NONE: Self = Self { $($field: <$type as Plain>::NONE,)* };
             fn put(&self, _out: &mut Writer<'_>) { $(self.$field.put(_out);)* }
             fn take(_from: &mut Reader<'_>) -> Option<Self> { Some(Self { $($field: Plain::take(_from)?,)* }) }
+        }
+
+        impl Default for $message {
+            fn default() -> Self { Self::NONE }
         }
 
         impl From<$message> for $name {
@@ -156,6 +163,8 @@ messages! {
             low_steps: u8,
             /// Axes whose direction pin is high when they count down.
             low_forward: u8,
+            /// What the tables of [`Windings`] are known by, where pins drive windings by them; 0 where they give steps and directions.
+            phases: u32,
         }
         /// A piece of path. Its runs follow the head, axis by axis.
         4 Chunk {
@@ -201,6 +210,17 @@ messages! {
         11 Guard {
             /// One bit each.
             limits: u8,
+        }
+        /// The phases of a motor, said at rest, before the settings that name them.
+        12 Windings {
+            /// Which motor.
+            axis: u8,
+            /// How long the forcing of a winding stays without another step, in ticks.
+            forcing: u32,
+            /// Columns that there are.
+            count: u8,
+            /// Those of the machine's table, one after the other.
+            columns: [u8; COLUMNS],
         }
         /// How long an input has to be touched to count as on, said at rest; none of a session that says nothing.
         16 Filters {

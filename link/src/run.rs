@@ -163,6 +163,15 @@ pub struct Stretch {
     pub base: u32,
 }
 
+impl Stretch {
+    /// The machine's tick at a tick of the chunk within the slice.
+    #[inline(always)]
+    pub fn machine_tick(&self, tick: u32) -> u32 {
+        let parts = tick.wrapping_sub(self.from).wrapping_mul(self.inverse).wrapping_add(self.offset);
+        self.machine.wrapping_add(parts >> 16)
+    }
+}
+
 /// A place in a run: the next step of it.
 #[derive(Clone, Copy, Debug)]
 pub struct Cursor {

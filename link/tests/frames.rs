@@ -6,7 +6,7 @@ use annulus_link::bytes::Writer;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::crc::crc32c;
 use annulus_link::frame::{FRAME, Header, ON_LINE, PAYLOAD, open, seal};
-use annulus_link::message::{Ask, Chunk, Configure, Hello, Outputs, Status, Tell, Welcome};
+use annulus_link::message::{Ask, Chunk, Configure, Hello, Outputs, Status, Tell, Welcome, Windings};
 use annulus_link::run::Run;
 
 #[test]
@@ -115,6 +115,8 @@ fn there_and_back(ask: &Ask) {
 fn messages_are_the_bytes_that_they_were_from_the_first_day() {
     there_and_back(&Hello { oldest: 1, newest: 2 }.into());
     there_and_back(&Configure { pulse: 10, setup: 300, limits: 3, ..Configure::default() }.into());
+    let columns = std::array::from_fn(|column| column as u8);
+    there_and_back(&Windings { axis: 2, forcing: 20_000, count: 12, columns }.into());
     there_and_back(&Chunk { number: 5, places: 0xFFFF_FFFE, fall: 7, ..Chunk::default() }.into());
     let bytes = |put: &dyn Fn(&mut Writer<'_>)| {
         let mut bytes = [0; PAYLOAD];
@@ -185,7 +187,7 @@ fn no_bytes_break_the_readers() {
     for seed in seeds(2000) {
         let mut chance = Chance::new(seed);
         let payload = payload(&mut chance);
-        for kind in [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 99, 129, 130, 131] {
+        for kind in [1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 99, 129, 130, 131] {
             let _ = Ask::take(kind, &payload);
             let _ = Tell::take(kind, &payload);
         }

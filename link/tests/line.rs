@@ -25,6 +25,7 @@ const SETTINGS: Configure = Configure {
     low_inputs: 0,
     low_steps: 0,
     low_forward: 0,
+    phases: 0,
 };
 
 /// What the line does to bytes, by chance; `bad` is for a byte.

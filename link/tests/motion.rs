@@ -19,6 +19,7 @@ const SETTINGS: Configure = Configure {
     low_inputs: 0,
     low_steps: 0,
     low_forward: 0,
+    phases: 0,
 };
 
 fn pieces(runs: &[Vec<Run>; AXES], ticks: u32, rule: &Rule) -> Vec<Piece> {

@@ -5,10 +5,12 @@ use crate::machines::{Machines, Step};
 use crate::support::{PULSE, path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::CYCLES_PER_TICK;
+use annulus_link::phases::phase_word;
 use annulus_link::player::{Words, pulse_word, wait_word};
 use std::collections::VecDeque;
 
 const PULSES: &str = include_str!("../../bridge/firmware/src/pulses.pio");
+const PHASES: &str = include_str!("../../bridge/firmware/src/phases.pio");
 const WATCHER: &str = include_str!("../../bridge/firmware/src/watcher.pio");
 
 /// One state machine, a cycle at a time.
@@ -97,6 +99,7 @@ impl Model {
                 match to {
                     "pins" => self.pins = bits,
                     "x" => self.x = bits,
+                    "null" => {}
                     _ => self.y = bits,
                 }
             }
@@ -106,6 +109,7 @@ impl Model {
             }
             ("in", "pins") => self.into = self.into << operands[1].parse::<u32>().unwrap() | self.inputs,
             ("mov", "isr") => self.into = 0,
+            ("mov", "pins") => self.pins = self.y,
             ("mov", "x") => self.x = self.into,
             ("push", "noblock") | ("nop", "") => {}
             ("irq", "0") => self.interrupts += 1,
@@ -173,6 +177,46 @@ fn words_become_the_steps_that_the_player_meant() {
         let (steps, lengths) = played(&words, at);
         assert!(steps.len() > 50 && steps == machines.steps[0], "seed {seed}");
         assert!(lengths.iter().all(|length| *length == u64::from(PULSE * CYCLES_PER_TICK)), "{lengths:?}");
+    }
+}
+
+/// What the pins of a motor show, by the cycle: RUN is there up to `run`.
+fn shown(words: &[u32], cycles: u64, run: u64) -> Vec<(u64, u32)> {
+    let mut model = Model::new(PHASES);
+    model.words.extend(words);
+    let mut shown = Vec::new();
+    for cycle in 0..cycles {
+        model.asked = cycle < run;
+        let before = model.pins;
+        model.cycle();
+        if model.pins != before {
+            shown.push((cycle + 1, model.pins));
+        }
+    }
+    shown
+}
+
+#[test]
+fn patterns_change_all_at_once_in_the_cycle_that_the_player_meant_and_not_without_run() {
+    for seed in seeds(4) {
+        let mut chance = Chance::new(seed);
+        let (mut words, mut wanted, mut ticks, mut last) = (Vec::new(), Vec::new(), 0, 0);
+        for _ in 0..500 {
+            let interval = 1 + chance.scale(1.0, 1024.0) as u32;
+            let pattern = chance.below(64) as u8;
+            words.push(phase_word(interval, pattern, [None, Some(false), Some(true)][chance.below(3)]));
+            ticks += interval;
+            if pattern != last {
+                wanted.push((u64::from(ticks * CYCLES_PER_TICK), u32::from(pattern)));
+            }
+            last = pattern;
+        }
+        let cycles = u64::from(ticks * CYCLES_PER_TICK) + 100;
+        assert_eq!(shown(&words, cycles, u64::MAX), wanted, "seed {seed}");
+        // RUN goes: what was asked for before is shown, nothing later; the machine does not come back by itself.
+        let run = wanted[wanted.len() / 2].0 + chance.below(5_000) as u64;
+        let before: Vec<_> = wanted.into_iter().filter(|(cycle, _)| cycle - 2 < run).collect();
+        assert_eq!(shown(&words, cycles, run), before, "seed {seed}, without RUN from {run} on");
     }
 }
 

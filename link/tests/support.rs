@@ -49,6 +49,38 @@ pub(crate) fn path(chance: &mut Chance, ticks: u32) -> ([Vec<Run>; AXES], u32) {
     (runs, ticks + 100)
 }
 
+/// A path of chance of the first three axes, from rest to rest: its steps are so many ticks apart.
+pub(crate) fn slow_path(
+    chance: &mut Chance,
+    ticks: u32,
+    (least, most): (f64, f64),
+) -> ([Vec<Run>; AXES], u32) {
+    let mut runs: [Vec<Run>; AXES] = Default::default();
+    for own in runs.iter_mut().take(AXES - 1) {
+        let mut at = 0;
+        loop {
+            let (interval, count) = (chance.scale(least, most) as u32, 1 + chance.scale(1.0, 40.0) as u32);
+            let change =
+                if count > 1 { (chance.below(1 << 20) as i32 - (1 << 19)) / count as i32 } else { 0 };
+            let (forward, fraction) = (chance.below(3) > 0, chance.below(1 << 16) as u16);
+            let phase = annulus_link::run::HALF;
+            let run = Run { forward, count, interval, fraction, change, phase };
+            match run.extent() {
+                Some(extent) if extent.shortest < 12 => continue,
+                Some(extent) if at + extent.last <= ticks => at += extent.last,
+                _ => break,
+            }
+            own.push(run);
+        }
+    }
+    // Now and then the path rests in the tick of its last step.
+    let last =
+        |runs: &Vec<Run>| runs.iter().map(|run| run.extent().map_or(0, |extent| extent.last)).sum::<u32>();
+    let end = runs.iter().map(last).max().unwrap_or(0).max(1);
+    let rest = if chance.below(4) == 0 { 0 } else { chance.scale(1.0, 20_000.0) as u32 };
+    (runs, end + rest)
+}
+
 /// The same path as a segment of the step stream.
 pub(crate) fn segment(runs: &[Vec<Run>; AXES], ticks: u32) -> steps::Segment {
     let of = |(axis, own): (usize, &Vec<Run>)| {

@@ -2,7 +2,7 @@
 //
 //   mended here: state machines go by the clock of the processor; a machine that is off does nothing; joined queues hold 8 words
 //   and are emptied by joining; a pad is read back by its own input; USB packets wait until there is room, none is lost;
-//   an aborted channel is aborted at once; what the boot memory does; the watchdog resets.
+//   an aborted channel is aborted at once; what the boot memory does; the watchdog resets; pads are read from the reset on.
 //   left out as there: caches and waits of the flash, time of DMA transfers, clock dividers, the second processor.
 //
 // Comes in: an ELF file, bytes, levels of pins. Goes out: bytes, edges with their cycle. Does not know the link.
@@ -17,7 +17,8 @@ const FLASH = 0x10000000;
 const RAM = 0x20000000;
 const SECOND_STAGE = RAM + 0x41f00;
 const PACKET_MICROS = 53; // 19 packets of 64 bytes in a millisecond
-const RUN = 19; // the pin that the watching machine drives and the others read
+const RUN = [19, 28]; // the pins that the watching machine drives and the others read, by the map
+const PAD = 0x56; // what a pad is after a reset: read, with a resistor down
 const STEADY = 1000; // cycles after which the watching machine goes round in the same circle
 const CIRCLE = 5; // cycles of that circle; the dead end has 1
 
@@ -172,6 +173,8 @@ export class Machine {
           machine.txFIFO = new FIFO(joined ? 4 : 8);
           machine.updateDMATx();
         }
+        // An instruction from outside may have changed pins.
+        block.checkChangedPins();
       };
     }
     // Whatever touches the watching machine finds it where it is.
@@ -197,13 +200,16 @@ export class Machine {
       write.call(pins, offset, value);
     };
     chip.gpio.forEach((pin, index) => {
+      pin.padValue = PAD;
       let before = pin.value;
       pin.addListener((value) => {
+        // Nobody drives it any more: it is what somebody outside says.
+        if (value > 1 && RUN.includes(index)) pin.setInputValue(this.levels.get(index) ?? false);
         if (value > 1) return;
         if (before !== value) this.edges.push(this.cycle, (index << 1) | value);
         before = value;
         // Of those that change while the program runs only RUN is read by anybody.
-        if (index === RUN) pin.setInputValue(value === 1);
+        if (RUN.includes(index)) pin.setInputValue(value === 1);
       });
     });
   }

@@ -8,20 +8,49 @@ use core::ptr::{read_volatile, write_volatile};
 pub const STEP: u8 = 2;
 /// First direction pin.
 pub const DIRECTION: u8 = 6;
-/// Emergency stop: high says that it may run; low, or a broken wire, stops.
-pub const STOP: u8 = 10;
-/// First of eight inputs.
-pub const INPUT: u8 = 11;
-/// Inputs there are.
-pub const INPUTS: u8 = 8;
-/// High while pulses are allowed; made by the watching state machine, read by those of the axes.
-pub const RUN: u8 = 19;
-/// First of two outputs: the spindle. The second is two pins further.
-pub const OUTPUT: u8 = 20;
-/// Goes up and down as long as the program is well: for a safety relay that wants a moving signal.
-pub const ALIVE: u8 = 21;
-/// Second output.
-pub const SECOND_OUTPUT: u8 = 22;
+/// Pins of a motor that is driven by its phases: four halves of windings, two of forcing. Those of the first motor begin at GP0.
+pub const MOTOR: u8 = 6;
+/// The first of them that forces.
+pub const FORCING: u8 = 4;
+/// Pins that lead to something.
+pub const ALL: [u8; 26] =
+    [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19, 20, 21, 22, 26, 27, 28];
+
+/// Which pin is what, beside steps and phases. No pin is driven before it is said which map it is.
+pub struct Map {
+    /// Emergency stop: high says that it may run; low, or a broken wire, stops.
+    pub stop: u8,
+    /// Inputs there are; they follow the emergency stop.
+    pub inputs: u8,
+    /// High while pulses are allowed; made by the watching state machine, read by those of the axes.
+    pub run: u8,
+    /// The spindle.
+    pub output: u8,
+    /// Goes up and down as long as the program is well: for a safety relay that wants a moving signal.
+    pub alive: u8,
+    /// Second output, as a bit; 0 where there is none.
+    pub second_output: u32,
+}
+
+impl Map {
+    /// First input.
+    pub const fn input(&self) -> u8 {
+        self.stop + 1
+    }
+
+    /// Outputs of the program, one bit a pin.
+    #[inline(always)]
+    pub const fn outputs(&self) -> u32 {
+        1 << self.output | self.second_output
+    }
+}
+
+/// The maps: steps and directions of four axes; phases of three motors.
+#[link_section = ".data.ram"]
+pub static MAPS: [Map; 2] = [
+    Map { stop: 10, inputs: 8, run: 19, output: 20, alive: 21, second_output: 1 << 22 },
+    Map { stop: 18, inputs: 4, run: 28, output: 26, alive: 27, second_output: 0 },
+];
 
 /// State machines of the axes.
 pub const PIO0: usize = 0x5020_0000;
@@ -47,6 +76,8 @@ pub const BY_PIO0: u32 = 6;
 pub const BY_PIO1: u32 = 7;
 /// See [`BY_PIO0`].
 pub const BY_PROGRAM: u32 = 5;
+/// See [`BY_PIO0`]: by nobody.
+pub const BY_NOBODY: u32 = 31;
 
 /// What a pin does with a value on its way: leave it, turn it over, always low, always high.
 pub const AS_IS: u32 = 0;
@@ -114,9 +145,9 @@ pub fn switch(on: u32, off: u32) {
     write(SIO + 0x18, off);
 }
 
-/// Lets the program drive pins.
+/// Lets the program drive these pins and no others.
 pub fn drive(pins: u32) {
-    write(SIO + 0x24, pins);
+    write(SIO + 0x20, pins);
 }
 
 /// Turns a pin over.

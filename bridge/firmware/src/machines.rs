@@ -2,31 +2,42 @@
 //!
 //! ```text
 //! word          direction ─ wait ─ pulse or none        7 cycles from the start of a word to its pulse, beside the wait
-//! RUN (GP19)    asked before every pulse: low, and the machine goes into a dead end
+//!               wait ─ pattern of a motor's windings    where three motors are driven by their phases
+//! RUN           asked before every pulse and every pattern: low, and the machine goes into a dead end
 //! watcher       emergency stop and the inputs that stop, twice within a microsecond: RUN low, interrupt
-//! interrupt     outputs off; when the pulses that had begun are over, machines off and step pins held
+//! interrupt     outputs off; when the pulses that had begun are over, machines off and step pins held; no winding forced any more
 //! ```
 //!
 //! Comes in: settings. Goes out: pulses; how far they came. Does not know chunks.
 
-use crate::board::{self, read, route, write, CLEAR, PIO0, PIO1, SET};
+use crate::board::{self, read, route, write, Map, CLEAR, PIO0, PIO1, SET};
 use crate::rings;
 use annulus_link::message::Configure;
+use annulus_link::phases::MOTORS;
 use annulus_link::player::without;
 use annulus_link::AXES;
-use core::sync::atomic::{AtomicBool, AtomicU32, Ordering::*};
+use core::sync::atomic::{AtomicBool, AtomicU32, AtomicUsize, Ordering::*};
 use rp2040_hal::pac::{self, interrupt};
 use rp2040_hal::pio::{PIOBuilder, PIOExt, PinDir, ShiftDirection};
 
 const MACHINES: u32 = (1 << AXES) - 1;
-/// Offsets of the program: where a word is waited for, the last place before its pulse, where the pulse's length is.
+/// Offsets in both programs: where a word is waited for, the last place before its pulse or its pattern. In that of pulses the
+/// instruction there says how long they are.
 const PULL: u32 = 0;
-const GO: u32 = 8;
+const GO: [u32; 2] = [8, 7];
 /// Longest time for a pulse to end, in looks at the pins.
 const LOOKS: u32 = 60;
+/// Instructions that are executed from outside: pins to set low, all pins of a motor low.
+const SET_PINS_LOW: u32 = 0xE000;
+const ALL_PINS_LOW: u32 = 0xA003;
 
-/// Where the program of the axes begins.
-static ORIGIN: AtomicU32 = AtomicU32::new(0);
+/// No map yet.
+const UNWIRED: usize = usize::MAX;
+/// Place of the map in [`board::MAPS`] that pins are wired by.
+static WIRED: AtomicUsize = AtomicUsize::new(UNWIRED);
+/// Where the programs of pulses and of phases begin, and how long they are.
+static ORIGIN: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
+static LENGTH: [AtomicU32; 2] = [const { AtomicU32::new(0) }; 2];
 /// Whether the pulses were stopped by force.
 static IS_STOPPED: AtomicBool = AtomicBool::new(false);
 /// What the watcher saw; nothing amiss where it saw nothing.
@@ -34,24 +45,70 @@ static SEEN: AtomicU32 = AtomicU32::new(1);
 /// What each step pin is held at.
 static HELD: [AtomicU32; AXES] = [const { AtomicU32::new(board::LOW) }; AXES];
 
-/// Outputs off, machines off when begun pulses are over, step pins held.
+/// Registers of the machine of an axis, from its clock on.
+const fn own(axis: usize) -> usize {
+    PIO0 + 0xC8 + 0x18 * axis
+}
+const WRAPS: usize = 0x4;
+const SHIFTS: usize = 0x8;
+const EXECUTE: usize = 0x10;
+const PINS: usize = 0x14;
+
+/// Whether somebody said how pins are wired.
+#[inline(always)]
+pub fn is_wired() -> bool {
+    WIRED.load(Relaxed) != UNWIRED
+}
+
+/// Place of the map in force; that of steps where nobody said which.
+#[inline(always)]
+fn place() -> usize {
+    usize::from(WIRED.load(Relaxed) == 1)
+}
+
+/// The map in force.
+#[inline(always)]
+pub fn map() -> &'static Map {
+    &board::MAPS[place()]
+}
+
+fn origin() -> u32 {
+    ORIGIN[place()].load(Relaxed)
+}
+
+/// Outputs off; machines off when begun pulses are over, and step pins held, or windings held without forcing.
 #[link_section = ".data.ram"]
 #[inline(never)]
 pub fn stop_by_force() {
-    board::switch(0, 1 << board::OUTPUT | 1 << board::SECOND_OUTPUT);
+    let map = map();
+    board::switch(0, map.outputs());
     write(PIO1 + CLEAR, 1);
     // RUN by hand: the watcher may not be what found the reason.
-    route(board::RUN, board::BY_PIO1, board::LOW, board::AS_IS);
+    if is_wired() {
+        route(map.run, board::BY_PIO1, board::LOW, board::AS_IS);
+    }
+    if place() == 1 {
+        write(PIO0 + CLEAR, MACHINES);
+        (0..MOTORS).for_each(|axis| write(own(axis) + EXECUTE, SET_PINS_LOW));
+    } else {
+        end_pulses();
+    }
+    IS_STOPPED.store(true, Release);
+}
+
+#[inline(always)]
+fn end_pulses() {
     let steps = MACHINES << board::STEP;
     let mut looks = LOOKS;
     while read(PIO0 + 0x3C) & steps != 0 && looks > 0 {
         looks -= 1;
     }
     write(PIO0 + CLEAR, MACHINES);
-    for (pin, held) in (board::STEP..).zip(&HELD) {
-        route(pin, board::BY_PIO0, held.load(Relaxed), board::AS_IS);
+    if is_wired() {
+        for (pin, held) in (board::STEP..).zip(&HELD) {
+            route(pin, board::BY_PIO0, held.load(Relaxed), board::AS_IS);
+        }
     }
-    IS_STOPPED.store(true, Release);
 }
 
 #[interrupt]
@@ -81,29 +138,30 @@ pub fn is_stopped() -> bool {
     IS_STOPPED.load(Acquire)
 }
 
-/// Loads the programs. No pulse comes before [`arm`].
+/// Loads the programs. No pin is driven before [`settle`], no pulse comes before [`arm`].
 pub fn prepare(pio0: pac::PIO0, pio1: pac::PIO1, resets: &mut pac::RESETS) {
     let pulses = pio::pio_file!("src/pulses.pio");
+    let phases = pio::pio_file!("src/phases.pio");
     let (mut block, m0, m1, m2, m3) = pio0.split(resets);
     let installed = block.install(&pulses.program).expect("room for the program");
-    ORIGIN.store(u32::from(installed.offset()), Relaxed);
+    let others = block.install(&phases.program).expect("room for the other program");
+    let lengths = [pulses.program.code.len(), phases.program.code.len()];
+    for (place, offset) in [installed.offset(), others.offset()].into_iter().enumerate() {
+        ORIGIN[place].store(u32::from(offset), Relaxed);
+        LENGTH[place].store(lengths[place] as u32, Relaxed);
+    }
     macro_rules! axis {
         ($machine:expr, $axis:literal) => {{
             // SAFETY: nothing is ever uninstalled.
             let program = unsafe { installed.share() };
             let (mut machine, _, _) = PIOBuilder::from_installed_program(program)
-                .out_pins(board::DIRECTION + $axis, 1)
-                .side_set_pin_base(board::STEP + $axis)
-                .jmp_pin(board::RUN)
                 .out_shift_direction(ShiftDirection::Right)
                 .autopull(false)
                 .buffers(rp2040_hal::pio::Buffers::OnlyTx)
                 .clock_divisor_fixed_point(1, 0)
                 .build($machine);
-            machine.set_pindirs([
-                (board::STEP + $axis, PinDir::Output),
-                (board::DIRECTION + $axis, PinDir::Output),
-            ]);
+            // All that any program drives: which of them leads to a pin is said when it is wired.
+            machine.set_pindirs((0..18).map(|pin| (pin, PinDir::Output)));
         }};
     }
     axis!(m0, 0);
@@ -119,12 +177,10 @@ fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
     let (mut block, machine, _, _, _) = pio1.split(resets);
     let installed = block.install(&watcher.program).expect("room for the program");
     let (mut machine, _, _) = PIOBuilder::from_installed_program(installed)
-        .in_pin_base(board::STOP)
-        .set_pins(board::RUN, 1)
         .in_shift_direction(ShiftDirection::Left)
         .clock_divisor_fixed_point(1, 0)
         .build(machine);
-    machine.set_pindirs([(board::RUN, PinDir::Output)]);
+    machine.set_pindirs(board::MAPS.iter().map(|map| (map.run, PinDir::Output)));
     WATCHER.store(read(PIO1 + 0xD4), Relaxed);
     write(PIO1 + 0x12C, 1 << 8);
 }
@@ -132,12 +188,80 @@ fn watch(pio1: pac::PIO1, resets: &mut pac::RESETS) {
 /// Where the watcher's program begins.
 static WATCHER: AtomicU32 = AtomicU32::new(0);
 
-/// Takes up settings at rest: length of pulses, which way pins and inputs are, which inputs stop the pulses by the watcher.
+/// Which pins are those of a motor: all of them for patterns, those that force to be set.
+fn pins_of_motor(axis: usize) -> u32 {
+    let first = u32::from(board::MOTOR) * axis as u32;
+    first | (first + u32::from(board::FORCING)) << 5 | u32::from(board::MOTOR) << 20 | 2 << 26
+}
+
+/// Wires pins and machines anew, at rest: everything is let go, then driven by the map, low.
+fn wire(place: usize) {
+    write(PIO0 + CLEAR, MACHINES);
+    write(PIO1 + CLEAR, 1);
+    let map = &board::MAPS[place];
+    board::ALL.into_iter().for_each(|pin| board::pad(pin, false));
+    // Those that lead to nothing too: the watcher reads over them, and one says that USB gives power.
+    (0..30).for_each(|pin| route(pin, board::BY_NOBODY, board::AS_IS, board::LOW));
+    // Steps or phases that were shown last are not shown by the other map.
+    for axis in 0..MOTORS {
+        write(own(axis) + PINS, pins_of_motor(axis));
+        write(own(axis) + EXECUTE, ALL_PINS_LOW);
+    }
+    let (from, length) = (ORIGIN[place].load(Relaxed), LENGTH[place].load(Relaxed));
+    for axis in 0..AXES {
+        let (step, direction) = (board::STEP as usize + axis, board::DIRECTION as usize + axis);
+        let pins = match (place, axis < MOTORS) {
+            (0, _) => (direction | step << 10 | 1 << 20 | 1 << 29) as u32,
+            (_, true) => pins_of_motor(axis),
+            // A jump from outside would set whatever it had before.
+            (_, false) => 0,
+        };
+        write(own(axis) + PINS, pins);
+        write(own(axis) + WRAPS, u32::from(map.run) << 24 | (from + length - 1) << 12 | from << 7);
+    }
+    // The watcher: from where it reads, what it sets.
+    write(PIO1 + 0xDC, u32::from(map.stop) << 15 | u32::from(map.run) << 5 | 1 << 26);
+    let driven = map.outputs() | 1 << map.alive;
+    board::switch(0, driven);
+    board::drive(driven);
+    for pin in board::ALL.into_iter().filter(|pin| driven >> pin & 1 == 1) {
+        route(pin, board::BY_PROGRAM, board::AS_IS, board::LOW);
+    }
+    route(map.stop, board::BY_PROGRAM, board::AS_IS, board::AS_IS);
+    if place == 1 {
+        (0..board::MOTOR * MOTORS as u8).for_each(|pin| route(pin, board::BY_PIO0, board::AS_IS, board::LOW));
+    }
+    WIRED.store(place, Relaxed);
+}
+
+/// Takes up settings at rest: what pins are, length of pulses, which way pins and inputs are, which inputs stop the pulses by the watcher.
 pub fn settle(settings: &Configure, limits: u8) {
+    let place = usize::from(settings.phases != 0);
+    if WIRED.load(Relaxed) != place {
+        wire(place);
+    }
+    if place == 0 {
+        settle_steps(settings);
+    }
+    let map = map();
+    for input in 0..map.inputs {
+        let is_low = settings.low_inputs >> input & 1;
+        let seen = match (limits >> input & 1, is_low) {
+            (0, _) => board::LOW,
+            (_, 1) => board::INVERTED,
+            _ => board::AS_IS,
+        };
+        board::pad(map.input() + input, is_low == 1);
+        route(map.input() + input, board::BY_PROGRAM, board::AS_IS, seen);
+    }
+    arm(settings);
+}
+
+fn settle_steps(settings: &Configure) {
     let length = u32::from(settings.pulse) - 2;
     const SET_Y: u32 = 0xE040;
     const SIDE: u32 = 1 << 12;
-    let place = PIO0 + 0x48 + 4 * (ORIGIN.load(Relaxed) + GO) as usize;
+    let place = PIO0 + 0x48 + 4 * (origin() + GO[0]) as usize;
     write(place, SET_Y | SIDE | 11 << 8 | length);
     for axis in 0..AXES as u8 {
         let is_low = settings.low_steps >> axis & 1 == 1;
@@ -148,17 +272,6 @@ pub fn settle(settings: &Configure, limits: u8) {
         board::pad(board::DIRECTION + axis, false);
         route(board::STEP + axis, board::BY_PIO0, HELD[usize::from(axis)].load(Relaxed), board::AS_IS);
     }
-    for input in 0..board::INPUTS {
-        let is_low = settings.low_inputs >> input & 1;
-        let seen = match (limits >> input & 1, is_low) {
-            (0, _) => board::LOW,
-            (_, 1) => board::INVERTED,
-            _ => board::AS_IS,
-        };
-        board::pad(board::INPUT + input, is_low == 1);
-        route(board::INPUT + input, board::BY_PROGRAM, board::AS_IS, seen);
-    }
-    arm(settings);
 }
 
 /// Makes the machines ready, at rest: words gone, step pins theirs again, the watcher looking anew.
@@ -168,13 +281,12 @@ pub fn arm(settings: &Configure) {
     write(PIO0 + CLEAR, MACHINES);
     rings::clear();
     for axis in 0..AXES {
-        let own = PIO0 + 0xC8 + 0x18 * axis;
         // Joining and parting the queues empties them.
         const JOIN: u32 = 1 << 30;
-        write(own + 0x8 + CLEAR, JOIN);
-        write(own + 0x8 + SET, JOIN);
-        let jump_to_begin = ORIGIN.load(Relaxed) + PULL;
-        write(own + 0x10, jump_to_begin);
+        write(own(axis) + SHIFTS + CLEAR, JOIN);
+        write(own(axis) + SHIFTS + SET, JOIN);
+        let jump_to_begin = origin() + PULL;
+        write(own(axis) + EXECUTE, jump_to_begin);
     }
     write(PIO0 + SET, RESTART);
     write(PIO1 + CLEAR, ENABLE_WATCHER);
@@ -185,8 +297,8 @@ pub fn arm(settings: &Configure) {
     }
     write(PIO1 + 0xD8, WATCHER.load(Relaxed));
     IS_STOPPED.store(false, Release);
-    route(board::RUN, board::BY_PIO1, board::AS_IS, board::AS_IS);
-    for axis in 0..AXES {
+    route(map().run, board::BY_PIO1, board::AS_IS, board::AS_IS);
+    for axis in 0..if place() == 0 { AXES } else { 0 } {
         let is_low = settings.low_steps >> axis & 1 == 1;
         let output = if is_low { board::INVERTED } else { board::AS_IS };
         route(board::STEP + axis as u8, board::BY_PIO0, output, board::AS_IS);
@@ -197,12 +309,13 @@ pub fn arm(settings: &Configure) {
 /// Starts all machines in the same cycle.
 pub fn start() {
     rings::ran_dry();
-    write(PIO0 + SET, MACHINES | MACHINES << 8);
+    let machines = if place() == 0 { MACHINES } else { (1 << MOTORS) - 1 };
+    write(PIO0 + SET, machines | machines << 8);
 }
 
 /// Whether all machines wait for a word.
 pub fn are_idle() -> bool {
-    let begin = ORIGIN.load(Relaxed) + PULL;
+    let begin = origin() + PULL;
     rings::are_dry() && (0..AXES).all(|axis| place_of(axis) == begin)
 }
 
@@ -219,8 +332,8 @@ fn place_of(axis: usize) -> u32 {
 pub fn index_of(behind: [i32; AXES]) -> [i32; AXES] {
     let mut index = behind;
     for (axis, index) in index.iter_mut().enumerate() {
-        let place = place_of(axis).wrapping_sub(ORIGIN.load(Relaxed));
-        let is_begun = place > PULL && place <= GO;
+        let place = place_of(axis).wrapping_sub(origin());
+        let is_begun = place > PULL && place <= GO[self::place()];
         rings::unplayed(axis, is_begun, |word| *index = without(word, *index));
     }
     index

@@ -22,7 +22,7 @@ mod touches;
 use annulus_link::adapter::{Adapter, Inputs, Order};
 use annulus_link::frame::ON_LINE;
 use annulus_link::message::{State, Welcome};
-use annulus_link::player::{most_words, End};
+use annulus_link::player::End;
 use annulus_link::store::Store;
 use annulus_link::{AXES, CYCLES_PER_TICK, TICK_HZ};
 use core::cell::UnsafeCell;
@@ -144,7 +144,7 @@ enum Motion {
 #[link_section = ".data.ram"]
 #[inline(never)]
 fn make(adapter: &mut Adapter<'_>, until: u32) -> Option<End> {
-    let words = most_words(u32::from(adapter.settings().pulse));
+    let words = adapter.most_words();
     let mut rings = rings::Rings::open();
     let mut end = None;
     while end.is_none() && (until.wrapping_sub(adapter.machine()) as i32) > 0 && rings.have_room(words) {
@@ -159,8 +159,8 @@ fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
     match order {
         Order::Settle if matches!(motion, Motion::Rest) && adapter.state() != State::Unset => {
             let (limits, filters_us) = (adapter.limits(), adapter.filters_us());
-            touches::settle(adapter.settings(), limits, filters_us);
             machines::settle(adapter.settings(), limits & !touches::filtered(filters_us));
+            touches::settle(adapter.settings(), limits, filters_us);
         }
         Order::Settle => {}
         Order::Clear => machines::arm(adapter.settings()),
@@ -181,7 +181,7 @@ fn go_on(adapter: &mut Adapter<'_>, motion: &mut Motion) {
             let (is_emergency, inputs) = machines::seen();
             let input = inputs.trailing_zeros() as u8;
             let index = machines::index_of(adapter.index());
-            adapter.forced(index, (input < board::INPUTS).then_some(input), is_emergency);
+            adapter.forced(index, (input < machines::map().inputs).then_some(input), is_emergency);
         }
         *motion = Motion::Rest;
         return;
@@ -207,37 +207,30 @@ fn go_on(adapter: &mut Adapter<'_>, motion: &mut Motion) {
 }
 
 fn inputs(adapter: &Adapter<'_>) -> Inputs {
-    let levels = (0..board::INPUTS)
-        .fold(0, |levels, input| levels | u8::from(board::level(board::INPUT + input)) << input);
+    let map = machines::map();
+    let levels = (0..map.inputs)
+        .fold(0, |levels, input| levels | u8::from(board::level(map.input() + input)) << input);
     let touched = levels ^ adapter.settings().low_inputs;
     let (filtered, on) = touches::now(touched);
     let on = touched & !filtered | on;
-    Inputs { on, stop: !board::level(board::STOP) }
+    Inputs { on, stop: !board::level(map.stop) }
 }
 
 fn show(adapter: &Adapter<'_>) {
-    let pin = |bit: u8, pin: u8| u32::from(adapter.outputs() >> bit & 1) << pin;
-    let on = pin(0, board::OUTPUT) | pin(1, board::SECOND_OUTPUT);
+    let map = machines::map();
+    let bit = |bit: u8, pin: u32| if adapter.outputs() >> bit & 1 == 1 { pin } else { 0 };
+    let on = bit(0, 1 << map.output) | bit(1, map.second_output);
     // Between the look and the switch the interrupt may have found a reason to stop.
     cortex_m::interrupt::free(|_| {
         let on = if machines::is_stopped() { 0 } else { on };
-        board::switch(on, !on & (1 << board::OUTPUT | 1 << board::SECOND_OUTPUT));
+        board::switch(on, !on & map.outputs());
     });
 }
 
+/// Every pin let go, with a resistor down: nobody said yet what is wired to it.
 fn pins() {
-    let driven = 1 << board::OUTPUT | 1 << board::SECOND_OUTPUT | 1 << board::ALIVE;
-    board::switch(0, driven);
-    board::drive(driven);
-    for pin in [board::OUTPUT, board::SECOND_OUTPUT, board::ALIVE, board::STOP] {
-        board::pad(pin, false);
-        board::route(pin, board::BY_PROGRAM, board::AS_IS, board::AS_IS);
-    }
-    board::pad(board::RUN, false);
-    for input in 0..board::INPUTS {
-        board::pad(board::INPUT + input, false);
-        board::route(board::INPUT + input, board::BY_PROGRAM, board::AS_IS, board::LOW);
-    }
+    board::drive(0);
+    board::ALL.into_iter().for_each(|pin| board::pad(pin, false));
 }
 
 #[rp2040_hal::entry]
@@ -300,9 +293,9 @@ fn welcome(by_watchdog: u8) -> Welcome {
         axes: AXES as u8,
         step_pin: board::STEP,
         direction_pin: board::DIRECTION,
-        stop_pin: board::STOP,
-        input_pin: board::INPUT,
-        output_pin: board::OUTPUT,
+        stop_pin: board::MAPS[0].stop,
+        input_pin: board::MAPS[0].input(),
+        output_pin: board::MAPS[0].output,
         max_rate_hz: 500_000,
         by_watchdog,
         ..Welcome::default()
@@ -336,8 +329,8 @@ fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
         show(&adapter);
         if now.wrapping_sub(alive) >= 500 {
             alive = now;
-            if !machines::is_stopped() {
-                board::toggle(board::ALIVE);
+            if machines::is_wired() && !machines::is_stopped() {
+                board::toggle(machines::map().alive);
             }
         }
         watchdog.feed();

@@ -33,6 +33,8 @@ struct Seen {
     edges: u32,
     /// Edges do not interrupt now.
     is_quiet: bool,
+    /// The pin of the first input.
+    first: u8,
 }
 
 struct Place(UnsafeCell<Seen>);
@@ -50,13 +52,15 @@ static SEEN: Place = Place(UnsafeCell::new(Seen {
     young: 0,
     edges: 0,
     is_quiet: false,
+    first: board::MAPS[0].input(),
 }));
 
-/// Edges are remembered here until they are cleared, four bits a pin, and enabled as interrupts there. Pins 8 … 15 are in the second
-/// register, the next ones in the third: the inputs begin in the midst of the second.
-const EDGES: [usize; 2] = [IO + 0xF4, IO + 0xF8];
-const ENABLED: [usize; 2] = [IO + 0x104, IO + 0x108];
-const OFFSET: u32 = 4 * (board::INPUT as u32 - 8);
+/// Edges are remembered there until they are cleared, four bits a pin, eight pins a register; enabled as interrupts so much further on.
+const EDGES: usize = IO + 0xF0;
+const ENABLED: usize = 0x10;
+/// In either map the first input is the fourth pin of its register; what has no room there is in the next one.
+const OFFSET: u32 = 12;
+const _: () = assert!(board::MAPS[0].input() % 8 == 3 && board::MAPS[1].input() % 8 == 3);
 const FELL: u32 = 1 << 2;
 const ROSE: u32 = 1 << 3;
 
@@ -67,11 +71,11 @@ fn with<T>(work: impl FnOnce(&mut Seen) -> T) -> T {
     cortex_m::interrupt::free(|_| work(unsafe { &mut *SEEN.0.get() }))
 }
 
-/// Writes four bits an input into two registers of pins.
+/// Writes four bits an input into a register of pins and the next.
 #[inline(always)]
-fn spread(registers: [usize; 2], bits: u32) {
-    write(registers[0], bits << OFFSET);
-    write(registers[1], bits >> (32 - OFFSET));
+fn spread(register: usize, bits: u32) {
+    write(register, bits << OFFSET);
+    write(register + 4, bits >> (32 - OFFSET));
 }
 
 /// Takes up settings at rest. The watching machine sees no input that has a filter: [`filtered`] says which.
@@ -82,9 +86,12 @@ pub fn settle(settings: &Configure, limits: u8, least_us: &[u16; INPUTS]) {
         let all = (0..INPUTS).filter(|input| seen.filtered >> input & 1 == 1);
         seen.edges = all.fold(0, |edges, input| edges | (FELL | ROSE) << (4 * input));
         (seen.touched, seen.on, seen.young) = (0, 0, 0);
+        // Pins of the other map interrupt no more.
+        spread(seen.register() + ENABLED, 0);
+        seen.first = machines::map().input();
         (seen.low, seen.limits) = (settings.low_inputs, limits);
         // Edges of before are none of a touch.
-        spread(EDGES, u32::MAX);
+        spread(seen.register(), u32::MAX);
         seen.interrupt_at_edges();
         seen.look(seen.edges);
     });
@@ -116,11 +123,17 @@ pub fn counted() -> Touches {
 }
 
 impl Seen {
+    /// The register of the first input's edges.
+    #[inline(always)]
+    fn register(&self) -> usize {
+        EDGES + 4 * (self.first as usize / 8)
+    }
+
     /// From now on edges of inputs with a filter interrupt.
     #[inline(always)]
     fn interrupt_at_edges(&mut self) {
         self.is_quiet = false;
-        spread(ENABLED, self.edges);
+        spread(self.register() + ENABLED, self.edges);
     }
 
     /// Looks at the inputs that changed, those whose touch is young, and `others`, four bits an input; stops the pulses where one that stops them is on, and
@@ -129,8 +142,9 @@ impl Seen {
     #[inline(never)]
     fn look(&mut self, others: u32) {
         let now_us = board::micros();
-        let edges = (read(EDGES[0]) >> OFFSET | read(EDGES[1]) << (32 - OFFSET)) & self.edges;
-        spread(EDGES, edges);
+        let register = self.register();
+        let edges = (read(register) >> OFFSET | read(register + 4) << (32 - OFFSET)) & self.edges;
+        spread(register, edges);
         let (mut candidates, mut input) = (edges | self.young | others, 0);
         let mut wait_us = if edges != 0 { LOOK_US } else { u32::MAX };
         while candidates != 0 {
@@ -142,7 +156,7 @@ impl Seen {
         }
         if edges != 0 {
             self.is_quiet = true;
-            spread(ENABLED, 0);
+            spread(register + ENABLED, 0);
         } else if self.is_quiet {
             self.interrupt_at_edges();
         }
@@ -161,14 +175,14 @@ impl Seen {
         let is_low = self.low & bit != 0;
         let (rose, fell) = (edges & ROSE != 0, edges & FELL != 0);
         let (came, left) = if is_low { (fell, rose) } else { (rose, fell) };
-        let touched = board::level(board::INPUT + input as u8) != is_low;
+        let touched = board::level(self.first + input as u8) != is_low;
         let filter = &mut self.filters[input];
         filter.look(Glance { touched, came, left }, now_us);
         let mut left_us = filter.left_us(now_us);
         if left_us == Some(1) {
             // Soon enough to wait for it here.
             while board::micros() == now_us {}
-            let touched = board::level(board::INPUT + input as u8) != is_low;
+            let touched = board::level(self.first + input as u8) != is_low;
             filter.look(Glance { touched, came: false, left: false }, now_us.wrapping_add(1));
             left_us = None;
         }

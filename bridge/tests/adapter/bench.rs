@@ -1,8 +1,9 @@
-//! The adapter at its port, and the machine behind its pins: motors that follow every pulse, switches that follow them, holes.
+//! The adapter at its port, and the machine behind its pins: motors that follow every pulse or every pattern, switches that follow them, holes.
 //!
 //! Comes in: what is to happen to the cable and to the switches. Goes out: a port, and what the pins did. Steps and cycles of the
 //! adapter. Does not know the bridge.
 
+use annulus_core::machine::phases;
 use serde_json::{Value, json};
 use serialport::{SerialPort, TTYPort};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -19,9 +20,24 @@ const TURN: u64 = 60_000;
 
 const STEP_PIN: u64 = 2;
 const DIRECTION_PIN: u64 = 6;
-const STOP_PIN: u64 = 10;
-const INPUT_PIN: u64 = 11;
-const SPINDLE_PIN: u64 = 20;
+
+/// Where the wires are, by the two maps of the pins.
+#[derive(Clone, Copy)]
+pub(crate) struct Wiring {
+    stop_pin: u64,
+    /// Pins of the switches of X low, Y low, Z top.
+    switch_pins: [u64; 3],
+    spindle_pin: u64,
+    is_phases: bool,
+}
+
+/// Drivers that take steps and directions.
+pub(crate) const STEPS: Wiring =
+    Wiring { stop_pin: 10, switch_pins: [11, 13, 15], spindle_pin: 20, is_phases: false };
+
+/// Windings of motors that make a step with every eighth of a turn of the current.
+pub(crate) const PHASES: Wiring =
+    Wiring { stop_pin: 18, switch_pins: [19, 20, 21], spindle_pin: 26, is_phases: true };
 
 /// Where the carriage stands when the adapter gets its power, in steps from its switches: X and Y beside them, Z below.
 const START: [i64; 3] = [90, 70, -120];
@@ -76,15 +92,15 @@ pub(crate) struct Bench {
 
 impl Bench {
     /// Plugged in at `link`.
-    pub(crate) fn new(link: &Path) -> Self {
+    pub(crate) fn new(link: &Path, wiring: Wiring) -> Self {
         let (orders, ordered) = channel();
         let record = Arc::new(Mutex::new(Record::new()));
         let (own, path) = (Arc::clone(&record), link.to_owned());
-        let mut emulator = Emulator::new();
+        let mut emulator = Emulator::new(wiring);
         let thread = thread::spawn(move || {
             let mut cable = Cable { link: path, ends: None, garble: None, count: 0 };
             cable.plug(true);
-            let mut pins = Pins { directions: [false; 3], bottom: i64::MIN, is_in: false };
+            let mut pins = Pins::new(wiring);
             while turn(&ordered, &mut emulator, &mut cable, &mut pins, &own) {}
         });
         let bench = Self { link: link.to_owned(), orders: Some(orders), record, thread: Some(thread) };
@@ -168,10 +184,11 @@ struct Emulator {
     node: Child,
     orders: ChildStdin,
     answers: BufReader<ChildStdout>,
+    wiring: Wiring,
 }
 
 impl Emulator {
-    fn new() -> Self {
+    fn new(wiring: Wiring) -> Self {
         let firmware = Path::new(env!("CARGO_MANIFEST_DIR")).join("firmware");
         let program = std::env::var_os("ANNULUS_FIRMWARE").map_or_else(
             || firmware.join("../../target/firmware/thumbv6m-none-eabi/release/annulus-firmware"),
@@ -187,9 +204,9 @@ impl Emulator {
             .expect("node is there");
         let orders = node.stdin.take().unwrap();
         let answers = BufReader::new(node.stdout.take().unwrap());
-        let mut emulator = Self { node, orders, answers };
+        let mut emulator = Self { node, orders, answers, wiring };
         emulator.order(&json!({"do": "run", "cycles": 4_800_000, "until": "connected"}));
-        emulator.order(&json!({"do": "pin", "pin": STOP_PIN, "level": true}));
+        emulator.order(&json!({"do": "pin", "pin": wiring.stop_pin, "level": true}));
         emulator
     }
 
@@ -197,7 +214,7 @@ impl Emulator {
     fn switch(&mut self, place: &[i64; 3], before: [bool; 3]) {
         for (input, on) in switches(place).into_iter().enumerate().filter(|(input, on)| before[*input] != *on)
         {
-            let pin = INPUT_PIN + 2 * input as u64;
+            let pin = self.wiring.switch_pins[input];
             self.order(&json!({"do": "pin", "pin": pin, "level": on}));
         }
     }
@@ -273,27 +290,64 @@ struct Pins {
     directions: [bool; 3],
     bottom: i64,
     is_in: bool,
+    wiring: Wiring,
+    /// Halves of the windings that are on, and where the rotors stand in the turn of the current, in eighths.
+    halves: [u8; 3],
+    angles: [i64; 3],
 }
 
 impl Pins {
-    fn edge(&mut self, record: &mut Record, cycle: u64, pin: u64, level: bool) {
-        match pin {
-            DIRECTION_PIN..=8 => self.directions[(pin - DIRECTION_PIN) as usize] = level,
-            STEP_PIN..=4 if level => {
-                let axis = (pin - STEP_PIN) as usize;
-                let forward = self.directions[axis];
-                record.place[axis] += if forward { 1 } else { -1 };
-                record.steps[axis].push(forward);
-                record.latest = cycle;
-            }
-            SPINDLE_PIN => record.spindle = level,
-            _ => {}
+    fn new(wiring: Wiring) -> Self {
+        // Where the last column of the table holds a rotor.
+        let (directions, halves, angles) = ([false; 3], [0; 3], [6; 3]);
+        Self { directions, bottom: i64::MIN, is_in: false, wiring, halves, angles }
+    }
+
+    /// Edges of one cycle: the rotors follow the windings when all of them are as they are to be.
+    fn edges(&mut self, record: &mut Record, cycle: u64, edges: &[(u64, bool)]) {
+        for (pin, level) in edges {
+            self.edge(record, cycle, *pin, *level);
         }
+        for axis in 0..3 {
+            let Some(now) = phases::angle(self.halves[axis]).map(i64::from) else { continue };
+            let turn = phases::turn(self.angles[axis], now);
+            assert!(turn.abs() < 2, "axis {axis}: a pattern was left out");
+            if turn != 0 {
+                self.angles[axis] = now;
+                self.step(record, cycle, axis, turn > 0);
+            }
+        }
+    }
+
+    fn step(&mut self, record: &mut Record, cycle: u64, axis: usize, forward: bool) {
+        record.place[axis] += if forward { 1 } else { -1 };
+        record.steps[axis].push(forward);
+        record.latest = cycle;
         let is_in = record.place[2] <= self.bottom;
         if is_in && !self.is_in {
             record.holes.push([record.place[0], record.place[1]]);
         }
         self.is_in = is_in;
+    }
+
+    fn edge(&mut self, record: &mut Record, cycle: u64, pin: u64, level: bool) {
+        if pin == self.wiring.spindle_pin {
+            record.spindle = level;
+        }
+        match pin {
+            0..18 if self.wiring.is_phases => {
+                let bit = 1 << (pin % 6) & 0b1111;
+                let halves = &mut self.halves[(pin / 6) as usize];
+                *halves = *halves & !bit | if level { bit } else { 0 };
+            }
+            _ if self.wiring.is_phases => {}
+            DIRECTION_PIN..=8 => self.directions[(pin - DIRECTION_PIN) as usize] = level,
+            STEP_PIN..=4 if level => {
+                let axis = (pin - STEP_PIN) as usize;
+                self.step(record, cycle, axis, self.directions[axis]);
+            }
+            _ => {}
+        }
     }
 }
 
@@ -311,7 +365,7 @@ fn turn(
             Ok(Do::Garble(every)) => cable.garble = every,
             Ok(Do::Bottom(steps)) => pins.bottom = steps,
             Ok(Do::Stop(level)) => {
-                emulator.order(&json!({"do": "pin", "pin": STOP_PIN, "level": level}));
+                emulator.order(&json!({"do": "pin", "pin": pins.wiring.stop_pin, "level": level}));
             }
             Ok(Do::Touch(input, cycles)) => {
                 for (level, then) in [(true, cycles), (false, TURN)] {
@@ -320,7 +374,7 @@ fn turn(
                 }
             }
             Ok(Do::Power) => {
-                *emulator = Emulator::new();
+                *emulator = Emulator::new(pins.wiring);
                 let mut record = record.lock().unwrap();
                 (record.latest, record.cycle, record.spindle, pins.directions) = (0, 0, false, [false; 3]);
                 emulator.switch(&record.place, [false; 3]);
@@ -341,8 +395,11 @@ fn turn(
     cable.write(numbers("bytes").into_iter().map(|byte| byte as u8).collect());
     let mut record = record.lock().unwrap();
     let before = switches(&record.place);
-    for pair in numbers("edges").chunks(2) {
-        pins.edge(&mut record, pair[0], pair[1] >> 1, pair[1] & 1 == 1);
+    let edges: Vec<_> =
+        numbers("edges").chunks(2).map(|pair| (pair[0], pair[1] >> 1, pair[1] & 1 == 1)).collect();
+    for together in edges.chunk_by(|one, next| one.0 == next.0) {
+        let edges: Vec<_> = together.iter().map(|(_, pin, level)| (*pin, *level)).collect();
+        pins.edges(&mut record, together[0].0, &edges);
     }
     record.cycle = answer["cycle"].as_u64().unwrap();
     record.bytes += count;
@@ -350,7 +407,7 @@ fn turn(
     true
 }
 
-/// Which switches are on: X low, Y low, Z top; inputs 0, 2 and 4.
+/// Which switches are on: X low, Y low, Z top.
 fn switches(place: &[i64; 3]) -> [bool; 3] {
     [place[0] <= 0, place[1] <= 0, place[2] >= 0]
 }

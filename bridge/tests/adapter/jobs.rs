@@ -23,7 +23,7 @@ fn a_board_is_drilled_whole_and_the_pins_step_as_the_stream_says_over_a_bad_cabl
         return;
     }
     let mut shop = Shop::homed(3);
-    exact(&mut shop);
+    exact(&mut shop, 3);
     shop.bench.garble(Some(400));
     shop.begin(0);
     assert_eq!(shop.ended(), (Ending::Done, 3));
@@ -31,17 +31,27 @@ fn a_board_is_drilled_whole_and_the_pins_step_as_the_stream_says_over_a_bad_cabl
     shop.judge(3, 0);
 }
 
-fn exact(shop: &mut Shop) {
+#[test]
+fn a_board_is_drilled_whole_by_the_phases_of_three_motors_and_after_the_emergency_stop_too() {
+    if !is_long() {
+        return;
+    }
+    let mut shop = Shop::homed_by_phases(2);
+    exact(&mut shop, 2);
+    pressed(&mut shop);
+}
+
+fn exact(shop: &mut Shop, count: u32) {
     let before = shop.agrees();
     let stream = stream_of(&shop.program, &shop.machine).unwrap();
     assert_eq!(shop.begin(0), digest(&stream), "the bridge plays this very stream");
     shop.until(|status| status.state == State::Running);
     shop.spindle(true);
-    assert_eq!(shop.ended(), (Ending::Done, 3));
+    assert_eq!(shop.ended(), (Ending::Done, count));
     let status = shop.until(|status| status.state == State::Ready);
     assert_eq!((status.trust, shop.bench.record().spindle), (Trust::Trusted, false));
     let after = shop.agrees();
-    shop.judge(3, 0);
+    shop.judge(count, 0);
     let surface = shop.machine.z.scale.steps(shop.machine.process.surface);
     let mut stepped: [Vec<bool>; 3] = Default::default();
     for pulse in replay_stream(&stream) {
@@ -131,17 +141,7 @@ fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_the_job_go
         return;
     }
     let mut shop = Shop::homed(2);
-    amid(&mut shop);
-    shop.bench.press(true);
-    let status = shop.until(|status| status.state == State::Alarm);
-    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("adapter.emergency_stop", Trust::Lost));
-    shop.spindle(false);
-    shop.acknowledge();
-    assert_eq!(shop.page.refusal(), "adapter.emergency_stop", "while it is pressed");
-    shop.bench.press(false);
-    assert_eq!(shop.acknowledged(), State::NotHomed);
-    shop.home();
-    goes_on(&mut shop);
+    pressed(&mut shop);
 
     amid(&mut shop);
     shop.bench.plug(false);
@@ -152,4 +152,18 @@ fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_the_job_go
     assert_eq!(shop.acknowledged(), State::NotHomed);
     shop.home();
     goes_on(&mut shop);
+}
+
+fn pressed(shop: &mut Shop) {
+    amid(shop);
+    shop.bench.press(true);
+    let status = shop.until(|status| status.state == State::Alarm);
+    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("adapter.emergency_stop", Trust::Lost));
+    shop.spindle(false);
+    shop.acknowledge();
+    assert_eq!(shop.page.refusal(), "adapter.emergency_stop", "while it is pressed");
+    shop.bench.press(false);
+    assert_eq!(shop.acknowledged(), State::NotHomed);
+    shop.home();
+    goes_on(shop);
 }

@@ -2,13 +2,14 @@
 //!
 //! Comes in: what is asked. Goes out: statuses, and the bench. Does not know what is judged.
 
-use super::bench::{Bench, Record, eventually};
+use super::bench::{Bench, PHASES, Record, STEPS, eventually};
 use super::client::{Page, Running, annulus};
 use super::drill;
 use annulus_core::control::{Ending, State};
 use annulus_core::geometry::Point;
 use annulus_core::job::Program;
-use annulus_core::machine::{Machine, Value};
+use annulus_core::machine::phases::preset;
+use annulus_core::machine::{Machine, Value, apply};
 use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use std::fs;
 use std::path::Path;
@@ -48,6 +49,24 @@ pub(crate) fn machine(port: &Path) -> Machine {
     drill::machine(changes, axes, &of_axis.map(|(name, value)| (name, number(value))))
 }
 
+/// The same with its motors on a phase board: half steps, 80 mm/s.
+fn phases(port: &Path) -> Machine {
+    let numbers = |numbers: &[f64]| Value::Numbers(numbers.to_vec());
+    let half = preset("half").unwrap().columns.iter().map(|column| f64::from(*column)).collect::<Vec<_>>();
+    let mut changes = vec![
+        ("drive.max_step_rate".to_owned(), Value::Number(10_000.0)),
+        ("adapter.outputs".to_owned(), Value::Text("phases".into())),
+        ("adapter.sensors".to_owned(), numbers(&[0.0, -1.0, 1.0, -1.0, 2.0, -1.0, -1.0])),
+    ];
+    for axis in ["x", "y", "z"] {
+        changes.push((format!("{axis}.phases"), numbers(&half)));
+        for name in ["max_speed", "home_speed"] {
+            changes.push((format!("{axis}.{name}"), Value::Number(80.0)));
+        }
+    }
+    apply(&machine(port), &changes).unwrap()
+}
+
 /// Writes the machine's file beside its port.
 pub(crate) fn write_file(machine: &Machine, path: &Path) {
     fs::write(path, drill::file(machine)).unwrap();
@@ -78,8 +97,19 @@ impl Shop {
     pub(crate) fn homed(count: u32) -> Self {
         let home = TempDir::new().unwrap();
         let port = home.path().join("port");
-        let bench = Bench::new(&port);
-        let machine = machine(&port);
+        let (bench, machine) = (Bench::new(&port, STEPS), machine(&port));
+        Self::open(count, home, bench, machine)
+    }
+
+    /// The same with the motors on a phase board.
+    pub(crate) fn homed_by_phases(count: u32) -> Self {
+        let home = TempDir::new().unwrap();
+        let port = home.path().join("port");
+        let (bench, machine) = (Bench::new(&port, PHASES), phases(&port));
+        Self::open(count, home, bench, machine)
+    }
+
+    fn open(count: u32, home: TempDir, bench: Bench, machine: Machine) -> Self {
         let file = home.path().join("drill.toml");
         write_file(&machine, &file);
         let named = file.display().to_string();
@@ -128,9 +158,9 @@ impl Shop {
         self.start(leg)
     }
 
-    /// Who looked at the pins for long said nothing meanwhile, and is not in control any more.
+    /// Who looked at the pins for long said nothing meanwhile, and may not be in control any more. Who still is hears no answer.
     fn take_control(&mut self) {
-        assert!(self.page.take_control(true));
+        self.page.ask(&Ask::TakeControl { force: true });
     }
 
     /// Reads the alarm.

@@ -1,9 +1,10 @@
 //! The wiring of a USB step adapter (N18): which input is which sensor, which pins are turned over.
 //!
 //! ```text
-//! axis of the adapter   0  1  2  3          X, Y, Z, and the second spindle's Z where there is one
-//! inputs                0 … 7               a sensor each, or none
-//! output 0, output 1                        the spindle; what a work command may switch, where it has a name
+//! outputs               steps               phases
+//! axis of the adapter   0  1  2  3          0  1  2           X, Y, Z, and the second spindle's Z where there is one
+//! inputs                0 … 7               0 … 3             a sensor each, or none
+//! output 0, output 1    both                output 0          the spindle; what a work command may switch, where it has a name
 //! ```
 //!
 //! Comes in: numbers of inputs. Goes out: the wiring as data, its rows of the settings table, and every reason why it cannot be.
@@ -27,6 +28,12 @@ const LONGEST_FILTER_US: f64 = 10_000.0;
 /// Spindles for which it has an axis of Z.
 const MOST_SPINDLES: u32 = 2;
 
+/// Its last input where it drives windings.
+const LAST_INPUT_OF_PHASES: u8 = 3;
+
+/// Its fastest steps where it drives windings, steps a second.
+const FASTEST_PHASES_HZ: u32 = 10_000;
+
 /// Its pulses, shortest and longest, in µs.
 const PULSE_US: (f64, f64) = (0.2, 3.3);
 
@@ -36,11 +43,22 @@ const FASTEST_HZ: u32 = 500_000;
 /// The longest time from a change of direction to the next step that it keeps, in µs.
 const LONGEST_SETUP_US: u32 = 6_500;
 
+/// What the pins of an adapter are: its two pin maps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AdapterOutputs {
+    /// Steps and directions of up to four drivers.
+    Steps,
+    /// The phases of three motors, by their tables.
+    Phases,
+}
+
 /// How signals are wired to an adapter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct AdapterWiring {
     /// The serial port that it is; empty where it is found by its USB number.
     pub port: String,
+    /// What its pins are.
+    pub outputs: AdapterOutputs,
     /// The input of each of [`Input::ALL`], in its order; [`UNWIRED`] where there is none.
     pub sensors: Vec<i8>,
     /// 1 for each of them that is on while its pin is low.
@@ -59,6 +77,7 @@ impl Default for AdapterWiring {
     fn default() -> Self {
         Self {
             port: String::new(),
+            outputs: AdapterOutputs::Steps,
             sensors: vec![0, 1, 2, 3, 4, 5, UNWIRED],
             sensors_low: vec![0; Input::ALL.len()],
             filters_us: vec![0; Input::ALL.len()],
@@ -130,6 +149,18 @@ macro_rules! list {
 /// The section "adapter" of the settings table.
 pub(super) const ROWS: &[Setting] = &[
     text!("adapter.port", 200, port),
+    row!(
+        "adapter.outputs",
+        ValueKind::Choice(&["steps", "phases"]),
+        |m| {
+            let is_phases = m.adapter.outputs == AdapterOutputs::Phases;
+            Value::Text(if is_phases { "phases" } else { "steps" }.to_owned())
+        },
+        |m, v| {
+            let is_phases = matches!(v, Value::Text(word) if word == "phases");
+            m.adapter.outputs = if is_phases { AdapterOutputs::Phases } else { AdapterOutputs::Steps };
+        }
+    ),
     list!("adapter.sensors", -1.0, 7.0, sensors),
     list!("adapter.sensors_low", 0.0, 1.0, sensors_low),
     Setting {
@@ -172,6 +203,9 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     if machine.output == Output::Adapter {
         diagnostics.extend(sensors(machine));
         diagnostics.extend(beyond(machine));
+        if adapter.outputs == AdapterOutputs::Phases {
+            diagnostics.extend(without_pins(machine));
+        }
     }
     diagnostics
 }
@@ -195,16 +229,35 @@ fn sensors(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics
 }
 
-/// What is more than an adapter can do.
+/// Wires that there are no pins for where windings are driven.
+fn without_pins(machine: &Machine) -> Vec<Diagnostic> {
+    let adapter = &machine.adapter;
+    let mut diagnostics = Vec::new();
+    let wired = Input::ALL.into_iter().filter_map(|input| adapter.sensor(input));
+    if let Some(input) = wired.filter(|number| *number > LAST_INPUT_OF_PHASES).min() {
+        let why = refuse("machine.adapter_no_input", "adapter.sensors").with("input", input);
+        diagnostics.push(why.with("last", LAST_INPUT_OF_PHASES));
+    }
+    if !adapter.output_name.is_empty() {
+        diagnostics.push(refuse("machine.adapter_no_output", "adapter.output_name"));
+    }
+    diagnostics
+}
+
+/// What is more than an adapter can do. Windings have no pulses.
 fn beyond(machine: &Machine) -> Vec<Diagnostic> {
+    let is_phases = machine.adapter.outputs == AdapterOutputs::Phases;
+    let (spindles, fastest_hz) = if is_phases { (1, FASTEST_PHASES_HZ) } else { (MOST_SPINDLES, FASTEST_HZ) };
     let (shortest, longest) = PULSE_US;
     let rows = [
-        ("machine.spindles", f64::from(machine.spindles), 1.0, f64::from(MOST_SPINDLES)),
-        ("drive.max_step_rate", f64::from(machine.max_step_hz), 1.0, f64::from(FASTEST_HZ)),
+        ("machine.spindles", f64::from(machine.spindles), 1.0, f64::from(spindles)),
+        ("drive.max_step_rate", f64::from(machine.max_step_hz), 1.0, f64::from(fastest_hz)),
         ("drive.pulse_width", machine.pulse_width_us, shortest, longest),
         ("drive.direction_setup", f64::from(machine.direction_setup_us), 0.0, f64::from(LONGEST_SETUP_US)),
     ];
-    let outside = rows.into_iter().filter(|(_, value, low, high)| !(*low..=*high).contains(value));
+    let count = if is_phases { 2 } else { rows.len() };
+    let outside =
+        rows.into_iter().take(count).filter(|(_, value, low, high)| !(*low..=*high).contains(value));
     outside
         .map(|(key, value, low, high)| {
             let why = refuse("machine.adapter_beyond", key).with("value", value);
@@ -215,7 +268,7 @@ fn beyond(machine: &Machine) -> Vec<Diagnostic> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{apply, virtual_drill};
+    use super::super::{apply, lab, virtual_drill};
     use super::*;
 
     fn text(text: &str) -> Value {
@@ -264,6 +317,37 @@ mod tests {
         }
         // On the virtual drill the same is no matter.
         assert_eq!(refused(&[("drive.pulse_width", number(3.4))]), []);
+    }
+
+    #[test]
+    fn with_phases_the_laboratory_drill_fits_and_what_has_no_pins_names_its_field() {
+        let phases = |changes: &[(&str, Value)]| {
+            let wired = [
+                ("machine.output", text("adapter")),
+                ("adapter.outputs", text("phases")),
+                ("adapter.sensors", list(&[0, -1, 1, -1, 2, 3, -1])),
+            ];
+            let all = wired.iter().chain(changes).map(|(key, value)| ((*key).to_owned(), value.clone()));
+            apply(&lab(), &all.collect::<Vec<_>>())
+        };
+        let machine = phases(&[]).unwrap();
+        assert_eq!(machine.adapter.outputs, AdapterOutputs::Phases);
+        assert!(machine.pulse_width_us > PULSE_US.1, "windings have no pulses");
+        let rows: [(&str, Value, &str); 6] = [
+            ("adapter.sensors", list(&[0, 1, 2, 3, 4, 5, -1]), "machine.adapter_no_input"),
+            ("adapter.sensors", list(&[0, -1, 1, -1, 2, -1, -1]), "machine.card_sensor_unwired"),
+            ("adapter.output_name", text("pump"), "machine.adapter_no_output"),
+            ("machine.spindles", Value::Number(2.0), "machine.adapter_beyond"),
+            ("drive.max_step_rate", Value::Number(10_001.0), "machine.adapter_beyond"),
+            ("x.phases", list(&[5, 10, 9, 6]), "phases.jump"),
+        ];
+        for (key, value, code) in rows {
+            let refusals = phases(&[(key, value)]).unwrap_err();
+            let found =
+                refusals.iter().find(|why| why.code == code).unwrap_or_else(|| panic!("{refusals:?}"));
+            let message = found.message("en");
+            assert!(message.contains(key) && !message.contains('{'), "{message}");
+        }
     }
 
     #[test]

@@ -21,7 +21,7 @@ mod table_speeds;
 mod validate;
 mod wiring;
 
-pub use adapter::AdapterWiring;
+pub use adapter::{AdapterOutputs, AdapterWiring};
 pub use card::Card;
 pub use converter::Converter;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};

@@ -1,20 +1,21 @@
 //! An adapter is greeted and set, or a sentence says why not.
 //!
 //! ```text
-//! hello ─▶ Welcome: version, clock, axes, fastest steps ─ Configure ─▶ settings in force, at rest, nothing pressed
+//! hello ─▶ Welcome: version, clock, axes, fastest steps ─ Windings, Configure ─▶ settings in force, at rest, nothing pressed
 //! ```
 //!
 //! Comes in: a machine, a line. Goes out: a line that is ready. Does not know what will move.
 
 use super::line::{AdapterLine, Lost};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Machine;
+use annulus_core::machine::{AdapterOutputs, Machine};
 use annulus_core::pins::give_way;
 use annulus_link::bytes::{Plain, Writer};
 use annulus_link::crc::crc32c;
 use annulus_link::message::{
-    Ask, Clear, Configure, Filters, Refusal, Refused, State, Status, Touches, Welcome,
+    Ask, COLUMNS, Clear, Configure, Filters, Refusal, Refused, State, Status, Touches, Welcome, Windings,
 };
+use annulus_link::phases::{MOTORS, tables_crc};
 use annulus_link::{CYCLES_PER_TICK, NEWEST, OLDEST, TICK_HZ};
 use std::time::Duration;
 
@@ -41,14 +42,34 @@ pub(super) fn settings(machine: &Machine) -> Configure {
         numbers.iter().enumerate().filter(|(_, bit)| **bit == 1).fold(0, |all, (axis, _)| all | 1 << axis)
     };
     let pulse = (machine.pulse_width_us * TICKS_PER_US).ceil();
+    let windings = windings(machine);
+    // Windings have no pulses, and no direction to be set up.
+    let (pulse, setup) = match windings {
+        Some(_) => (2, 0),
+        None => (pulse as u8, (f64::from(machine.direction_setup_us) * TICKS_PER_US) as u16),
+    };
     Configure {
-        pulse: pulse as u8,
-        setup: (f64::from(machine.direction_setup_us) * TICKS_PER_US) as u16,
+        pulse,
+        setup,
         limits: 0,
         low_inputs: machine.adapter.low_inputs(),
         low_steps: bits(&machine.adapter.steps_low),
         low_forward: bits(&machine.adapter.directions_low),
+        phases: windings.map_or(0, |windings| tables_crc(&windings)),
     }
+}
+
+/// The phases of the motors of `machine`, where its adapter drives windings. They are forced as long as on an I/O card: for an
+/// interrupt.
+fn windings(machine: &Machine) -> Option<[Windings; MOTORS]> {
+    let interrupt = TICK_HZ.div_ceil(machine.interrupt_hz.max(1));
+    let of = |axis: usize| {
+        let table = &machine.axis(axis).phases.columns;
+        let mut columns = [0; COLUMNS];
+        columns.iter_mut().zip(table).for_each(|(place, column)| *place = *column);
+        Windings { axis: axis as u8, forcing: interrupt, count: table.len() as u8, columns }
+    };
+    (machine.adapter.outputs == AdapterOutputs::Phases).then(|| std::array::from_fn(of))
 }
 
 /// What an adapter calls these settings.
@@ -66,6 +87,12 @@ pub(super) async fn ready(line: &mut AdapterLine, machine: &Machine) -> Result<W
     fits(&welcome, machine, line.port())?;
     // An adapter that moves for somebody who is gone comes to rest first.
     until(line, |status| status.state != State::Running).await?;
+    for table in windings(machine).into_iter().flatten() {
+        let status = say(line, table.into()).await?;
+        if status.refusal == Refusal::Settings {
+            return Err(refused(line, &status, "Windings"));
+        }
+    }
     let settings = settings(machine);
     let crc = settings_crc(&settings);
     let status = say(line, settings.into()).await?;
@@ -207,7 +234,8 @@ async fn heard(line: &mut AdapterLine) -> Result<Status, Diagnostic> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use annulus_core::machine::{AdapterWiring, virtual_drill};
+    use annulus_core::machine::phases::preset;
+    use annulus_core::machine::{AdapterWiring, lab, virtual_drill};
 
     #[test]
     fn settings_are_those_of_the_machine_in_ticks_and_bits() {
@@ -226,8 +254,24 @@ mod tests {
             low_inputs: 0b100,
             low_steps: 0b10,
             low_forward: 0b1001,
+            phases: 0,
         };
         assert_eq!(found, wanted);
         assert_ne!(settings_crc(&found), settings_crc(&Configure::default()));
+    }
+
+    #[test]
+    fn phases_are_the_tables_of_the_machine_forced_for_one_interrupt() {
+        let mut machine = lab();
+        assert_eq!(windings(&machine), None);
+        machine.adapter.outputs = AdapterOutputs::Phases;
+        let tables = windings(&machine).unwrap();
+        assert_eq!((tables[2].axis, tables[2].forcing, tables[2].count), (2, 20_000, 12), "500 Hz");
+        assert_eq!(tables[2].columns[..12], machine.z.phases.columns);
+        let found = settings(&machine);
+        assert_eq!((found.pulse, found.setup), (2, 0), "a pulse of 100 µs would be none");
+        assert!(found.phases != 0 && found.phases == tables_crc(&tables));
+        machine.y.phases.columns = preset("half").unwrap().columns;
+        assert_ne!(settings(&machine).phases, found.phases, "another table, other settings");
     }
 }

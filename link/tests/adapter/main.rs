@@ -2,10 +2,13 @@
 //!
 //! `cargo xtask test adapter` builds the firmware, installs the emulator and runs this. `ANNULUS_LONG` does more of it.
 
+#[path = "../card.rs"]
+mod card;
 #[path = "../support.rs"]
 mod support;
 
 mod edges;
+mod phases;
 mod rig;
 mod stops;
 mod touches;

@@ -1,5 +1,6 @@
 //! The emulated adapter at the end of a cable, and a bridge at the other.
 
+use crate::card::Shown;
 use crate::support::{PULSE, SETUP};
 use annulus_core::chance::Chance;
 use annulus_link::chunk::stopping;
@@ -7,8 +8,9 @@ use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::frame::{FRAME, ON_LINE, open};
 use annulus_link::message::{
-    Ask, Begin, Configure, CountTouches, Place, State, Status, Tell, Touches, Welcome,
+    Ask, Begin, Configure, CountTouches, Place, Refusal, State, Status, Tell, Touches, Welcome, Windings,
 };
+use annulus_link::phases::{MOTORS, tables_crc};
 use annulus_link::run::Run;
 use annulus_link::sender::Sender;
 use annulus_link::{AXES, CYCLES_PER_TICK};
@@ -24,6 +26,7 @@ pub(crate) const SETTINGS: Configure = Configure {
     low_inputs: 0,
     low_steps: 0,
     low_forward: 0,
+    phases: 0,
 };
 
 /// Cycles of a microsecond.
@@ -34,6 +37,11 @@ pub(crate) const MILLI: u64 = 1000 * MICRO;
 pub(crate) const STOP_PIN: u8 = 10;
 pub(crate) const INPUT_PIN: u8 = 11;
 pub(crate) const SPINDLE_PIN: u8 = 20;
+/// High on a Pico that has its power from USB.
+const USB_POWER_PIN: u8 = 24;
+pub(crate) const PHASES_STOP_PIN: u8 = 18;
+pub(crate) const PHASES_INPUT_PIN: u8 = 19;
+pub(crate) const PHASES_SPINDLE_PIN: u8 = 26;
 const STEP_PIN: u8 = 2;
 const DIRECTION_PIN: u8 = 6;
 
@@ -276,6 +284,26 @@ impl Rig {
         rig
     }
 
+    /// Ready to drive motors by `tables`, at index 0.
+    pub(crate) fn with_phases(tables: &[Windings; MOTORS]) -> Self {
+        let mut rig = Self::new();
+        rig.pin(PHASES_STOP_PIN, true);
+        rig.pin(USB_POWER_PIN, true);
+        for table in tables {
+            assert_eq!(rig.say(*table).refusal, Refusal::None);
+        }
+        rig.drive(tables);
+        rig.say(Place { index: [0; AXES] });
+        rig
+    }
+
+    /// Wires it anew, for motors whose tables it has.
+    pub(crate) fn drive(&mut self, tables: &[Windings; MOTORS]) {
+        let phases = tables_crc(tables);
+        let settings = Configure { pulse: 2, setup: 0, phases, ..SETTINGS };
+        assert_eq!(self.say(settings).state, State::Ready);
+    }
+
     pub(crate) fn offer(&mut self, piece: &Piece) -> bool {
         self.sender.offer_chunk(&piece.head, piece.slices()).is_some()
     }
@@ -339,6 +367,20 @@ impl Rig {
             }
         }
         pulses
+    }
+
+    /// What the pins of every motor showed, each pattern from its cycle on.
+    pub(crate) fn shown(&self) -> [Shown; MOTORS] {
+        std::array::from_fn(|axis| {
+            let (mut shown, mut pattern): (Shown, u8) = (Vec::new(), 0);
+            let first = 6 * axis as u8;
+            for edge in self.edges.iter().filter(|edge| (first..first + 6).contains(&edge.pin)) {
+                pattern = pattern & !(1 << (edge.pin - first)) | u8::from(edge.level) << (edge.pin - first);
+                shown.pop_if(|last| last.0 == edge.cycle);
+                shown.push((edge.cycle, pattern));
+            }
+            shown
+        })
     }
 
     /// Forgets the edges so far, but not which way the direction pins point.

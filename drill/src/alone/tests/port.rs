@@ -367,3 +367,26 @@ fn touches_too_short_for_the_filter_of_a_sensor_are_told_with_the_status() {
     bench.home();
     assert_eq!(bench.world().filters_us()[1], 200);
 }
+
+#[test]
+fn a_page_wires_its_adapter_for_phases_and_the_adapter_takes_up_the_tables() {
+    let mut bench = ready(&Memory::default());
+    let (text, number) = (|word: &str| Value::Text(word.to_owned()), Value::Number);
+    let mut changes = vec![
+        ("adapter.outputs".to_owned(), text("phases")),
+        ("drive.max_step_rate".to_owned(), number(10_000.0)),
+        ("x.max_speed".to_owned(), number(100.0)),
+        ("y.max_speed".to_owned(), number(100.0)),
+    ];
+    bench.ask(&Ask::Configure { changes: changes.clone() });
+    assert_eq!(bench.refused(), Some("machine.adapter_no_input"), "as shipped, sensors are at inputs 0 to 5");
+    assert!(!bench.world().drives_phases());
+    bench.heard.clear();
+    changes.push(("adapter.sensors".to_owned(), Value::Numbers(vec![0.0, -1.0, 1.0, -1.0, 2.0, -1.0, -1.0])));
+    bench.ask(&Ask::Configure { changes });
+    assert_eq!(bench.refused(), None);
+    let status = bench.until(|status| status.trust == Trust::Lost);
+    assert_eq!(status.alarm, None, "wired otherwise, it must be homed");
+    bench.turn(Duration::from_secs(1));
+    assert!(bench.world().drives_phases() && bench.status().alarm.is_none());
+}

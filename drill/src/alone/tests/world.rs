@@ -202,6 +202,11 @@ impl World {
         self.drill.safe();
     }
 
+    /// Whether its pins drive windings.
+    pub(super) fn drives_phases(&self) -> bool {
+        self.adapter.settings().phases != 0
+    }
+
     /// Where X, Y and Z really are, in steps.
     pub(super) fn real(&self) -> [i64; 3] {
         self.drill.real()
