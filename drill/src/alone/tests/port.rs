@@ -377,6 +377,8 @@ fn a_page_wires_its_adapter_for_phases_and_the_adapter_takes_up_the_tables() {
         ("drive.max_step_rate".to_owned(), number(10_000.0)),
         ("x.max_speed".to_owned(), number(100.0)),
         ("y.max_speed".to_owned(), number(100.0)),
+        ("z.max_speed".to_owned(), number(20.0)),
+        ("motion.down_speed".to_owned(), number(20.0)),
     ];
     bench.ask(&Ask::Configure { changes: changes.clone() });
     assert_eq!(bench.refused(), Some("machine.adapter_no_input"), "as shipped, sensors are at inputs 0 to 5");
@@ -387,6 +389,7 @@ fn a_page_wires_its_adapter_for_phases_and_the_adapter_takes_up_the_tables() {
     assert_eq!(bench.refused(), None);
     let status = bench.until(|status| status.trust == Trust::Lost);
     assert_eq!(status.alarm, None, "wired otherwise, it must be homed");
-    bench.turn(Duration::from_secs(1));
-    assert!(bench.world().drives_phases() && bench.status().alarm.is_none());
+    (0..2_000).for_each(|_| bench.turn(TURN));
+    assert!(bench.world().drives_phases());
+    assert_eq!(bench.status().alarm, None);
 }
