@@ -215,7 +215,7 @@ fn sample() -> [Program; 2] {
 #[test]
 fn a_step_of_the_sample_board_costs_few_bytes_of_the_cable() {
     // At 80 steps a mm and 6 mm/s round pads of 1 mm a run has few steps, and 50 ms have 24.
-    for ((what, most), program) in [("drilling", 0.75), ("milling", 3.3)].into_iter().zip(sample()) {
+    for ((what, most), program) in [("drilling", 0.25), ("milling", 1.0)].into_iter().zip(sample()) {
         let whole = played(&tasks(&program), ALL);
         let (steps, bytes) = (whole.pulses.len(), whole.bytes);
         let [path, all] = [whole.of_path, bytes].map(|bytes| bytes as f64 / steps as f64);
@@ -223,6 +223,6 @@ fn a_step_of_the_sample_board_costs_few_bytes_of_the_cable() {
             "measured bytes {what}: {path:.2} bytes a step, heads and tails included; {all:.2} with everything else that is said ({steps} \
              steps)"
         );
-        assert!(steps > 10_000 && path <= all && all <= most, "{path} {all}");
+        assert!(steps > 10_000 && path <= most && path <= all, "{path} {all}");
     }
 }
