@@ -79,7 +79,11 @@ pub(crate) fn bench() -> Done {
     if !ran.status.success() {
         return Err(format!("{text}\n`{}` failed.", shown(&tests)));
     }
-    let size = format!("measured size: {flash} bytes of flash, {memory} bytes of memory, the stack apart");
+    let stack = text.lines().find_map(|line| line.strip_prefix("measured stack: "));
+    let stack = stack.ok_or("No test measured `stack`.")?;
+    let size = format!(
+        "measured size: {flash} bytes of flash, {memory} bytes of memory, and {stack} of stack at most"
+    );
     print!("{}", table(text.lines().chain([size.as_str()]))?);
     Ok(())
 }

@@ -1,6 +1,8 @@
 //! The firmware of the USB step adapter (N18): built with the stable compiler for its own processor, and made into a file
 //! that a board in its boot mode takes as if it were a disk.
 //!
+//! Where the compiler has no library for that processor and none can be had, it is made of its sources on the way.
+//!
 //! ```text
 //! bridge/firmware ─ cargo ─▶ ELF ─ parts that are loaded ─▶ blocks of 256 bytes ─▶ target/firmware/annulus-adapter.uf2
 //! ```
@@ -22,11 +24,15 @@ const RAM: (u32, u32) = (0x2000_0000, 256 << 10);
 
 /// Builds it, and says how large it is. The ELF file.
 pub(crate) fn build() -> Done<PathBuf> {
-    ensure_target()?;
     let folder = folder();
     let into = target().join("firmware");
-    let mut cargo = command("cargo", &["build", "--release", "--locked", "--target-dir"]);
-    run(cargo.arg(&into).current_dir(&folder))?;
+    let mut cargo = command("cargo", &["build", "--release", "--locked"]);
+    if !has_target() {
+        // The stable compiler takes that option only where it is told that it may.
+        cargo.args(["-Z", "build-std=core"]).env("RUSTC_BOOTSTRAP", "1");
+        ensure_sources()?;
+    }
+    run(cargo.arg("--target-dir").arg(&into).current_dir(&folder))?;
     let elf = into.join(TRIPLE).join("release/annulus-firmware");
     let bytes = read(&elf)?;
     let parts = parts(&bytes).ok_or_else(|| no_elf(&elf))?;
@@ -34,8 +40,10 @@ pub(crate) fn build() -> Done<PathBuf> {
     fs::write(&uf2, blocks(&parts)).map_err(|error| format!("{}: {error}.", uf2.display()))?;
     let (flash, ram) = taken(&parts);
     say(&format!(
-        "firmware: {flash} of {} bytes of flash, {ram} of {} bytes of memory, the stack apart",
-        FLASH.1, RAM.1
+        "firmware: {flash} of {} bytes of flash, {ram} of {} bytes of memory, which leaves {} for the stack",
+        FLASH.1,
+        RAM.1,
+        RAM.1.saturating_sub(ram)
     ));
     say(&format!("for a board in its boot mode: {}", uf2.display()));
     Ok(elf)
@@ -88,16 +96,24 @@ pub(crate) fn present() -> bool {
     sysroot.is_some_and(|sysroot| sysroot.join("lib/rustlib").join(TRIPLE).join("lib").is_dir())
 }
 
-fn ensure_target() -> Done {
-    if present() {
+/// Whether it can, by now.
+fn has_target() -> bool {
+    present() || which("rustup").is_some() && run(&mut command("rustup", &["target", "add", TRIPLE])).is_ok()
+}
+
+/// The sources of the compiler's library, for a compiler without that processor.
+fn ensure_sources() -> Done {
+    let lies = |root: PathBuf| root.join("lib/rustlib/src/rust/library/core").is_dir();
+    if output(&mut command("rustc", &["--print", "sysroot"])).map(PathBuf::from).is_some_and(lies) {
         return Ok(());
     }
-    if which("rustup").is_none() {
-        return Err(format!(
-            "The compiler has no target {TRIPLE}. Install it with rustup: `rustup target add {TRIPLE}`."
-        ));
+    if which("rustup").is_some() {
+        return run(&mut command("rustup", &["component", "add", "rust-src"]));
     }
-    run(&mut command("rustup", &["target", "add", TRIPLE]))
+    Err(format!(
+        "The compiler has neither the target {TRIPLE} nor the sources of its library. Install one of them: `rustup target add {TRIPLE}`, \
+         or `rustup component add rust-src`, or your system's package of the Rust sources."
+    ))
 }
 
 /// A part of an ELF file: where it is loaded to, where it is used, its bytes, how much room it takes there.

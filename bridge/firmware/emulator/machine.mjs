@@ -15,6 +15,9 @@ export const CLOCK_HZ = 120e6;
 const NANOS = 1e9 / CLOCK_HZ;
 const FLASH = 0x10000000;
 const RAM = 0x20000000;
+const STACK_FROM = 0x40000; // it grows down from the end of the memory
+const STACK_MARK = 0xa5; // what the stack has not touched
+const FREE = 4096; // so many bytes that nobody touched are what is left of it
 const SECOND_STAGE = RAM + 0x41f00;
 const PACKET_MICROS = 53; // 19 packets of 64 bytes in a millisecond
 const RUN = [19, 28]; // the pins that the watching machine drives and the others read, by the map
@@ -132,6 +135,7 @@ export class Machine {
     const silent = () => {};
     chip.logger = { debug: silent, info: silent, warn: silent, error: silent };
     chip.onBreak = () => {};
+    chip.sram.fill(STACK_MARK, 0, STACK_FROM);
     for (const { to, bytes } of this.parts) chip.flash.set(bytes, to - FLASH);
     if (bootCheck(chip.flash.subarray(0, 252)) !== chip.flashView.getUint32(252, true)) {
       throw new Error('The check of the second stage is wrong: a real chip would not start.');
@@ -313,6 +317,16 @@ export class Machine {
       if (done && (++count & 31) === 0 && done()) break;
     }
     return null;
+  }
+
+  /** How many bytes of stack were needed at most since the reset. */
+  get stack() {
+    let free = 0;
+    for (let at = STACK_FROM; at-- > 0; ) {
+      free = this.chip.sram[at] === STACK_MARK ? free + 1 : 0;
+      if (free === FREE) return STACK_FROM - at - FREE;
+    }
+    return STACK_FROM;
   }
 
   /** Whether the chip's own boot program has it. */

@@ -5,6 +5,7 @@
 //   {"do": "send", "bytes": [...]}                bytes into the cable
 //   {"do": "pin", "pin": n, "level": true}        a level from outside
 //   {"do": "hang"} {"do": "unplug"} {"do": "peek"}
+//   {"do": "stack"}                               the answer has "stack": the most bytes of it that were needed
 //   {"do": "touch", "bits": n}                    the port is opened at so many bits a second and let go
 //   answer: {"cycle", "bytes", "edges": [cycle, pin * 2 + level, ...], "reset": cycle or null, "connected", "waiting", "boots", "busy"}
 import readline from 'node:readline';
@@ -33,6 +34,7 @@ const orders = {
     return machine.run(120_000);
   },
   peek() { return null; },
+  stack() { return null; },
 };
 
 for await (const line of readline.createInterface({ input: process.stdin })) {
@@ -40,7 +42,7 @@ for await (const line of readline.createInterface({ input: process.stdin })) {
   const reset = orders[order.do](order);
   const { cycle, bytes, edges, connected } = machine;
   const driven = machine.chip.gpio.map((pin) => (pin.outputEnable ? Number(pin.outputValue) : 2));
-  process.stdout.write(`${JSON.stringify({ cycle, bytes, edges, reset, connected, waiting: machine.host.waiting.length, driven, boots: machine.inBootMode, busy: machine.busyCycles })}\n`);
+  process.stdout.write(`${JSON.stringify({ cycle, bytes, edges, reset, connected, waiting: machine.host.waiting.length, driven, boots: machine.inBootMode, busy: machine.busyCycles, stack: order.do === 'stack' ? machine.stack : undefined })}\n`);
   machine.bytes = [];
   machine.edges = [];
 }

@@ -92,7 +92,7 @@ fn who_asks_how_it_is_all_the_time_disturbs_no_pulse() {
 
 #[test]
 fn paths_of_chance_are_exact_to_the_cycle_however_they_are_cut() {
-    let (mut all, mut share, mut paths) = (0, 0.0, 0);
+    let (mut all, mut share, mut paths, mut stack) = (0, 0.0, 0, 0);
     for seed in seeds(4) {
         let mut chance = Chance::new(seed);
         let (runs, ticks) = path(&mut chance, 400_000);
@@ -104,9 +104,13 @@ fn paths_of_chance_are_exact_to_the_cycle_however_they_are_cut() {
         all += rig.is_exact(&runs, ticks);
         share += (rig.busy - before) as f64 / (f64::from(ticks) * f64::from(CYCLES_PER_TICK));
         paths += 1;
+        rig.look_at_stack();
+        stack = stack.max(rig.stack);
     }
     let (percent, per_s) = (100.0 * share / f64::from(paths), all as f64 / f64::from(paths) / 0.04);
     println!("measured path of chance: {percent:.0} % at {per_s:.0} steps a second on all axes together");
+    println!("measured stack: {stack} bytes");
+    assert!((1..32 * 1024).contains(&stack), "{stack} bytes of stack");
 }
 
 #[test]

@@ -35,6 +35,7 @@ pub(crate) const MICRO: u64 = 120;
 pub(crate) const MILLI: u64 = 1000 * MICRO;
 
 pub(crate) const STOP_PIN: u8 = 10;
+pub(crate) const ALIVE_PIN: u8 = 21;
 pub(crate) const INPUT_PIN: u8 = 11;
 pub(crate) const SPINDLE_PIN: u8 = 20;
 /// High on a Pico that has its power from USB.
@@ -82,6 +83,8 @@ pub(crate) struct Rig {
     pub(crate) boots: bool,
     /// Cycles in which the processor made words.
     pub(crate) busy: u64,
+    /// Most bytes of stack since the reset, when they were asked for last.
+    pub(crate) stack: u64,
     /// So many packets more are said, then nobody says anything any more.
     pub(crate) packets: Option<u64>,
     /// Bytes that were said to it.
@@ -131,6 +134,7 @@ impl Rig {
             connected: false,
             boots: false,
             busy: 0,
+            stack: 0,
             packets: None,
             said: 0,
             garble: None,
@@ -160,6 +164,7 @@ impl Rig {
         self.waiting = answer["waiting"].as_u64().unwrap();
         self.reset = answer["reset"].as_u64();
         self.busy = answer["busy"].as_u64().unwrap();
+        self.stack = answer["stack"].as_u64().unwrap_or(self.stack);
         self.boots = answer["boots"].as_bool().unwrap();
         self.driven = numbers("driven");
         for pair in numbers("edges").chunks(2) {
@@ -189,6 +194,11 @@ impl Rig {
 
     pub(crate) fn pin(&mut self, pin: u8, level: bool) {
         self.order(json!({"do": "pin", "pin": pin, "level": level}));
+    }
+
+    /// Asks how much stack was needed at most.
+    pub(crate) fn look_at_stack(&mut self) {
+        self.order(json!({"do": "stack"}));
     }
 
     pub(crate) fn hang(&mut self) {

@@ -1,6 +1,6 @@
 //! It always stops: a dead bridge, a bad cable, the emergency stop, an end sensor, a program that hangs.
 
-use crate::rig::{INPUT_PIN, MICRO, MILLI, Rig, SETTINGS, SPINDLE_PIN, STOP_PIN};
+use crate::rig::{ALIVE_PIN, INPUT_PIN, MICRO, MILLI, Rig, SETTINGS, SPINDLE_PIN, STOP_PIN};
 use crate::support::{path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::AXES;
@@ -216,6 +216,24 @@ fn a_touch_shorter_than_a_microsecond_is_noise() {
     assert_eq!(rig.state(), State::Ready, "{:?}", rig.status);
     rig.is_exact(&runs, ticks);
     assert!(turns > 50);
+}
+
+#[test]
+fn the_alive_pin_moves_as_long_as_the_program_is_well_and_pulses_may_go() {
+    let mut rig = Rig::ready();
+    let moved = |rig: &mut Rig| {
+        rig.edges.clear();
+        rig.pass(20 * MILLI);
+        rig.edges.iter().filter(|edge| edge.pin == ALIVE_PIN).count()
+    };
+    let well = moved(&mut rig);
+    assert!((30..=40).contains(&well), "{well} times in 20 ms");
+    rig.pin(STOP_PIN, false);
+    rig.pass(MILLI);
+    assert_eq!(moved(&mut rig), 0, "the emergency stop is pressed");
+    let mut rig = Rig::ready();
+    rig.hang();
+    assert_eq!(moved(&mut rig), 0, "the program hangs");
 }
 
 #[test]
