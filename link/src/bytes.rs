@@ -94,7 +94,7 @@ impl<'a> Reader<'a> {
         if low & 0x80 == 0 {
             // Most are of one byte.
             self.bytes = &self.bytes[1..];
-            return Some(i64::from((low >> 1) as i32 ^ -i32::from(low & 1)));
+            return Some(i64::from(i32::from(low >> 1) ^ -i32::from(low & 1)));
         }
         let mut folded = 0_u64;
         for shift in [0, 7, 14, 21, 28, 35, 42] {
