@@ -53,6 +53,10 @@ pub(crate) const SUITES: &[Suite] = &[
     tests("wasm-core", &["tools", "page"], || in_browser(&["-p", "annulus-core", "--test", "core"])),
     tests("own", &[], || Ok(command("cargo", &["test", "-p", "xtask", "--", "--show-output"]))),
     check("clippy", &["build"], || Ok(patient(cargo("clippy", &["--all-targets", "--", "-Dwarnings"])))),
+    // `--all-targets` leaves out what is no part of a plain `cargo test`.
+    check("clippy-boards", &["build"], || {
+        Ok(patient(cargo("clippy", &["--test", "grbl", "--test", "usb", "--", "-Dwarnings"])))
+    }),
     check("clippy-page", &["page"], clippy_page),
     check("docs", &["build"], docs),
     check("clippy-own", &[], || {

@@ -369,7 +369,8 @@ fn turn(
             }
             Ok(Do::Touch(input, cycles)) => {
                 for (level, then) in [(true, cycles), (false, TURN)] {
-                    emulator.order(&json!({"do": "pin", "pin": INPUT_PIN + input, "level": level}));
+                    emulator
+                        .order(&json!({"do": "pin", "pin": pins.wiring.stop_pin + input, "level": level}));
                     emulator.order(&json!({"do": "run", "cycles": then}));
                 }
             }

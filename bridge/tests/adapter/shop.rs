@@ -141,13 +141,7 @@ impl Shop {
 
     /// The first status that is wanted.
     pub(crate) fn until(&mut self, wanted: impl Fn(&Status) -> bool) -> Status {
-        let tell = self.page.until(|tell| match tell {
-            Tell::Status(status) => {
-                let is_wanted = wanted(status);
-                is_wanted
-            }
-            _ => false,
-        });
+        let tell = self.page.until(|tell| matches!(tell, Tell::Status(status) if wanted(status)));
         let Tell::Status(status) = tell else { panic!("{tell:?}") };
         *status
     }

@@ -1,6 +1,6 @@
 //! Touches of a sensor that are shorter than its filter: told to the page, and by `annulus firmware info`.
 
-use super::bench::Bench;
+use super::bench::{Bench, STEPS};
 use super::client::{Running, annulus, output};
 use super::shop::{machine, write_file};
 use annulus_core::control::State;
@@ -11,7 +11,7 @@ use tempfile::TempDir;
 fn short_touches_are_told_to_the_page_and_by_firmware_info() {
     let home = TempDir::new().unwrap();
     let (port, file) = (home.path().join("port"), home.path().join("drill.toml"));
-    let bench = Bench::new(&port);
+    let bench = Bench::new(&port, STEPS);
     let mut machine = machine(&port);
     // X high, which is at input 1.
     machine.adapter.filters_us[1] = 200;

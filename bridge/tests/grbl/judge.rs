@@ -156,7 +156,8 @@ fn off(place: [i64; 2], ends: &[[i64; 2]]) -> f64 {
     let part = |axis: usize| ((ends[1][axis] - ends[0][axis]) as f64, (place[axis] - ends[0][axis]) as f64);
     let ((dx, x), (dy, y)) = (part(0), part(1));
     let along = ((x * dx + y * dy) / (dx * dx + dy * dy)).clamp(0.0, 1.0);
-    (x - along * dx).hypot(y - along * dy)
+    let (x, y) = (x - along * dx, y - along * dy);
+    (x * x + y * y).sqrt()
 }
 
 #[test]
