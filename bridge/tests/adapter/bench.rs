@@ -368,9 +368,10 @@ fn turn(
                 emulator.order(&json!({"do": "pin", "pin": pins.wiring.stop_pin, "level": level}));
             }
             Ok(Do::Touch(input, cycles)) => {
+                // The inputs stand behind the emergency stop.
+                let pin = pins.wiring.stop_pin + 1 + input;
                 for (level, then) in [(true, cycles), (false, TURN)] {
-                    emulator
-                        .order(&json!({"do": "pin", "pin": pins.wiring.stop_pin + input, "level": level}));
+                    emulator.order(&json!({"do": "pin", "pin": pin, "level": level}));
                     emulator.order(&json!({"do": "run", "cycles": then}));
                 }
             }
