@@ -86,6 +86,7 @@ async function opened(url, { slow = 1, net = 0 } = {}) {
   const context = await browser.newContext({ viewport: { width: 1440, height: 900 }, reducedMotion: "reduce" });
   context.setDefaultTimeout(240_000);
   await context.addInitScript(probe);
+  await context.addInitScript(() => delete window.showOpenFilePicker);
   const page = await context.newPage();
   const cdp = await context.newCDPSession(page);
   const slower = (rate) => cdp.send("Emulation.setCPUThrottlingRate", { rate });

@@ -190,6 +190,40 @@ test("a drawing that is opened fills the picture, and the one before comes back"
   }
 });
 
+test("a drawing that another tab has is opened as a copy, and both are kept", async () => {
+  const { page, context } = await draw();
+  try {
+    const pads = async (page, ...places) => {
+      await page.keyboard.press("p");
+      for (const [x, y] of places) await press(page, x, y);
+      await page.keyboard.press("Escape");
+    };
+    await pads(page, [20, 20]);
+    await drawn(page, 3, "a pad with its hole");
+    await page.waitForTimeout(1500);
+    const other = await context.newPage();
+    await other.goto(new URL(page.url()).origin);
+    await other.getByRole("button", { name: /Draw a board/ }).click();
+    const line = other.getByRole("list", { name: "Earlier drawings" }).getByRole("listitem").filter({ hasText: "In another tab" });
+    await line.waitFor();
+    assert.equal(await line.getByRole("button", { name: "Forget" }).count(), 0, "the other tab keeps it");
+    await line.getByRole("button", { name: "Open" }).click();
+    await other.getByText("This drawing is open in another tab too.").waitFor();
+    await drawn(other, 3, "the copy");
+    await pads(other, [30, 20], [40, 20]);
+    await drawn(other, 9, "the copy with more");
+    await pads(page, [20, 30]);
+    await drawn(page, 6, "the drawing with another");
+    await page.waitForTimeout(1500);
+    for (const [tab, count] of [[other, 9], [page, 6]]) {
+      await tab.reload();
+      await drawn(tab, count, "as this tab left it");
+    }
+  } finally {
+    await context.close();
+  }
+});
+
 test("in the tree things go into groups and out of them, by pointer and by keys, and are renamed", async () => {
   const { page, context } = await draw();
   try {

@@ -123,6 +123,8 @@ export async function openPage(browser, url, { width = 1440, height = 900, schem
     ...more,
   });
   context.setDefaultTimeout(PATIENCE_MS);
+  // Files are chosen as where the browser has no picker of its own: a field for files can be answered from here.
+  await context.addInitScript(() => delete window.showOpenFilePicker);
   const page = await context.newPage();
   const slow = Number(process.env.ANNULUS_SLOW ?? 1);
   if (slow > 1) {

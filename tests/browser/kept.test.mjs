@@ -299,6 +299,38 @@ test("the way back from a review leads to the board before at its place, which n
   }
 });
 
+/** Writes a file of the browser's own and gives what is asked for of its handle. */
+const write = (page, file, give) =>
+  page.evaluate(
+    async ([name, text, give]) => {
+      const folder = await navigator.storage.getDirectory();
+      const handle = await folder.getFileHandle(name, { create: true });
+      const out = await handle.createWritable();
+      await out.write(text);
+      await out.close();
+      if (give === "launch") window.launchQueue.take({ files: [handle] });
+      if (give === "pick") window.picked = [handle];
+    },
+    [file.name, file.buffer.toString(), give],
+  );
+
+/** The page is looked at again: what was written meanwhile is offered, and taken in. */
+async function followed(page) {
+  await until(async () => (await holes(page)) > 0, "the holes of the file");
+  const before = await holes(page);
+  await page.evaluate(() => window.dispatchEvent(new Event("focus")));
+  const take = page.getByRole("button", { name: "Take in and compare" });
+  await page.waitForTimeout(500);
+  assert.equal(await take.count(), 0, "nothing was written");
+  await write(page, drill(oneMore));
+  await page.evaluate(() => window.dispatchEvent(new Event("focus")));
+  await take.waitFor();
+  assert.equal(await holes(page), before, "nothing is taken in unasked");
+  await take.click();
+  await page.getByRole("region", { name: "New exports of this board" }).getByText("1 hole added").waitFor();
+  assert.equal(await holes(page), before + 1);
+}
+
 test("files that the system opened with the page are followed: written anew, they are offered when the page is looked at", async () => {
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, "about:blank");
@@ -309,33 +341,38 @@ test("files that the system opened with the page are followed: written anew, the
     });
     await page.goto(bridge.url);
     await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
-    /** Writes a file and gives its handle to `launchQueue` where that is wanted. */
-    const write = (file, launch) =>
-      page.evaluate(
-        async ([name, text, launch]) => {
-          const folder = await navigator.storage.getDirectory();
-          const handle = await folder.getFileHandle(name, { create: true });
-          const out = await handle.createWritable();
-          await out.write(text);
-          await out.close();
-          if (launch) window.launchQueue.take({ files: [handle] });
-        },
-        [file.name, file.buffer.toString(), launch],
-      );
-    await write(SAMPLE[0], true);
-    await until(async () => (await holes(page)) > 0, "the holes of the file");
-    const before = await holes(page);
-    await page.evaluate(() => window.dispatchEvent(new Event("focus")));
-    const take = page.getByRole("button", { name: "Take in and compare" });
-    await page.waitForTimeout(500);
-    assert.equal(await take.count(), 0, "nothing was written");
-    await write(drill(oneMore), false);
-    await page.evaluate(() => window.dispatchEvent(new Event("focus")));
-    await take.waitFor();
-    assert.equal(await holes(page), before, "nothing is taken in unasked");
-    await take.click();
-    await page.getByRole("region", { name: "New exports of this board" }).getByText("1 hole added").waitFor();
-    assert.equal(await holes(page), before + 1);
+    await write(page, SAMPLE[0], "launch");
+    await followed(page);
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("files of the browser's own picker are followed too; where it may not be used, a field for files opens", async () => {
+  const bridge = await startBridge();
+  const { page, context, problems } = await openPage(browser, "about:blank");
+  try {
+    await page.addInitScript(() => {
+      window.refusal = "AbortError";
+      window.showOpenFilePicker = async (options) => {
+        if (!options.multiple) throw new Error("one file is no board");
+        if (!window.picked) throw new DOMException("not now", window.refusal);
+        return window.picked;
+      };
+    });
+    await page.goto(bridge.url);
+    const open = page.getByRole("button", { name: "Open files…" });
+    await open.click();
+    await open.click();
+    await page.evaluate(() => (window.refusal = "SecurityError"));
+    const chooser = page.waitForEvent("filechooser");
+    await open.click();
+    await chooser;
+    await write(page, SAMPLE[0], "pick");
+    await open.click();
+    await followed(page);
+    assert.deepEqual(problems, []);
   } finally {
     await context.close();
     await bridge.stop();

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! drop ─▶ entries ─▶ files, folder by folder ─┐
-//! Open… ─▶ <input type=file> ─────────────────┼─▶ (name, bytes)* ─▶ FilesEvent::Chosen, AnewEvent::Chosen
+//! Open… ─▶ the browser's picker, else a field ┼─▶ (name, bytes)* ─▶ FilesEvent::Chosen, AnewEvent::Chosen
 //! sample ─▶ our own server ───────────────────┘
 //!   └─▶ where the browser gives handles, the files are followed
 //! ```
@@ -10,12 +10,12 @@
 //! Comes in: what the browser hands over. Goes out: names and bytes. They stay in this page: nothing is uploaded.
 
 use super::follow::{self, Followed, bytes_of};
-use super::limits::{MOST_FILES, too_much, too_much_of};
+use super::limits::{MOST_FILES, too_much, too_much_of, unreadable};
 use crate::browser;
 use crate::model::{AnewEvent, FilesEvent, FrameEvent, TemplateEvent};
 use crate::page::send;
 use crate::said::{Text, key};
-use js_sys::{Array, Function, Promise};
+use js_sys::{Array, Function, Promise, Reflect};
 use leptos::ev;
 use leptos::prelude::*;
 use wasm_bindgen::prelude::*;
@@ -59,17 +59,44 @@ pub(super) fn sample() {
     });
 }
 
-/// Lets the person choose files, or new exports of the open board.
-pub(super) fn choose(anew: bool) {
+/// What is done with files that were read.
+type Taken = fn(Vec<(String, Vec<u8>)>);
+
+/// Lets the person choose files, or new exports of the open board. Those that the browser's own picker gives are followed.
+pub(super) fn choose(anew: bool, followed: &Followed) {
+    let chosen: Taken = if anew { anew_chosen } else { chosen_now };
+    let Some(picked) = follow::picked() else { return choose_by_field(chosen) };
+    let followed = followed.clone();
+    leptos::task::spawn_local(async move {
+        match JsFuture::from(picked).await {
+            Ok(handles) => {
+                let handles = Array::from(&handles).iter().map(JsCast::unchecked_into).collect();
+                let files = followed.read(handles).await;
+                if !files.is_empty() {
+                    chosen(files);
+                }
+            }
+            // A page inside another page may not use it.
+            Err(why) if !is_called_off(&why) => choose_by_field(chosen),
+            Err(_) => {}
+        }
+    });
+}
+
+/// Whether the person chose nothing.
+fn is_called_off(why: &JsValue) -> bool {
+    Reflect::get(why, &"name".into()).is_ok_and(|name| name == "AbortError")
+}
+
+fn choose_by_field(chosen: Taken) {
     let made =
         document().create_element("input").ok().and_then(|made| made.dyn_into::<HtmlInputElement>().ok());
     let Some(input) = made else { return };
     input.set_type("file");
     input.set_multiple(true);
-    let chosen = input.clone();
+    let field = input.clone();
     let changed = Closure::once_into_js(move || {
-        if let Some(list) = chosen.files() {
-            let chosen = if anew { anew_chosen } else { chosen_now };
+        if let Some(list) = field.files() {
             take(in_list(&list), chosen);
         }
     });
@@ -97,8 +124,7 @@ pub(super) fn choose_dialect() {
 }
 
 /// The whole window is where files can be dropped.
-pub(super) fn listen() {
-    let followed = Followed::begin();
+pub(super) fn listen(followed: Followed) {
     let over = window_event_listener(ev::dragover, |event| {
         if brings_files(&event) {
             event.prevent_default();
@@ -208,7 +234,7 @@ async fn inside(folder: FileSystemDirectoryEntry) -> Vec<FileSystemEntry> {
 }
 
 /// Reads files and gives them to `chosen`.
-fn take(files: Vec<Named>, chosen: fn(Vec<(String, Vec<u8>)>)) {
+fn take(files: Vec<Named>, chosen: Taken) {
     if let Some(text) = too_much_of(files.iter().map(|(_, file)| file)) {
         return toast(text);
     }
@@ -217,7 +243,7 @@ fn take(files: Vec<Named>, chosen: fn(Vec<(String, Vec<u8>)>)) {
         for (name, file) in files {
             match bytes_of(&file).await {
                 Some(bytes) => read.push((name, bytes)),
-                None => toast(Text::Key { key: key!("page.open.unreadable"), args: vec![("name", name)] }),
+                None => toast(unreadable(name)),
             }
         }
         if !read.is_empty() {

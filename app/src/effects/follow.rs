@@ -1,17 +1,17 @@
 //! Files on this computer that the open board came from: looked at again whenever the person comes back to the page.
 //!
 //! ```text
-//!   drop, file handler ─▶ handles ─▶ the page is looked at again ─▶ written since? ─▶ AnewEvent::OnDisk
+//!   drop, picker, file handler ─▶ handles ─▶ the page is looked at again ─▶ written since? ─▶ AnewEvent::OnDisk
 //! ```
 //!
-//! Comes in: what was dropped, what the system opens with the page. Goes out: files that were written anew, by the names that they
-//! were brought by. Where the browser gives no handles, nothing is followed. Does not know what the files are.
+//! Comes in: what was dropped or chosen, what the system opens with the page. Goes out: files that were written anew, by the names
+//! that they were brought by. Where the browser gives no handles, nothing is followed. Does not know what the files are.
 
-use super::limits::too_much_of;
+use super::limits::{too_much_of, unreadable};
 use crate::browser::window;
 use crate::model::{AnewEvent, FilesEvent, FrameEvent};
 use crate::page::send;
-use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
+use js_sys::{Array, Function, Object, Promise, Reflect, Uint8Array};
 use leptos::ev;
 use leptos::prelude::{on_cleanup, window_event_listener};
 use leptos::task::spawn_local;
@@ -46,15 +46,21 @@ pub(super) fn handles(items: &DataTransferItemList) -> Vec<Promise> {
     (0..items.length()).filter_map(ask).collect()
 }
 
+/// Handles of the files that the person chooses, on their way; none where the browser gives none.
+pub(super) fn picked() -> Option<Promise> {
+    let pick: Function = Reflect::get(&window(), &"showOpenFilePicker".into()).ok()?.dyn_into().ok()?;
+    let options = Object::new();
+    Reflect::set(&options, &"multiple".into(), &true.into()).ok()?;
+    pick.call1(&window(), &options).ok()?.dyn_into().ok()
+}
+
 impl Followed {
-    /// Follows nothing yet; listens for when the page is looked at again, and for files that the system opens with it.
-    pub(super) fn begin() -> Self {
-        let followed = Self::default();
-        let looking = followed.clone();
+    /// Listens for when the page is looked at again, and for files that the system opens with it.
+    pub(super) fn listen(&self) {
+        let looking = self.clone();
         let looked = window_event_listener(ev::focus, move |_| looking.look());
         on_cleanup(move || looked.remove());
-        followed.take_launched();
-        followed
+        self.take_launched();
     }
 
     /// Follows the files called `names`, written when it is said, as far as they are among `handles` or in folders among them; no
@@ -77,9 +83,41 @@ impl Followed {
                 found.push(One { name, handle, written_ms });
             }
         }
+        self.add(found);
+    }
+
+    /// Follows these, and no others of their names any more.
+    fn add(&self, found: Vec<One>) {
         let mut followed = self.0.borrow_mut();
         followed.retain(|one| !found.iter().any(|other| other.name == one.name));
         followed.extend(found);
+    }
+
+    /// Reads files and follows them; says which it cannot read, and why all of them are too much.
+    pub(super) async fn read(&self, handles: Vec<FileSystemFileHandle>) -> Vec<(String, Vec<u8>)> {
+        let mut given = Vec::new();
+        for handle in handles {
+            match file_of(&handle).await {
+                Some(file) => given.push((handle, file)),
+                None => send(FrameEvent::Say { text: unreadable(handle.name()) }),
+            }
+        }
+        if let Some(text) = too_much_of(given.iter().map(|(_, file)| file)) {
+            send(FrameEvent::Say { text });
+            return Vec::new();
+        }
+        let (mut files, mut found) = (Vec::new(), Vec::new());
+        for (handle, file) in given {
+            match bytes_of(&file).await {
+                Some(bytes) => {
+                    files.push((file.name(), bytes));
+                    found.push(One { name: file.name(), handle, written_ms: file.last_modified() });
+                }
+                None => send(FrameEvent::Say { text: unreadable(file.name()) }),
+            }
+        }
+        self.add(found);
+        files
     }
 
     /// Tells what was written since it was looked at last.
@@ -128,33 +166,16 @@ impl Followed {
         let launched = Closure::<dyn FnMut(JsValue)>::new(move |launch: JsValue| {
             let files = Reflect::get(&launch, &"files".into()).ok();
             let Some(files) = files.and_then(|files| files.dyn_into::<Array>().ok()) else { return };
-            followed.clone().open(files.iter().map(JsCast::unchecked_into).collect());
+            let (followed, handles) = (followed.clone(), files.iter().map(JsCast::unchecked_into).collect());
+            spawn_local(async move {
+                let files = followed.read(handles).await;
+                if !files.is_empty() {
+                    send(FilesEvent::Chosen { files });
+                }
+            });
         });
         let _ = set.call1(&queue, launched.as_ref());
         launched.forget();
-    }
-
-    fn open(self, handles: Vec<FileSystemFileHandle>) {
-        spawn_local(async move {
-            let mut launched = Vec::new();
-            for handle in handles {
-                launched.extend(file_of(&handle).await.map(|file| (handle, file)));
-            }
-            if let Some(text) = too_much_of(launched.iter().map(|(_, file)| file)) {
-                return send(FrameEvent::Say { text });
-            }
-            let (mut files, mut found) = (Vec::new(), Vec::new());
-            for (handle, file) in launched {
-                if let Some(bytes) = bytes_of(&file).await {
-                    files.push((file.name(), bytes));
-                    found.push(One { name: file.name(), handle, written_ms: file.last_modified() });
-                }
-            }
-            if !files.is_empty() {
-                *self.0.borrow_mut() = found;
-                send(FilesEvent::Chosen { files });
-            }
-        });
     }
 }
 

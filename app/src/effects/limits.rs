@@ -1,6 +1,6 @@
 //! How much is read at once, by whatever way it comes: dropped, chosen, followed, opened with the page, shared, behind a link.
 //!
-//! Comes in: how many files, how many bytes. Goes out: why that is too much. Reads nothing.
+//! Comes in: how many files, how many bytes. Goes out: why that is too much, or was not read. Reads nothing.
 
 use crate::said::{Text, key};
 use web_sys::File;
@@ -28,4 +28,9 @@ pub(super) fn too_much_of<'a>(files: impl ExactSizeIterator<Item = &'a File>) ->
     let count = files.len();
     let bytes: f64 = files.map(|file| file.size()).sum();
     too_much(count, bytes as u64)
+}
+
+/// That a file could not be read.
+pub(super) fn unreadable(name: String) -> Text {
+    Text::Key { key: key!("page.open.unreadable"), args: vec![("name", name)] }
 }

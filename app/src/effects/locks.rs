@@ -1,15 +1,23 @@
 //! Locks of the browser, by which the tabs of a site agree who has what. One ends by itself with the tab that holds it.
 //!
-//! Comes in: names. Goes out: what is held. Where the browser has no locks every one is free. Does not know what they stand for.
+//! ```text
+//!   a lock for every place that a tab has ─▶ no other tab writes there; it ends with the tab
+//! ```
+//!
+//! Comes in: names, numbers of places. Goes out: what is held. Where the browser has no locks every one is free. Does not know what
+//! is kept at a place.
 
 use crate::browser::window;
 use js_sys::{Array, Function, Object, Promise, Reflect};
-use std::collections::BTreeSet;
+use leptos::task::spawn_local;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
+use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
 /// A lock that this tab holds until this is dropped.
-pub(super) struct Held(Option<Function>);
+struct Held(Option<Function>);
 
 impl Drop for Held {
     fn drop(&mut self) {
@@ -36,26 +44,38 @@ fn promise() -> Option<(Promise, Function)> {
     Some((promise, kept?))
 }
 
-/// Holds the lock `name`; none where somebody else does.
-pub(super) async fn hold(name: &str) -> Option<Held> {
+/// Holds the lock `name`; none where somebody else does for longer than `patience_ms`.
+async fn hold(name: &str, patience_ms: u32) -> Option<Held> {
     let Some(locks) = locks() else { return Some(Held(None)) };
     let request = method(&locks, "request")?;
     let ((answer, answered), (until, release)) = (promise()?, promise()?);
+    let tell = answered.clone();
     let granted = Closure::once_into_js(move |lock: JsValue| {
         let is_ours = lock.is_object();
-        let _ = answered.call1(&JsValue::UNDEFINED, &is_ours.into());
+        let _ = tell.call1(&JsValue::UNDEFINED, &is_ours.into());
         // The browser holds it as long as this promise is open.
         if is_ours { JsValue::from(until) } else { JsValue::UNDEFINED }
     });
     let options = Object::new();
-    Reflect::set(&options, &"ifAvailable".into(), &true.into()).ok()?;
-    request.call3(&locks, &name.into(), &options, &granted).ok()?;
+    if patience_ms == 0 {
+        Reflect::set(&options, &"ifAvailable".into(), &true.into()).ok()?;
+    } else {
+        let signals = Reflect::get(&js_sys::global(), &"AbortSignal".into()).ok()?;
+        let signal = method(&signals, "timeout")?.call1(&signals, &patience_ms.into()).ok()?;
+        Reflect::set(&options, &"signal".into(), &signal).ok()?;
+    }
+    let asked: Promise = request.call3(&locks, &name.into(), &options, &granted).ok()?.dyn_into().ok()?;
+    spawn_local(async move {
+        if JsFuture::from(asked).await.is_err() {
+            let _ = answered.call1(&JsValue::UNDEFINED, &false.into());
+        }
+    });
     let is_ours = JsFuture::from(answer).await.ok()?.is_truthy();
     is_ours.then_some(Held(Some(release)))
 }
 
 /// Names of the locks that any tab of this site holds.
-pub(super) async fn held() -> BTreeSet<String> {
+async fn held() -> BTreeSet<String> {
     let asked = async {
         let locks = locks()?;
         let asked: Promise = method(&locks, "query")?.call0(&locks).ok()?.dyn_into().ok()?;
@@ -64,4 +84,106 @@ pub(super) async fn held() -> BTreeSet<String> {
         Some(held.iter().filter_map(|lock| Reflect::get(&lock, &"name".into()).ok()?.as_string()).collect())
     };
     asked.await.unwrap_or_default()
+}
+
+/// A place that this tab has.
+struct Holding {
+    /// Let go of with it.
+    _held: Held,
+    /// Only until it is forgotten, or written for the first time: nobody works there yet.
+    for_now: bool,
+}
+
+/// The places of one kind that this tab has. Copies are the same places.
+#[derive(Clone)]
+pub(super) struct Claims {
+    /// How their locks are called, before the number.
+    lock: &'static str,
+    held: Rc<RefCell<BTreeMap<u32, Holding>>>,
+}
+
+impl Claims {
+    /// None yet of those whose locks begin with `lock`.
+    pub(super) fn new(lock: &'static str) -> Self {
+        Self { lock, held: Rc::default() }
+    }
+
+    fn lock_of(&self, place: u32) -> String {
+        format!("{}{place}", self.lock)
+    }
+
+    /// The places below `end` that other tabs have.
+    pub(super) async fn elsewhere(&self, end: u32) -> BTreeSet<u32> {
+        let own: BTreeSet<u32> = self.held.borrow().keys().copied().collect();
+        let held = held().await;
+        (0..end).filter(|place| !own.contains(place) && held.contains(&self.lock_of(*place))).collect()
+    }
+
+    /// Whether this tab has `place`, and not only for now.
+    pub(super) fn works_at(&self, place: u32) -> bool {
+        self.held.borrow().get(&place).is_some_and(|holding| !holding.for_now)
+    }
+
+    /// Has a place for now that no tab has, this one neither: what is under way there has it for itself.
+    pub(super) async fn hold(&self, place: u32) -> bool {
+        self.hold_soon(place, 0).await
+    }
+
+    async fn hold_soon(&self, place: u32, patience_ms: u32) -> bool {
+        if self.held.borrow().contains_key(&place) {
+            return false;
+        }
+        let held = hold(&self.lock_of(place), patience_ms).await;
+        let is_held = held.is_some();
+        self.held.borrow_mut().extend(held.map(|held| (place, Holding { _held: held, for_now: true })));
+        is_held
+    }
+
+    /// What this tab has for now it has from now on.
+    pub(super) fn settle(&self, place: u32) {
+        if let Some(holding) = self.held.borrow_mut().get_mut(&place) {
+            holding.for_now = false;
+        }
+    }
+
+    /// Works at a place, where no other tab does.
+    pub(super) async fn take(&self, place: u32) -> bool {
+        self.take_soon(place, 0).await
+    }
+
+    /// Works at a place, where no other tab does that will not be gone in `patience_ms`: this one before it was loaded again.
+    pub(super) async fn take_soon(&self, place: u32, patience_ms: u32) -> bool {
+        let own = self.works_at(place) || self.hold_soon(place, patience_ms).await;
+        if own {
+            self.settle(place);
+        }
+        own
+    }
+
+    /// Lets other tabs have a place.
+    pub(super) fn let_go(&self, place: u32) {
+        self.held.borrow_mut().remove(&place);
+    }
+
+    /// Has for now, of the places below `end`, one that nothing is kept at, else the one that was written longest ago.
+    /// `written_ms` tells when, before all times where nothing is kept.
+    pub(super) async fn claim(&self, end: u32, written_ms: impl AsyncFn(u32) -> f64) -> Option<u32> {
+        let mut places = Vec::new();
+        for place in 0..end {
+            places.push((written_ms(place).await, place));
+        }
+        places.sort_by(|a, b| a.0.total_cmp(&b.0));
+        for (seen_ms, place) in places {
+            if !self.hold(place).await {
+                continue;
+            }
+            if written_ms(place).await > seen_ms {
+                // Another tab wrote there meanwhile.
+                self.let_go(place);
+                continue;
+            }
+            return Some(place);
+        }
+        None
+    }
 }

@@ -30,25 +30,38 @@ use crate::model::{Clocks, Effect, LabEvent, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
 use awake::Awake;
+use drawings::Drawings;
+use follow::Followed;
 use leptos::prelude::{request_animation_frame, set_timeout};
 use socket::Line;
 use std::time::Duration;
 use store::Places;
 use worker::Workers;
 
-/// What the page needs to run.
-pub fn surroundings() -> Surroundings {
-    let (workers, line) = (Workers::default(), Line::default());
-    let (places, awake) = (Places::default(), Awake::default());
-    line.serial.listen();
-    awake.listen();
-    let clock = || Clocks { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
-    Surroundings { run: Box::new(move |effect| run(&workers, &line, &places, &awake, effect)), clock }
+/// What lasts from one effect to the next.
+#[derive(Default)]
+struct Running {
+    workers: Workers,
+    line: Line,
+    places: Places,
+    drawings: Drawings,
+    awake: Awake,
+    followed: Followed,
 }
 
-/// Listens to what comes by itself: dropped files, the line. Once, after the page was made.
+/// What the page needs to run.
+pub fn surroundings() -> Surroundings {
+    let running = Running::default();
+    running.line.serial.listen();
+    running.awake.listen();
+    running.followed.listen();
+    files::listen(running.followed.clone());
+    let clock = || Clocks { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
+    Surroundings { run: Box::new(move |effect| run(&running, effect)), clock }
+}
+
+/// Listens to what comes by itself: the store, the line. Once, after the page was made.
 pub fn begin() {
-    files::listen();
     store::listen();
     site::begin();
     from_elsewhere::begin(site::alone());
@@ -68,7 +81,8 @@ fn pair(token: String) {
     });
 }
 
-fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: Effect) {
+fn run(running: &Running, effect: Effect) {
+    let Running { workers, line, places, drawings, awake, followed } = running;
     match effect {
         Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
         Effect::CallOff => workers.call_off(),
@@ -92,7 +106,7 @@ fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: E
         Effect::Renew { on } => line.renew(on),
         Effect::Upload { number, bytes, session } => line.upload(number, bytes, session),
         Effect::Fetch { number, key, session } => line.fetch(number, key, session),
-        Effect::ChooseFiles { anew } => files::choose(anew),
+        Effect::ChooseFiles { anew } => files::choose(anew, followed),
         Effect::ChooseDialect => files::choose_dialect(),
         Effect::FollowLink { address } => from_elsewhere::put_in(address),
         Effect::Sample => files::sample(),
@@ -106,11 +120,11 @@ fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: E
         Effect::LeaveInStore { place, job, at_ms } => store::leave(place, &job, at_ms),
         Effect::LetGoOfPlace { place } => places.let_go(place),
         Effect::TakeFromStore { place } => places.take(place),
-        Effect::LookForDrawings { own } => drawings::look(own),
-        Effect::KeepDrawing { of, place, name, text, at_ms } => drawings::keep(of, place, name, text, at_ms),
-        Effect::TakeDrawing { place } => drawings::take(place),
-        Effect::DropDrawing { place } => drawings::forget(place),
-        Effect::OwnDrawing { place } => drawings::own(place),
+        Effect::LookForDrawings { own } => drawings.look(own),
+        Effect::KeepDrawing { of, place, name, text, at_ms } => drawings.keep(of, place, name, text, at_ms),
+        Effect::TakeDrawing { place } => drawings.take(place),
+        Effect::DropDrawing { place } => drawings.forget(place),
+        Effect::OwnDrawing { place } => drawings.own(place),
         Effect::DrawExample => drawings::example(),
         Effect::TakeUpdate => site::take_update(),
         Effect::DropFromStore { place } => places.forget(place),

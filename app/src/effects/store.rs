@@ -1,12 +1,8 @@
-//! The store of this browser: places, each with the files of a project and its job, and which of them this tab holds.
-//!
-//! ```text
-//!   a lock of the browser for every place that a tab holds ─▶ no other tab writes there; it ends with the tab
-//! ```
+//! The store of this browser: places, each with the files of a project and its job, of which a tab has one for itself.
 //!
 //! Comes in: records. Goes out: records, as events. Does not know what a project is.
 
-use super::locks::{self, Held};
+use super::locks::Claims;
 use crate::browser::{kept_storage, window};
 use crate::model::keeping::PLACES;
 use crate::model::{Event, KeepEvent, Offer};
@@ -15,9 +11,6 @@ use js_sys::{Array, Function, Promise, Uint8Array};
 use leptos::ev;
 use leptos::prelude::{document, window_event_listener};
 use leptos::task::spawn_local;
-use std::cell::RefCell;
-use std::collections::{BTreeMap, BTreeSet};
-use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{
@@ -31,17 +24,15 @@ const TABLE: &str = "projects";
 /// How the lock of a place is called, before its number.
 const LOCK: &str = "annulus project ";
 
-/// A place that this tab holds.
-struct Holding {
-    /// Let go of with it.
-    _held: Held,
-    /// Only until it is forgotten, or written for the first time: nobody works there yet.
-    for_now: bool,
-}
+/// The places that this tab has.
+#[derive(Clone)]
+pub(super) struct Places(Claims);
 
-/// The places that this tab holds.
-#[derive(Clone, Default)]
-pub(super) struct Places(Rc<RefCell<BTreeMap<u32, Holding>>>);
+impl Default for Places {
+    fn default() -> Self {
+        Self(Claims::new(LOCK))
+    }
+}
 
 /// Tells when the page is looked at again, and when it is left.
 pub(super) fn listen() {
@@ -63,14 +54,13 @@ pub(super) fn listen() {
 impl Places {
     /// Tells what is there.
     pub(super) fn look(&self) {
-        let own: BTreeSet<u32> = self.0.borrow().keys().copied().collect();
+        let claims = self.0.clone();
         spawn_local(async move {
-            let held = locks::held().await;
-            let elsewhere = |place: u32| !own.contains(&place) && held.contains(&lock_of(place));
+            let held = claims.elsewhere(PLACES).await;
             let mut offers: Vec<Offer> = Vec::new();
             for place in 0..PLACES {
-                let found = row(place).await.map(|(offer, _)| Offer { elsewhere: elsewhere(place), ..offer });
-                offers.extend(found);
+                let elsewhere = held.contains(&place);
+                offers.extend(row(place).await.map(|(offer, _)| Offer { elsewhere, ..offer }));
             }
             send(KeepEvent::Found { offers });
         });
@@ -87,16 +77,20 @@ impl Places {
     ) {
         let this = self.clone();
         spawn_local(async move {
-            let claimed = if place.is_none() { this.claim().await } else { None };
+            let claimed = if place.is_none() { this.0.claim(PLACES, written_ms).await } else { None };
             let Some(there) = place.or(claimed) else {
                 return send(KeepEvent::Written { place: None, full: false });
             };
+            if claimed.is_some() {
+                // Some browsers ask the person first: nothing waits for that.
+                spawn_local(keep_for_good());
+            }
             let done = put(there, &name, &job, files, at_ms).await;
             if let Err(why) = &done {
                 web_sys::console::warn_1(why);
                 claimed.inspect(|place| this.let_go(*place));
             }
-            this.settle(there);
+            this.0.settle(there);
             let full = done.as_ref().is_err_and(is_full);
             send(KeepEvent::Written { place: done.is_ok().then_some(there), full });
         });
@@ -104,17 +98,14 @@ impl Places {
 
     /// Lets other tabs have a place.
     pub(super) fn let_go(&self, place: u32) {
-        self.0.borrow_mut().remove(&place);
+        self.0.let_go(place);
     }
 
     /// Takes what is at a place, and holds it where no other tab does.
     pub(super) fn take(&self, place: u32) {
         let this = self.clone();
         spawn_local(async move {
-            let own = this.works_at(place) || this.hold(place).await;
-            if own {
-                this.settle(place);
-            }
+            let own = this.0.take(place).await;
             let job = row(place).await.map(|(_, job)| job);
             let files =
                 get(&files_key(place)).await.ok().and_then(|files| files.dyn_into::<Uint8Array>().ok());
@@ -126,7 +117,7 @@ impl Places {
     pub(super) fn forget(&self, place: u32) {
         let this = self.clone();
         spawn_local(async move {
-            if this.hold(place).await {
+            if this.0.hold(place).await {
                 if let Err(why) = dropped(place).await {
                     web_sys::console::warn_1(&why);
                 }
@@ -135,61 +126,11 @@ impl Places {
             send(Event::Keep(KeepEvent::Dropped));
         });
     }
-
-    /// Whether this tab holds `place`, and not only for now.
-    fn works_at(&self, place: u32) -> bool {
-        self.0.borrow().get(&place).is_some_and(|holding| !holding.for_now)
-    }
-
-    /// What is held for now is held from now on.
-    fn settle(&self, place: u32) {
-        if let Some(holding) = self.0.borrow_mut().get_mut(&place) {
-            holding.for_now = false;
-        }
-    }
-
-    /// Holds a place for now that no tab holds, this one neither: what is under way there has it for itself.
-    async fn hold(&self, place: u32) -> bool {
-        if self.0.borrow().contains_key(&place) {
-            return false;
-        }
-        let held = locks::hold(&lock_of(place)).await;
-        let is_held = held.is_some();
-        self.0.borrow_mut().extend(held.map(|held| (place, Holding { _held: held, for_now: true })));
-        is_held
-    }
-
-    /// Holds a place that nothing is kept at, else the one that was written longest ago.
-    async fn claim(&self) -> Option<u32> {
-        let mut places = Vec::new();
-        for place in 0..PLACES {
-            places.push((written_ms(place).await, place));
-        }
-        places.sort_by(|a, b| a.0.total_cmp(&b.0));
-        for (seen_ms, place) in places {
-            if !self.hold(place).await {
-                continue;
-            }
-            if written_ms(place).await > seen_ms {
-                // Another tab wrote there meanwhile.
-                self.let_go(place);
-                continue;
-            }
-            // Some browsers ask the person first: nothing waits for that.
-            spawn_local(keep_for_good());
-            return Some(place);
-        }
-        None
-    }
 }
 
 /// When a place was written, in ms since 1970; before all times where nothing is kept there.
 async fn written_ms(place: u32) -> f64 {
     row(place).await.map_or(f64::NEG_INFINITY, |(offer, _)| offer.at_ms)
-}
-
-fn lock_of(place: u32) -> String {
-    format!("{LOCK}{place}")
 }
 
 /// Asks the browser not to clear what is kept when the disk is nearly full.

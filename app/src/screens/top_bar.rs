@@ -7,7 +7,7 @@ use crate::i18n::{self, key, say, t};
 use crate::keys::Tab;
 use crate::model::Theme;
 use crate::model::{FrameEvent, Overlay};
-use crate::page::link;
+use crate::page::link::{self, Link};
 use crate::page::{frame, open_board, send};
 use crate::screens::machine::words;
 use crate::widgets::{Icon, icon, menu_word, stop_zone};
@@ -128,7 +128,7 @@ fn connection() -> impl IntoView {
     let look = move || words::of(line);
     let text = move || {
         let state = i18n::text(look().word, &[]);
-        if line.ever.get() { format!("{}: {state}", state_name()) } else { state }
+        if line.ever.get() { format!("{}: {state}", machine_name(line)) } else { state }
     };
     button()
         .attr("type", "button")
@@ -137,8 +137,16 @@ fn connection() -> impl IntoView {
         .child((span().class("dot").attr("aria-hidden", "true"), span().class("cut").child(text)))
 }
 
-/// What the machine is called; the virtual drill, unless somebody gave it a name, in the words of the page.
-fn state_name() -> String {
+/// What the machine is called. One that nobody gave a name is called by what is there, in the words of the page.
+fn machine_name(line: Link) -> String {
     let name = open_board().machine.with(|machine| machine.name.clone());
-    if name == machine::VIRTUAL_NAME { say!("page.virtual_drill") } else { name }
+    if name != machine::VIRTUAL_NAME {
+        return name;
+    }
+    line.controller.with(|controller| match &controller.who {
+        _ if !controller.chosen => say!("page.virtual_drill"),
+        _ if controller.is_adapter => say!("page.controller.adapter_word"),
+        Some(who) => say!("page.controller.name", flavour = who.flavour, version = who.version),
+        None => say!("page.controller.controller_word"),
+    })
 }

@@ -333,9 +333,11 @@ fn the_bit_goes_down_at_speed_and_comes_up_when_the_spindle_is_lost() {
             .map(|_| provoked(&bridge, &mut page, &converter, fault))
             .take_while(|found| found.as_deref() != Some(code))
             .collect();
-        // What came before is a computer that was late, and nothing else.
         assert!(codes.len() < ATTEMPTS, "{fault:?}: {codes:?}");
-        assert!(codes.iter().all(|found| found.as_deref() == Some("spindle.silent")), "{fault:?}: {codes:?}");
+        // What came before is a computer that was late, and nothing else: no answer in time, or that to the question before.
+        let is_late =
+            |code: &Option<String>| matches!(code.as_deref(), Some("spindle.silent" | "spindle.garbled"));
+        assert!(codes.iter().all(is_late), "{fault:?}: {codes:?}");
     }
 }
 

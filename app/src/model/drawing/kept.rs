@@ -26,6 +26,8 @@ pub struct Earlier {
     pub name: String,
     /// When it was kept last, in ms since 1970.
     pub at_ms: f64,
+    /// Another tab has it.
+    pub elsewhere: bool,
 }
 
 /// How the drawing goes with the store.
@@ -126,19 +128,28 @@ pub(super) fn written(model: &mut Model, of: u32, place: Option<u32>) -> Vec<Eff
 }
 
 /// What was in the store: the drawing of this tab is opened, unless one is under work already.
-pub(super) fn found(model: &mut Model, own: Option<(u32, String)>, earlier: Vec<Earlier>) -> Vec<Effect> {
+pub(super) fn found(
+    model: &mut Model,
+    own: Option<(Option<u32>, String)>,
+    earlier: Vec<Earlier>,
+) -> Vec<Effect> {
     let place = model.draw.kept.place;
     let kept = &mut model.draw.kept;
     kept.earlier = earlier.into_iter().filter(|one| Some(one.place) != place).collect();
     kept.earlier.sort_by(|a, b| b.at_ms.total_cmp(&a.at_ms));
     match own {
-        Some((place, text)) if untouched(model) => opened(model, Some(place), Some(text)),
+        Some((place, text)) if untouched(model) => opened(model, place, place.is_none(), Some(text)),
         _ => Vec::new(),
     }
 }
 
 /// The text of a drawing is there: it is under work now, and the one before is put aside.
-pub(super) fn opened(model: &mut Model, place: Option<u32>, text: Option<String>) -> Vec<Effect> {
+pub(super) fn opened(
+    model: &mut Model,
+    place: Option<u32>,
+    is_copy: bool,
+    text: Option<String>,
+) -> Vec<Effect> {
     let history = match text.map(|text| drawing::read("drawing.json", &text)) {
         Some(Ok(history)) => history,
         Some(Err(why)) => return vec![frame::toast(model, Text::Found(why), None)],
@@ -150,6 +161,9 @@ pub(super) fn opened(model: &mut Model, place: Option<u32>, text: Option<String>
     effects.extend(put_on(model, history, place));
     if offered {
         effects.push(offer_back(model));
+    }
+    if is_copy {
+        effects.push(frame::toast(model, Text::of(key!("page.draw.copy")), None));
     }
     effects
 }

@@ -196,13 +196,15 @@ pub enum DrawEvent {
     Opened {
         /// Where it is kept, where that is so.
         place: Option<u32>,
+        /// Another tab has the drawing: this is a copy.
+        is_copy: bool,
         /// Its text; none where it could not be had.
         text: Option<String>,
     },
     /// This was in the store.
     Found {
-        /// The drawing of this tab: its place and its text.
-        own: Option<(u32, String)>,
+        /// The drawing of this tab: its place, none where another tab has it, and its text.
+        own: Option<(Option<u32>, String)>,
         /// The others.
         earlier: Vec<Earlier>,
     },
@@ -337,7 +339,7 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
         DrawEvent::Use { tab } => board::make(model, tab),
         DrawEvent::Export { what } => board::export(model, what),
         DrawEvent::Example => vec![Effect::DrawExample],
-        DrawEvent::Opened { place, text } => kept::opened(model, place, text),
+        DrawEvent::Opened { place, is_copy, text } => kept::opened(model, place, is_copy, text),
         DrawEvent::Found { own, earlier } => kept::found(model, own, earlier),
         DrawEvent::Rested { change } => kept::rested(model, change),
         DrawEvent::Kept { of, place } => kept::written(model, of, place),

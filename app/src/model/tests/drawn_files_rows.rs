@@ -116,7 +116,7 @@ fn a_reload_gives_the_drawing_back_with_all_its_edits() {
     let mut again = DrawnBoard { model: Model::default(), out: Vec::new(), all: Vec::new() };
     again.event(FrameEvent::Show { tab: Tab::Draw });
     assert_eq!(again.out, [Effect::LookForDrawings { own: true }]);
-    again.event(DrawEvent::Found { own: Some((3, text)), earlier: Vec::new() });
+    again.event(DrawEvent::Found { own: Some((Some(3), text)), earlier: Vec::new() });
     assert_eq!(again.model.draw.editor.history(), sheet.model.draw.editor.history());
     again.word("key:Ctrl+y");
     assert_eq!(again.counts(), "0/2/2/2/0 2/0 0");
@@ -124,6 +124,23 @@ fn a_reload_gives_the_drawing_back_with_all_its_edits() {
     let change = again.model.draw.editor.changes();
     again.event(DrawEvent::Rested { change });
     assert_eq!(kept(&again.out).map(|(_, place, _)| place), Some(Some(3)));
+}
+
+#[test]
+fn what_another_tab_has_is_a_copy_that_is_kept_apart() {
+    let sheet = DrawnBoard::tell("key:p at:5,5");
+    let text = drawing::write(sheet.model.draw.editor.history());
+    let mut own = DrawnBoard::default();
+    own.event(DrawEvent::Found { own: Some((None, text.clone())), earlier: Vec::new() });
+    let mut fetched = DrawnBoard::default();
+    fetched.event(DrawEvent::Opened { place: None, is_copy: true, text: Some(text) });
+    for mut copy in [own, fetched] {
+        assert_eq!(copy.drawing(), sheet.drawing());
+        assert_eq!(copy.model.frame.toasts.len(), 1, "it is said");
+        let change = copy.model.draw.editor.changes();
+        copy.event(DrawEvent::Rested { change });
+        assert_eq!(kept(&copy.out).map(|(_, place, _)| place), Some(None), "at a place of its own");
+    }
 }
 
 #[test]
@@ -142,8 +159,8 @@ fn a_new_drawing_leaves_the_one_before_in_the_store() {
     assert_eq!((of, place), (1, None), "it does not take the place of the one before");
     let mut bad = DrawnBoard::tell("key:p at:5,5");
     let before = bad.counts();
-    bad.event(DrawEvent::Opened { place: None, text: Some("{}".to_owned()) });
-    bad.event(DrawEvent::Opened { place: None, text: None });
+    bad.event(DrawEvent::Opened { place: None, is_copy: false, text: Some("{}".to_owned()) });
+    bad.event(DrawEvent::Opened { place: None, is_copy: false, text: None });
     assert_eq!((bad.counts(), bad.model.frame.toasts.len()), (before, 2));
 }
 
@@ -152,7 +169,7 @@ fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9");
     let before = sheet.model.draw.editor.history().clone();
     let example = include_str!("../../../../www/drawings/robot.json");
-    sheet.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
+    sheet.event(DrawEvent::Opened { place: None, is_copy: false, text: Some(example.to_owned()) });
     assert_eq!(sheet.drawing().name(), drawing::read("d", example).unwrap().now().name());
     let number = sheet.model.frame.toasts.first().expect("it is offered").number;
     sheet.event(FrameEvent::Taken { number });
@@ -161,7 +178,7 @@ fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
     sheet.event(DrawEvent::Back);
     assert_eq!(sheet.of("hole").len(), 15);
     let mut empty = DrawnBoard::default();
-    empty.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
+    empty.event(DrawEvent::Opened { place: None, is_copy: false, text: Some(example.to_owned()) });
     assert!(empty.model.frame.toasts.is_empty());
 }
 
@@ -171,7 +188,7 @@ fn the_example_does_not_lie_over_open_files() {
     assert_eq!(sheet.model.draw.over(), (true, true));
     let example = include_str!("../../../../www/drawings/robot.json");
     let look = sheet.model.draw.look;
-    sheet.event(DrawEvent::Opened { place: None, text: Some(example.to_owned()) });
+    sheet.event(DrawEvent::Opened { place: None, is_copy: false, text: Some(example.to_owned()) });
     assert_eq!(sheet.model.draw.over(), (false, true));
     assert!(sheet.model.draw.editor.finder().imported().is_empty());
     assert!(sheet.model.draw.look.0 > look.0 && sheet.model.draw.look.1.is_none(), "all of it is looked at");

@@ -56,7 +56,7 @@ fn earlier() -> impl IntoView {
 }
 
 fn line(one: Earlier) -> impl IntoView {
-    let place = one.place;
+    let Earlier { place, elsewhere, .. } = one;
     let words = move || {
         let at =
             String::from(Date::new(&one.at_ms.into()).to_locale_string(&language(), &JsValue::UNDEFINED));
@@ -67,8 +67,11 @@ fn line(one: Earlier) -> impl IntoView {
         }
     };
     li().class("row").child((
-        span().class("grow").child(words),
+        span()
+            .class("grow")
+            .child((words, elsewhere.then(|| span().class("quiet").child(t!("page.draw.elsewhere"))))),
         push("button small", t!("page.draw.fetch"), move |_| send(DrawEvent::Fetch { place })),
-        push("button small", t!("page.draw.forget"), move |_| send(DrawEvent::Drop { place })),
+        (!elsewhere)
+            .then(|| push("button small", t!("page.draw.forget"), move |_| send(DrawEvent::Drop { place }))),
     ))
 }
