@@ -195,10 +195,15 @@ test("a drawing that another tab has is opened as a copy, and both are kept", as
   try {
     const pads = async (page, ...places) => {
       await page.keyboard.press("p");
-      for (const [x, y] of places) await press(page, x, y);
+      await page.keyboard.press("c");
+      for (const place of places) {
+        await page.keyboard.type(place);
+        await page.keyboard.press("Enter");
+      }
+      await page.keyboard.press("Escape");
       await page.keyboard.press("Escape");
     };
-    await pads(page, [20, 20]);
+    await pads(page, "20 20");
     await drawn(page, 3, "a pad with its hole");
     await page.waitForTimeout(1500);
     const other = await context.newPage();
@@ -210,9 +215,9 @@ test("a drawing that another tab has is opened as a copy, and both are kept", as
     await line.getByRole("button", { name: "Open" }).click();
     await other.getByText("This drawing is open in another tab too.").waitFor();
     await drawn(other, 3, "the copy");
-    await pads(other, [30, 20], [40, 20]);
+    await pads(other, "30 20", "40 20");
     await drawn(other, 9, "the copy with more");
-    await pads(page, [20, 30]);
+    await pads(page, "20 30");
     await drawn(page, 6, "the drawing with another");
     await page.waitForTimeout(1500);
     for (const [tab, count] of [[other, 9], [page, 6]]) {
