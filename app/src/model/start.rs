@@ -249,14 +249,15 @@ fn running(model: &mut Model) -> Vec<Effect> {
     now.map_or_else(Vec::new, |key| by_key(model, key, Then::Nothing))
 }
 
-/// The Machine screen shows what the machine has, else what is planned; what this page does not know of it is fetched.
+/// The Machine screen shows what the machine has, else what is planned, else what it has just done; what this page does not know of it
+/// is fetched.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let effects = running(model);
     let own = |job: &Option<Arc<Job>>, key: &str| job.clone().filter(|job| job.key == key);
     let planned = &model.board.job;
     let key = model.link.status.as_ref().and_then(|status| status.job.as_deref());
     model.start.shown = match key {
-        None => planned.clone(),
+        None => planned.clone().or_else(|| own(&model.start.fetched, &model.link.ended.as_ref()?.job)),
         Some(key) => own(planned, key).or_else(|| own(&model.start.fetched, key)),
     };
     effects

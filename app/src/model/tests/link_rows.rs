@@ -389,6 +389,9 @@ fn a_program_that_was_not_planned_here_is_fetched_and_timed() {
             ("linked status:Running:k not-fetched", "  | "),
             ("linked status:Running:k fetched-broken", "  | "),
             ("linked status:Running:k fetched timed status:Ready", "  | "),
+            // until its notice is closed
+            ("linked status:Running:k fetched timed ended status:Ready", "k  | "),
+            ("linked status:Running:k fetched timed ended status:Ready close:ended", "  | "),
             ("linked status:Running:k fetched timed status:Ready status:Running:k", "k  | "),
             ("linked planned status:Ready", "own  | "),
             ("linked planned status:Running:k", "  | fetch"),
