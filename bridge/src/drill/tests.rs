@@ -63,7 +63,12 @@ fn grid(machine: &Machine, count: u32) -> Program {
         name: "grid".to_owned(),
         machine: machine.fingerprint(),
         origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".to_owned(), cutter: Cutter::Drill }],
+        bits: vec![Bit {
+            diameter: Length::from_um(800),
+            name: "0.8 mm".to_owned(),
+            cutter: Cutter::Drill,
+            handling: Default::default(),
+        }],
         spindles: 1,
         safe_height: process.safe_height,
         legs,

@@ -18,6 +18,7 @@ mod settings;
 mod step_dir;
 mod table;
 mod table_speeds;
+mod tools;
 mod validate;
 mod wiring;
 
@@ -35,10 +36,11 @@ pub use settings::{
 pub use step_dir::{StepDir, WIRED_AXES};
 pub use table::{MOST_RPM, SECTIONS};
 pub use table_speeds::warnings;
+pub use tools::{RackTool, TOOL_FIELDS, TOOL_FORMS, ToolField, ToolWear, rack_of, tool_of};
 pub use validate::validate;
 pub use wiring::{UNWIRED, Wiring};
 
-use crate::job::Input;
+use crate::job::{Cutter, Input};
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 use sha2::{Digest, Sha256};
 
@@ -101,8 +103,8 @@ pub struct Machine {
     pub longest_drilling_s: f64,
     /// How bits are changed.
     pub tool_change: ToolChange,
-    /// The bits one owns.
-    pub rack: Vec<Length>,
+    /// The tools one owns.
+    pub rack: Vec<RackTool>,
     /// How far a hole's size may be from the bit used for it.
     pub rack_tolerance: Length,
     /// Numbers of the process.
@@ -282,6 +284,12 @@ impl Machine {
             1 => &self.y,
             _ => &self.z,
         }
+    }
+
+    /// Diameters of the drills of its rack.
+    pub fn drills(&self) -> Vec<Length> {
+        let drills = self.rack.iter().filter(|tool| tool.cutter == Cutter::Drill);
+        drills.map(|tool| tool.diameter).collect()
     }
 
     /// SHA-256 in hexadecimal over everything that shapes a stream. Name, description and output do not: the
