@@ -121,7 +121,7 @@ impl Prepared {
 
     /// Whether leg `leg` goes on from the bottom of the hole before.
     pub(crate) fn begins_low(&self, leg: usize) -> bool {
-        !self.stream.range(leg).is_empty() && self.before_leg(leg)[2] < 0
+        !self.stream.range(leg).is_empty() && self.before_leg(leg)[2..].iter().any(|height| *height < 0)
     }
 
     /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.

@@ -16,7 +16,7 @@ use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Gate, Input, Leg, Mark, Otherwise, Program};
-use annulus_core::machine::{StrokeEnd, ToolChange, Value, virtual_drill};
+use annulus_core::machine::{StrokeEnd, ToolChange, Value, six_spindles, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::{RowVerdict, Status, program};
 use annulus_drill::Keeper;

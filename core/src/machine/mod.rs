@@ -286,6 +286,12 @@ impl Machine {
         }
     }
 
+    /// The lowest of its spindles where the axes are at `place`, in steps: what is true of every tip is true of that one.
+    pub fn lowest(&self, place: &Steps) -> i64 {
+        let spindles = (self.spindles as usize).clamp(1, AXES - 2);
+        place[2..2 + spindles].iter().copied().min().unwrap_or_default()
+    }
+
     /// Diameters of the drills of its rack.
     pub fn drills(&self) -> Vec<Length> {
         let drills = self.rack.iter().filter(|tool| tool.cutter == Cutter::Drill);

@@ -259,7 +259,10 @@ impl Owner {
             return Ok(way.clamp(low - high, high - low));
         }
         let process = &self.machine.process;
-        if index < 2 && self.position[2] < self.machine.z.scale.steps(process.surface + process.safe_height) {
+        if index < 2
+            && self.machine.lowest(&self.position)
+                < self.machine.z.scale.steps(process.surface + process.safe_height)
+        {
             return Err(alarm("control.tip_low"));
         }
         let target = (self.position[index] + way).clamp(low, high);
@@ -316,7 +319,7 @@ impl Owner {
         if starts && work.take_over() {
             self.executor.shared.set_feed_override(work.slower());
         }
-        let up = self.position[2] >= work.job.zero[2];
+        let up = self.machine.lowest(&self.position) >= work.job.zero[2];
         if starts && up && work.job.begins_low(work.leg) {
             match work.job.entry(&self.machine, work.leg) {
                 Ok(leg) => segments.extend(leg),
@@ -457,7 +460,7 @@ impl Owner {
     pub(super) fn up_and_off(&mut self, lift: bool) -> Vec<Segment> {
         let top = self.top();
         let mut segments_up = Vec::new();
-        if lift && self.position[2] < top {
+        if lift && self.machine.lowest(&self.position) < top {
             match cycles::retract(&self.machine, self.position, top) {
                 Ok(timeline) => segments_up = segments(&timeline, &self.machine),
                 Err(why) => self.fails(why, self.session.trust),
