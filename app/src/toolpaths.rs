@@ -172,8 +172,13 @@ mod tests {
         let at = Point::from_mm;
         let vee = Cutter::Vee { tip: mm(0.1), angle_mdeg: 90_000 };
         let bits = vec![
-            Bit { diameter: mm(3.0), name: "V".to_owned(), cutter: vee },
-            Bit { diameter: mm(0.8), name: "0.8".to_owned(), cutter: Cutter::Drill },
+            Bit { diameter: mm(3.0), name: "V".to_owned(), cutter: vee, handling: Default::default() },
+            Bit {
+                diameter: mm(0.8),
+                name: "0.8".to_owned(),
+                cutter: Cutter::Drill,
+                handling: Default::default(),
+            },
         ];
         let feed_um_per_s = 1_000;
         let down = |to| Command::Plunge { to, feed_um_per_s, gate: None };

@@ -12,7 +12,7 @@
 
 use crate::quiet;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Steps;
+use annulus_core::machine::{Steps, ToolWear};
 use annulus_drill::Keeper;
 use annulus_drill::journal::{Contents, Damage, JobRecord, Progress, SEAL, WorkZero, sealed, unsealed};
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
@@ -20,6 +20,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 const TABLE: TableDefinition<'_, &str, &[u8]> = TableDefinition::new("journal");
+/// Keys of what tools have done begin with the first and lie before the second.
+const WEAR: &str = "wear/";
+const WEAR_END: &str = "wear0";
 const STOPS: TableDefinition<'_, u32, &[u8]> = TableDefinition::new("stops");
 
 /// An open journal.
@@ -117,6 +120,14 @@ pub(crate) fn examine(path: &Path) -> Result<(), Diagnostic> {
     }
 }
 
+/// The journal at `path` as it is, to look up or change what tools have done: none where there is none yet. Nothing is moved aside.
+pub(crate) fn look_into(path: &Path) -> Result<Option<(Journal, Contents)>, Diagnostic> {
+    if !path.exists() {
+        return Ok(None);
+    }
+    try_open(path).map(Some).map_err(|trouble| refusal(path, trouble))
+}
+
 fn refusal(path: &Path, trouble: Trouble) -> Diagnostic {
     match trouble {
         Trouble::InUse => cannot("journal.in_use", path, ""),
@@ -210,8 +221,11 @@ impl Journal {
         let zero = get("work_zero")?.map(|value| unsealed(value.value())).transpose()?;
         let job = get("job")?.map(|value| unsealed::<JobRecord>(value.value())).transpose()?;
         let progress = get("progress")?.map(|value| unsealed::<Progress>(value.value())).transpose()?;
+        let worn = table.range(WEAR..WEAR_END).map_err(|error| text(&error))?;
+        let wear = worn.map(|row| unsealed(row.map_err(|error| text(&error))?.1.value()));
+        let wear = wear.collect::<Result<Vec<ToolWear>, String>>()?;
         let job = job.map(|job| progress.map(|progress| (job, progress)).ok_or("the progress is missing"));
-        Ok(Contents { job: job.transpose()?, zero, damage })
+        Ok(Contents { job: job.transpose()?, zero, wear, damage })
     }
 
     fn write(
@@ -264,8 +278,20 @@ impl Keeper for Journal {
         self.write(&rows, None, progress.done == 0).map_err(full)
     }
 
-    fn advance(&mut self, progress: Progress, stop: Option<(u32, Steps)>) -> Result<(), Diagnostic> {
-        self.write(&[("progress", Some(sealed(&progress)))], stop, false).map_err(full)
+    fn advance(
+        &mut self,
+        progress: Progress,
+        stop: Option<(u32, Steps)>,
+        wear: Option<&ToolWear>,
+    ) -> Result<(), Diagnostic> {
+        let key = wear.map(wear_key);
+        let worn = key.as_deref().zip(wear).map(|(key, wear)| (key, Some(sealed(wear))));
+        let rows: Vec<_> = worn.into_iter().chain([("progress", Some(sealed(&progress)))]).collect();
+        self.write(&rows, stop, false).map_err(full)
+    }
+
+    fn keep_wear(&mut self, wear: &ToolWear) -> Result<(), Diagnostic> {
+        self.write(&[(&wear_key(wear), Some(sealed(wear)))], None, false).map_err(full)
     }
 
     fn finish(&mut self) -> Result<(), Diagnostic> {
@@ -291,6 +317,11 @@ impl Keeper for Journal {
             Some(opened.unwrap_or_else(|| Err("its structure is broken".to_owned())).map_err(full)?);
         Ok(())
     }
+}
+
+/// Where what a tool has done stands.
+fn wear_key(wear: &ToolWear) -> String {
+    format!("{WEAR}{}/{}", wear.machine, wear.number)
 }
 
 fn full(reason: String) -> Diagnostic {

@@ -282,6 +282,7 @@ fn explain(row: &Setting) -> String {
         ValueKind::Numbers(low, high) | ValueKind::Wholes(low, high) => {
             format!("{sentence} Each {low} … {high}{unit}, at most 64.")
         }
+        ValueKind::Tools => sentence,
     }
 }
 
@@ -300,6 +301,20 @@ mod tests {
         }
         let left = fs::read_dir(folder.path().join("deep")).unwrap().count();
         assert_eq!(left, machine::presets().len(), "no half-written file stays");
+    }
+
+    #[test]
+    fn a_rack_of_bare_diameters_is_read_and_saved_as_tools() {
+        let old = "schema = 1\n[rack]\nbits = [0.8, 1.0]\n";
+        let machine = parse("old", old).unwrap();
+        assert_eq!(machine.drills().len(), 2);
+        let text = text_of(&machine);
+        assert!(text.contains("tools = [\n  \"T1 drill 0.8\",\n  \"T2 drill 1\",\n]"), "{text}");
+        assert_eq!(parse("saved", &text).unwrap(), machine);
+        let wrong = "schema = 1\n[rack]\nchange = \"manual\"\ntools = [\"T1 drill 0.8\", \"T2 reamer 1\"]\n";
+        let why = parse("wrong", wrong).unwrap_err();
+        assert_eq!((why.code.as_str(), why.place.clone().unwrap().line), ("machine.tool_line", 4), "{why:?}");
+        assert_eq!(parse("none", "schema = 1\n[rack]\ntools = []\n").unwrap().rack, []);
     }
 
     #[test]

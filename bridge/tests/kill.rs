@@ -13,7 +13,7 @@ use std::path::Path;
 use std::process::{Child, Command as Process, Stdio};
 use std::time::{Duration, Instant};
 
-const HOLES: u32 = 24;
+pub(crate) const HOLES: u32 = 24;
 /// Kills on every push, and with `cargo xtask test --long`.
 const KILLS: [u32; 2] = [200, 1_000];
 /// Kills until a board is left in peace.
@@ -24,7 +24,7 @@ fn place(hole: u32) -> Point {
 }
 
 /// A small board with two bits.
-fn board() -> Program {
+pub(crate) fn board() -> Program {
     let machine = virtual_drill();
     let process = &machine.process;
     let spin_up =
@@ -50,8 +50,12 @@ fn board() -> Program {
     }
     let commands = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
     legs.push(Leg { mark: Mark::Finish, commands });
-    let bit =
-        |mm: f64| Bit { diameter: Length::from_mm(mm), name: format!("{mm} mm"), cutter: Cutter::Drill };
+    let bit = |mm: f64| Bit {
+        diameter: Length::from_mm(mm),
+        name: format!("{mm} mm"),
+        cutter: Cutter::Drill,
+        handling: Default::default(),
+    };
     Program {
         name: "kill test".to_owned(),
         machine: machine.fingerprint(),
@@ -64,7 +68,7 @@ fn board() -> Program {
     }
 }
 
-fn start(home: &Path) -> Child {
+pub(crate) fn start(home: &Path) -> Child {
     Process::new(env!("CARGO_BIN_EXE_annulus"))
         .args(["run", "board.annulus-program", "--machine", "virtual", "--speed", "2000", "--json"])
         .current_dir(home)
@@ -76,7 +80,7 @@ fn start(home: &Path) -> Child {
 }
 
 /// The holes in the record, in order. Every line is whole and lies where a hole of the board is.
-fn record(home: &Path) -> Vec<u32> {
+pub(crate) fn record(home: &Path) -> Vec<u32> {
     let text = fs::read_to_string(home.join("drilled.txt")).unwrap_or_default();
     let rows = text.lines().map(|line| {
         let numbers: Vec<f64> = line.split(' ').map(|word| word.parse().unwrap()).collect();
@@ -92,7 +96,7 @@ fn record(home: &Path) -> Vec<u32> {
 }
 
 /// Waits until the record has more than `known` holes, or the child is over.
-fn drilled(home: &Path, known: usize, child: &mut Child) {
+pub(crate) fn drilled(home: &Path, known: usize, child: &mut Child) {
     let since = Instant::now();
     // Whole lines alone: the last one may be half written.
     let lines = || fs::read_to_string(home.join("drilled.txt")).map_or(0, |text| text.matches('\n').count());

@@ -12,3 +12,4 @@ mod provoked;
 mod queue;
 mod run;
 mod server;
+mod tools;

@@ -58,6 +58,7 @@ fn lab_at(interrupts: u32) -> String {
                 Value::Number(number) => format!("{name} = {number:?}\n"),
                 Value::Text(text) => format!("{name} = {text:?}\n"),
                 Value::Numbers(numbers) => format!("{name} = {numbers:?}\n"),
+                Value::Texts(lines) => format!("{name} = {lines:?}\n"),
             };
         }
     }

@@ -12,7 +12,7 @@ fn um(um: i64) -> Length {
 }
 
 fn bit(diameter_um: i64, cutter: Cutter) -> Bit {
-    Bit { diameter: um(diameter_um), name: String::new(), cutter }
+    Bit { diameter: um(diameter_um), name: String::new(), cutter, handling: Default::default() }
 }
 
 fn vee() -> Cutter {

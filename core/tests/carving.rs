@@ -36,7 +36,12 @@ fn up() -> Command {
 
 /// Rows of a mill, a circle of a vee, holes.
 fn program() -> Program {
-    let bit = |diameter, cutter| Bit { diameter: um(diameter), name: String::new(), cutter };
+    let bit = |diameter, cutter| Bit {
+        diameter: um(diameter),
+        name: String::new(),
+        cutter,
+        handling: Default::default(),
+    };
     let vee = Cutter::Vee { tip: um(100), angle_mdeg: 60_000 };
     let (to, center) = (Point::from_mm(20.0, 10.0), Point::from_mm(14.0, 10.0));
     let round = Command::MillArc { to, height: um(-150), center, ccw: true, feed_um_per_s: 10_000 };

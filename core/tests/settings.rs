@@ -24,6 +24,10 @@ fn others(setting: &Setting, now: &Value) -> Vec<Value> {
             turned.rotate_left(own.len().min(1));
             vec![Value::Numbers(moved(1.0)), Value::Numbers(moved(-1.0)), Value::Numbers(turned)]
         }
+        (ValueKind::Tools, _) => {
+            let lines = ["T1 drill 0.8 down 3 rpm 9000 life 9 place 2", "T2 mill 1.5"];
+            vec![Value::Texts(lines.map(str::to_owned).to_vec())]
+        }
         _ => Vec::new(),
     }
 }

@@ -7,7 +7,7 @@
 //! Comes in: values. Goes out: bytes, and values that are what was written. Does not know where they are kept.
 
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Steps;
+use annulus_core::machine::{Steps, ToolWear};
 use annulus_core::wire::auth;
 use serde::{Deserialize, Serialize};
 
@@ -76,6 +76,8 @@ pub struct Contents {
     pub job: Option<(JobRecord, Progress)>,
     /// Work zero in force.
     pub zero: Option<WorkZero>,
+    /// What tools have done since they were new.
+    pub wear: Vec<ToolWear>,
     /// A journal before this one was damaged, and nobody has read that yet.
     pub damage: Option<Damage>,
 }
@@ -117,15 +119,20 @@ pub enum Record {
         /// The bytes of its program.
         program: Vec<u8>,
     },
-    /// A leg is done, the next begun. With the place where a sensor ended the stroke of a leg.
+    /// A leg is done, the next begun. With the place where a sensor ended the stroke of a leg, and what its tool has done now: in one
+    /// go, so that no hit is lost and none counted twice.
     Advance {
         /// Where the job stands.
         progress: Progress,
+        /// What the tool has done, where the leg wore one.
+        wear: Option<ToolWear>,
         /// The leg whose stroke a sensor ended, and where.
         stop: Option<(u32, Steps)>,
     },
     /// The job is over or forgotten.
     Finish,
+    /// What a tool has done now: nothing, where a new one was put in.
+    Wear(ToolWear),
     /// The work zero in force.
     Zero(Option<WorkZero>),
     /// It was read that the journal before this one was damaged.

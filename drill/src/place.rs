@@ -159,7 +159,9 @@ impl Place {
 
     /// Lifts the tip where the position is trusted, whatever was ordered to stop.
     async fn lift(&mut self) {
-        let Some(top) = self.lift_to.filter(|top| self.line.position[2] < *top) else { return };
+        let Some(top) = self.lift_to.filter(|top| self.machine.lowest(&self.line.position) < *top) else {
+            return;
+        };
         let Ok(way) = cycles::retract(&self.machine, self.line.position, top) else { return };
         for planned in &way.moves {
             let segment = segment(planned, &self.machine);

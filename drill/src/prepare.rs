@@ -5,9 +5,9 @@
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite, worn};
 use annulus_core::locale;
-use annulus_core::machine::{self, Machine, Steps};
+use annulus_core::machine::{self, Machine, Steps, ToolWear};
 use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
 use annulus_core::wire::{PreflightRow, RowVerdict, Tell, program};
@@ -28,6 +28,8 @@ pub struct Context {
     pub safe_hz: Option<f64>,
     /// Whether the spindle answers, where it is one that tells of itself.
     pub spindle_answers: Option<bool>,
+    /// What the tools of its rack have done.
+    pub wear: Vec<ToolWear>,
     /// An interrupted job: key, leg, and the work zero it was begun with, where its steps still mean what they meant.
     pub offer: Option<(String, u32, Option<[i64; 2]>)>,
 }
@@ -119,7 +121,7 @@ impl Prepared {
 
     /// Whether leg `leg` goes on from the bottom of the hole before.
     pub(crate) fn begins_low(&self, leg: usize) -> bool {
-        !self.stream.range(leg).is_empty() && self.before_leg(leg)[2] < 0
+        !self.stream.range(leg).is_empty() && self.before_leg(leg)[2..].iter().any(|height| *height < 0)
     }
 
     /// Leg `leg` as it is begun with all spindles up. Where the stream goes on from its bottom, it is left there.
@@ -208,12 +210,13 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     }));
     checks.extend(machine::warnings(machine).into_iter().map(|warning| row(RowVerdict::Warn, warning)));
     checks.extend(unknown_bit(program).map(|why| row(RowVerdict::Fail, why)));
-    checks.extend(bite::breaking(program).into_iter().map(|why| row(RowVerdict::Warn, why)));
+    checks.extend(bite::judged_all(program).into_iter().map(|why| row(RowVerdict::Warn, why)));
     let missing = missing_drills(program, machine);
     if !missing.is_empty() {
         let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
         checks.push(row(RowVerdict::Warn, why));
     }
+    checks.extend(worn_tools(program, machine, (from_leg as usize, &context.wear)));
     if let Some(bit) = bit_of_leg(program, from_leg as usize) {
         checks.push(row(
             RowVerdict::Warn,
@@ -261,9 +264,35 @@ pub(crate) fn bit_of_leg(program: &Program, leg: usize) -> Option<&Bit> {
     program.bits.get(put_in.unwrap_or(0))
 }
 
+/// The tools of the program that are worn, or will be before it is done from leg `from` on.
+pub(crate) fn worn_tools(
+    program: &Program,
+    machine: &Machine,
+    (from, wear): (usize, &[ToolWear]),
+) -> Vec<PreflightRow> {
+    let mut rows = Vec::new();
+    for (bit, needs) in program.bits.iter().zip(worn::by_bit(program, from)).filter(|row| !row.1.is_nothing())
+    {
+        let Some(tool) = machine::tool_of(&machine.rack, bit, &machine.name, wear) else { continue };
+        let now = ToolWear::of(wear, &machine.name, tool);
+        let (worn, way) = (now.is_over(tool.life), tool.wears_by_way());
+        let found = match (worn, now.plus(needs).is_over(tool.life)) {
+            (true, _) if way => Diagnostic::warning("preflight.tool_worn_way"),
+            (true, _) => Diagnostic::warning("preflight.tool_worn"),
+            (false, true) if way => note("preflight.tool_wears_out_way"),
+            (false, true) => note("preflight.tool_wears_out"),
+            (false, false) => continue,
+        };
+        let found = found.with("number", tool.number).with("tool", bit.title(locale::FALLBACK));
+        let found = found.with("done", now.done()).with("life", tool.life);
+        rows.push(row(if worn { RowVerdict::Warn } else { RowVerdict::Pass }, found));
+    }
+    rows
+}
+
 /// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.
 pub(crate) fn missing_drills(program: &Program, machine: &Machine) -> Vec<String> {
-    let lacks = |bit: &&Bit| bit.cutter == Cutter::Drill && !machine.rack.contains(&bit.diameter);
+    let lacks = |bit: &&Bit| bit.cutter == Cutter::Drill && !machine.rack.iter().any(|tool| tool.is(bit));
     program.bits.iter().filter(lacks).map(|bit| bit.title(locale::FALLBACK)).collect()
 }
 

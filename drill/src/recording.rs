@@ -8,15 +8,23 @@ use crate::executor::Shared;
 use crate::journal::{JobRecord, Progress, Record, WorkZero};
 use crate::owner::Message;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Steps;
+use annulus_core::machine::{Steps, ToolWear};
 
 /// Somewhere to keep what must survive. Whatever returns without a reason is durable.
 pub trait Keeper {
     /// A job begins at leg `progress.done`. Its program is kept too, so that it can always be taken up.
     fn begin(&mut self, job: &JobRecord, progress: Progress, program: &[u8]) -> Result<(), Diagnostic>;
 
-    /// A leg is done and the next begun. `stop` is where a sensor ended the stroke of a leg.
-    fn advance(&mut self, progress: Progress, stop: Option<(u32, Steps)>) -> Result<(), Diagnostic>;
+    /// A leg is done and the next begun. `stop` is where a sensor ended the stroke of a leg, `wear` what its tool has done now.
+    fn advance(
+        &mut self,
+        progress: Progress,
+        stop: Option<(u32, Steps)>,
+        wear: Option<&ToolWear>,
+    ) -> Result<(), Diagnostic>;
+
+    /// What a tool has done now.
+    fn keep_wear(&mut self, wear: &ToolWear) -> Result<(), Diagnostic>;
 
     /// The job came to its end, or is to be forgotten.
     fn finish(&mut self) -> Result<(), Diagnostic>;
@@ -64,8 +72,8 @@ impl Recording {
                 Ok(())
             }
             Record::Advance { .. } if self.failed => Ok(()),
-            Record::Advance { progress, stop } => {
-                let advanced = keeper.advance(progress, stop);
+            Record::Advance { progress, wear, stop } => {
+                let advanced = keeper.advance(progress, stop, wear.as_ref());
                 match &advanced {
                     Ok(()) => shared.set_durable(progress.done),
                     Err(_) => self.failed = true,
@@ -73,6 +81,7 @@ impl Recording {
                 advanced
             }
             Record::Finish => keeper.finish(),
+            Record::Wear(wear) => keeper.keep_wear(&wear),
             Record::Zero(zero) => keeper.keep_zero(zero.as_ref()),
             Record::DamageRead => keeper.forget_damage(),
         };

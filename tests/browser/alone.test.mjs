@@ -330,3 +330,62 @@ test("files that another program shares with the page are opened once, and the b
     server.stop();
   }
 });
+
+test("a tool that is worn in mid-job is asked for anew, and the table says what each has done", async () => {
+  const server = await serveFiles();
+  const { page, problems, context } = await openPage(browser, `${server.url}?speed=20`);
+  try {
+    await openSample(page);
+    await drillOnly(page);
+    await tab(page, "Machine").click();
+    await page.getByText("The position is not known. Home first.").waitFor();
+    const table = async () => {
+      await tab(page, "Settings").click();
+      await page.getByRole("button", { name: "Tools", exact: true }).click();
+      await page.getByRole("table", { name: "Tools" }).waitFor();
+    };
+    await table();
+    const life = (tool) => page.getByLabel(`T${tool}: Life, holes or m`);
+    await life(1).fill("many");
+    await life(1).press("Tab");
+    await page.getByText(/life cannot be “many”/).waitFor();
+    for (const cell of await page.getByLabel(/^T\d+: Life/).all()) {
+      await cell.fill("4");
+      await cell.press("Tab");
+    }
+    await page.getByRole("button", { name: "Apply" }).click();
+    await until(async () => (await page.getByText(/^0 of 4 holes$/).count()) > 10, "lives that hold");
+    await tab(page, "Board").click();
+    await page.getByText(/^Planned .* m,/).waitFor();
+    const { start } = await startJob(page);
+    await start.click();
+    const done = page.getByText(/^The job is done\./);
+    let worn = 0;
+    await until(async () => {
+      if (await bit(page).isVisible()) {
+        const asked = await page.getByText(/is worn \(4 of 4 holes\): put in a new one/).count();
+        const said = await bit(page).click({ timeout: 2000 }).then(() => true, () => false);
+        worn += said ? asked : 0;
+        await until(async () => !(await bit(page).isVisible()), "a tool that is in");
+      }
+      return done.isVisible();
+    }, "a job that is done");
+    const holes = Number(await data(page, "holes"));
+    const made = await drilled(page);
+    assert.deepEqual([made.length, twice(made)], [holes, 0], "every hole once");
+    await table();
+    const told = await page.getByText(/^\d of 4 holes$/).allTextContents();
+    const counted = told.reduce((sum, words) => sum + Number(words[0]), 0);
+    assert.ok(worn > 0, "a tool was worn");
+    assert.equal(counted + 4 * worn, holes, "every hole is counted once");
+    await page.screenshot({ path: picture("alone-tools-1440") });
+    const used = page.getByRole("row").filter({ hasText: /[1-4] of 4 holes/ }).first();
+    const left = await page.getByText(/^0 of 4 holes$/).count();
+    await used.getByRole("button", { name: "New one is in" }).click();
+    await until(async () => (await page.getByText(/^0 of 4 holes$/).count()) === left + 1, "a new tool");
+    assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});

@@ -101,7 +101,12 @@ mod tests {
             name: "one".to_owned(),
             machine: String::new(),
             origin: Point::default(),
-            bits: vec![Bit { diameter: Length::from_um(800), name: String::new(), cutter: Cutter::Mill }],
+            bits: vec![Bit {
+                diameter: Length::from_um(800),
+                name: String::new(),
+                cutter: Cutter::Mill,
+                handling: Default::default(),
+            }],
             spindles: 1,
             safe_height: Length::from_um(2_000),
             legs: vec![Leg { mark: Mark::Toolpath(0), commands }],

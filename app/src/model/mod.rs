@@ -25,6 +25,7 @@ pub mod lines;
 pub mod link;
 pub mod planning;
 pub mod play;
+pub mod rack;
 pub mod settings;
 pub mod start;
 pub mod template;

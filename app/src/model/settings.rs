@@ -9,6 +9,7 @@
 //! draft. Knows no single setting: the table does.
 
 use super::link::Notice;
+use super::rack;
 use super::{Effect, LinkEvent, Model, linked};
 use crate::format;
 use crate::keys::Tab;
@@ -34,6 +35,22 @@ pub enum SettingsEvent {
         /// What.
         text: String,
     },
+    /// A cell of the rack's table was typed.
+    TypeTool {
+        /// The row.
+        row: usize,
+        /// The column ([`rack`]).
+        column: &'static str,
+        /// What.
+        text: String,
+    },
+    /// The rack gets one more tool.
+    AddTool,
+    /// The rack loses the tool of a row.
+    RemoveTool {
+        /// The row.
+        row: usize,
+    },
     /// Nothing of it is wanted.
     Discard,
     /// All of it is wanted.
@@ -51,6 +68,7 @@ fn value(setting: &Setting, typed: &str) -> Value {
             let words: Option<Vec<_>> = typed.split_whitespace().map(format::typed).collect();
             words.map_or_else(|| Value::Text(typed.to_owned()), Value::Numbers)
         }
+        ValueKind::Tools => Value::Texts(typed.lines().map(str::to_owned).collect()),
     }
 }
 
@@ -74,6 +92,21 @@ impl SettingsDraft {
 pub(super) fn update(model: &mut Model, event: SettingsEvent) -> Vec<Effect> {
     match event {
         SettingsEvent::Type { key, text } => drop(model.settings.typed.insert(key, text)),
+        SettingsEvent::TypeTool { row, column, text } => {
+            change_rack(model, |mut lines| {
+                if let Some(line) = lines.get_mut(row) {
+                    *line = rack::edited(line, column, &text);
+                }
+                lines
+            });
+        }
+        SettingsEvent::AddTool => change_rack(model, rack::added),
+        SettingsEvent::RemoveTool { row } => change_rack(model, |mut lines| {
+            if row < lines.len() {
+                lines.remove(row);
+            }
+            lines
+        }),
         SettingsEvent::Discard => model.settings.typed.clear(),
         SettingsEvent::Apply => {
             let draft = std::mem::take(&mut model.settings);
@@ -84,6 +117,12 @@ pub(super) fn update(model: &mut Model, event: SettingsEvent) -> Vec<Effect> {
         }
     }
     Vec::new()
+}
+
+/// The rack as it is typed becomes what `change` makes of it.
+fn change_rack(model: &mut Model, change: impl FnOnce(Vec<String>) -> Vec<String>) {
+    let lines = change(rack::lines(&model.settings, &model.machine));
+    model.settings.typed.insert(rack::RACK_KEY, lines.join("\n"));
 }
 
 /// Nothing is typed where nobody sees it.

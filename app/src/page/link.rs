@@ -14,7 +14,7 @@ use crate::model::{Job, LinkEvent, PlannedMap, SettingsDraft};
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, HeightMapReport, Outputs, Status};
+use annulus_core::wire::{Ask, HeightMapReport, Outputs, Status, ToolsReport};
 use leptos::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -60,6 +60,8 @@ pub struct Link {
     pub queue: ReadSignal<MachineQueue>,
     /// The outputs and their lock.
     pub outputs: ReadSignal<Outputs>,
+    /// What became of the tools of the rack.
+    pub tools: ReadSignal<ToolsReport>,
     /// What is known of the surface of the board on a controller.
     pub height_map: ReadSignal<Arc<HeightMapReport>>,
     /// Its dialog is open.
@@ -108,6 +110,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         log: slots.kept(|model| &model.link.log),
         queue: slots.part(|model| &model.link.queue),
         outputs: slots.part(|model| &model.link.outputs),
+        tools: slots.part(|model| &model.link.tools),
         height_map: slots.kept(|model| &model.link.height_map),
         levels: slots.part(|model| &model.level.open),
         spacing_mm: slots.part(|model| &model.level.spacing_mm),

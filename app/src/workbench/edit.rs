@@ -71,7 +71,7 @@ pub fn of_face(work: &Work, face: Face) -> Vec<usize> {
 /// What was typed, as a value of a row; text that is no number stays text and is refused as such.
 pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
     match row.kind {
-        ValueKind::Text(_) | ValueKind::Choice(_) => Value::Text(text.to_owned()),
+        ValueKind::Text(_) | ValueKind::Choice(_) | ValueKind::Tools => Value::Text(text.to_owned()),
         ValueKind::Number(..) | ValueKind::Whole(..) => {
             typed(text).map_or_else(|| Value::Text(text.to_owned()), Value::Number)
         }
@@ -108,7 +108,12 @@ pub fn widened(work: &Work, at: usize, wanted: Length) -> Option<Work> {
 pub fn new_bit(work: &Work) -> Bit {
     let free = |number: &u32| work.bit(&format!("Mill {number}")).is_none();
     let number = (1..).find(free).unwrap_or(1);
-    Bit { diameter: Length::from_um(1_000), name: format!("Mill {number}"), cutter: Cutter::Mill }
+    Bit {
+        diameter: Length::from_um(1_000),
+        name: format!("Mill {number}"),
+        cutter: Cutter::Mill,
+        handling: Default::default(),
+    }
 }
 
 /// The bit at `at` changed; operations that call it by its name follow.

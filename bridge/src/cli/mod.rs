@@ -34,6 +34,7 @@ pub(crate) mod saving;
 mod serve;
 mod simulate;
 mod templates;
+mod tools;
 
 use crate::refusal::{Exit, Refusal};
 
@@ -92,6 +93,8 @@ pub(crate) enum Command {
     Link(link::LinkArgs),
     /// List the machines that are known.
     Machines(machines::MachinesArgs),
+    /// Tools of a machine and what each has done: list, reset.
+    Tools(tools::ToolsArgs),
     /// Compute motion for a report, or check files of expected numbers.
     Lab(lab::LabArgs),
     /// Check this computer: folders, ports, timing.
@@ -392,6 +395,7 @@ fn dispatch(arguments: Arguments) -> Result<Answer, Refusal> {
         Some(Command::Serve(args)) => serve::run(&args, json),
         Some(Command::Link(args)) => link::run(&args),
         Some(Command::Machines(args)) => machines::run(&args),
+        Some(Command::Tools(args)) => tools::run(&args),
         Some(Command::Lab(args)) => lab::run(&args, json),
         Some(Command::Doctor(args)) => doctor::run(&args),
         Some(Command::Executor) => executor::run(),

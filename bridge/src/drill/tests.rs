@@ -16,7 +16,7 @@ use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Gate, Input, Leg, Mark, Otherwise, Program};
-use annulus_core::machine::{StrokeEnd, ToolChange, Value, virtual_drill};
+use annulus_core::machine::{StrokeEnd, ToolChange, Value, six_spindles, virtual_drill};
 use annulus_core::units::Length;
 use annulus_core::wire::{RowVerdict, Status, program};
 use annulus_drill::Keeper;
@@ -63,7 +63,12 @@ fn grid(machine: &Machine, count: u32) -> Program {
         name: "grid".to_owned(),
         machine: machine.fingerprint(),
         origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".to_owned(), cutter: Cutter::Drill }],
+        bits: vec![Bit {
+            diameter: Length::from_um(800),
+            name: "0.8 mm".to_owned(),
+            cutter: Cutter::Drill,
+            handling: Default::default(),
+        }],
         spindles: 1,
         safe_height: process.safe_height,
         legs,

@@ -92,8 +92,18 @@ pub(crate) fn milling(machine: &Machine) -> Program {
         machine: machine.fingerprint(),
         origin: Point::default(),
         bits: vec![
-            Bit { diameter: um(800), name: "0.8 mm".to_owned(), cutter: Cutter::Drill },
-            Bit { diameter: um(1_000), name: "1 mm mill".to_owned(), cutter: Cutter::Mill },
+            Bit {
+                diameter: um(800),
+                name: "0.8 mm".to_owned(),
+                cutter: Cutter::Drill,
+                handling: Default::default(),
+            },
+            Bit {
+                diameter: um(1_000),
+                name: "1 mm mill".to_owned(),
+                cutter: Cutter::Mill,
+                handling: Default::default(),
+            },
         ],
         spindles: 1,
         safe_height: machine.process.safe_height,

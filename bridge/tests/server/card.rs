@@ -280,7 +280,12 @@ fn at_a_tool_change(answer: &Ask) -> (Tell, Status) {
     home(&mut page);
     page.ask(&Ask::SetZero);
     let mut program = holes(&shop.machine, 2);
-    program.bits.push(Bit { diameter: Length::from_um(1_000), name: "1.0 mm".into(), cutter: Cutter::Drill });
+    program.bits.push(Bit {
+        diameter: Length::from_um(1_000),
+        name: "1.0 mm".into(),
+        cutter: Cutter::Drill,
+        handling: Default::default(),
+    });
     let change = Leg {
         mark: Mark::ToolChange(1),
         commands: vec![

@@ -33,6 +33,7 @@ pub(crate) fn file(machine: &Machine) -> String {
                 Value::Number(number) => number.to_string(),
                 Value::Text(words) => format!("{words:?}"),
                 Value::Numbers(numbers) => format!("{numbers:?}"),
+                Value::Texts(lines) => format!("{lines:?}"),
             };
             text += &format!("{} = {value}\n", row.key.split_once('.').unwrap().1);
         }
@@ -63,7 +64,12 @@ pub(crate) fn holes(
         name: "a row of holes".into(),
         machine: machine.fingerprint(),
         origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
+        bits: vec![Bit {
+            diameter: Length::from_um(800),
+            name: "0.8 mm".into(),
+            cutter: Cutter::Drill,
+            handling: Default::default(),
+        }],
         spindles: 1,
         safe_height: process.safe_height,
         legs,

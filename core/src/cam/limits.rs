@@ -4,12 +4,14 @@
 //!   along the board   no faster than the slower of X and Y        isolate.feed = 400 on a small router: 16.7 mm/s, and a note
 //!   down              no faster than Z, nor than Z on its way down
 //!   spindle           no faster than spindle.max_speed
+//!   a drill           goes down and turns as the rack says of it, where it does
 //! ```
 //!
-//! Comes in: an operation, a machine. Goes out: the operation as it can be, and what was bounded. Does not know controllers.
+//! Comes in: an operation, a machine, a bit. Goes out: the operation as it can be, and what was bounded. Does not know controllers.
 
 use super::work::{Operation, OperationKind};
 use crate::diagnostic::Diagnostic;
+use crate::job::{Bit, Cutter};
 use crate::machine::Machine;
 
 /// The greatest feed along the board, mm/s.
@@ -28,8 +30,24 @@ fn spindle(machine: &Machine) -> Option<u32> {
     (process.max_rpm > 0).then(|| process.max_rpm.max(process.spindle_rpm))
 }
 
+/// The operation as `bit` does it: a drill of which the rack says how it goes down, or turns, does so, whatever the operation says
+/// for all of them; all within what the machine can do.
+pub(super) fn with_bit(operation: &Operation, bit: &Bit, machine: &Machine) -> Operation {
+    let mut own = operation.clone();
+    let drill = machine.rack.iter().find(|tool| bit.cutter == Cutter::Drill && tool.is(bit));
+    if let Some(tool) = drill {
+        if tool.down_mm_per_s > 0.0 {
+            own.plunge_mm_per_s = tool.down_mm_per_s;
+        }
+        if tool.spindle_rpm > 0 {
+            own.spindle_rpm = tool.spindle_rpm;
+        }
+    }
+    within(&own, machine)
+}
+
 /// The operation with feeds and speed that the machine can do.
-pub(super) fn within(operation: &Operation, machine: &Machine) -> Operation {
+fn within(operation: &Operation, machine: &Machine) -> Operation {
     Operation {
         feed_mm_per_s: operation.feed_mm_per_s.min(plane(machine)),
         plunge_mm_per_s: operation.plunge_mm_per_s.min(down(machine)),

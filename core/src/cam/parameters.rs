@@ -120,7 +120,7 @@ fn valued(kind: ValueKind, text: &str) -> Value {
     let list = list.strip_prefix('[').and_then(|list| list.strip_suffix(']')).unwrap_or(list);
     let numbers = || list.split([',', ' ']).filter(|word| !word.is_empty()).map(|word| word.parse().ok());
     match kind {
-        ValueKind::Text(_) | ValueKind::Choice(_) => plain(),
+        ValueKind::Text(_) | ValueKind::Choice(_) | ValueKind::Tools => plain(),
         ValueKind::Number(..) | ValueKind::Whole(..) => {
             text.trim().parse().map_or_else(|_| plain(), Value::Number)
         }

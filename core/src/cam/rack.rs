@@ -23,7 +23,7 @@ pub fn size_text(size: Length) -> String {
 
 /// The drill of this size; it is called what it is.
 pub fn drill(diameter: Length) -> Bit {
-    let unnamed = Bit { diameter, name: String::new(), cutter: Cutter::Drill };
+    let unnamed = Bit { diameter, name: String::new(), cutter: Cutter::Drill, handling: Default::default() };
     Bit { name: unnamed.title(locale::FALLBACK), ..unnamed }
 }
 

@@ -52,7 +52,12 @@ const SMALL_MILL: &str = "end mill 0.8";
 
 /// The bits that a new job has.
 pub fn usual_bits() -> Vec<Bit> {
-    let bit = |name: &str, um, cutter| Bit { diameter: Length::from_um(um), name: name.to_owned(), cutter };
+    let bit = |name: &str, um, cutter| Bit {
+        diameter: Length::from_um(um),
+        name: name.to_owned(),
+        cutter,
+        handling: Default::default(),
+    };
     vec![
         bit(VEE, 3_175, Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 }),
         bit(MILL, 1_500, Cutter::Mill),
@@ -132,14 +137,14 @@ impl Work {
 
 /// The kinds of operations that make the holes and slots of `board`.
 fn makes_holes(board: &Board, machine: &Machine) -> impl Iterator<Item = &'static str> + use<> {
-    let mills = !board.slots.is_empty() || board.holes.iter().any(|hole| !drilled(hole.diameter, machine));
+    let drills = machine.drills();
+    let drilled = |size: Option<Length>| {
+        size.is_none_or(|size| super::rack::nearest(&drills, size, machine.rack_tolerance).is_some())
+    };
+    // A hole without a size is no milling matter.
+    let mills = !board.slots.is_empty() || board.holes.iter().any(|hole| !drilled(hole.diameter));
     [("drill", !board.holes.is_empty()), ("mill_holes", mills)]
         .into_iter()
         .filter(|row| row.1)
         .map(|row| row.0)
-}
-
-/// Whether a drill of the rack fits a hole of this size; a hole without a size is no milling matter.
-fn drilled(size: Option<Length>, machine: &Machine) -> bool {
-    size.is_none_or(|size| super::rack::nearest(&machine.rack, size, machine.rack_tolerance).is_some())
 }

@@ -1,8 +1,9 @@
-//! How far a bit goes on with each turn, and whether it stands that (C3).
+//! How far a bit goes on with each turn and how fast its edge runs, and whether it stands that (C3).
 //!
 //! ```text
 //! 12 mm/s at 1,500 rpm      0.48 mm a turn       a drill of 0.8 mm stands 0.2 mm: it breaks
 //! 12 mm/s at 30,000 rpm     0.024 mm a turn      good
+//! 3.2 mm at 60,000 rpm      603 m/min            the edge burns: the board's resin smears, the bit is blunt soon
 //! ```
 //!
 //! Comes in: a bit, a feed, a speed; or a program. Goes out: diagnostics with the feed and the speed that it would stand. Does not
@@ -13,6 +14,32 @@ use crate::diagnostic::Diagnostic;
 
 /// Most of the width of its cut that a bit may go on by in one turn.
 pub const MOST_BITE_SHARE: f64 = 0.25;
+
+/// Fastest surface speed of an edge, m/min: boards are drilled at 100 to 250, and no hard metal stands much more in their glass.
+pub const MOST_SURFACE_M_PER_MIN: f64 = 350.0;
+
+/// How fast the edge of a bit of this diameter runs at `rpm`, m/min.
+fn surface_m_per_min(bit: &Bit, rpm: u32) -> f64 {
+    std::f64::consts::PI * bit.diameter.mm() * f64::from(rpm) / 1e3
+}
+
+/// What is wrong with `bit` going down at `feed_mm_per_s` while it turns at `rpm`.
+pub fn judged(bit: &Bit, feed_mm_per_s: f64, rpm: u32) -> Vec<Diagnostic> {
+    [breaks(bit, feed_mm_per_s, rpm), burns(bit, rpm)].into_iter().flatten().collect()
+}
+
+/// Why the edge of `bit` burns at `rpm`, if it does. V-bits cut near their tip, however wide they are.
+fn burns(bit: &Bit, rpm: u32) -> Option<Diagnostic> {
+    let surface = surface_m_per_min(bit, rpm);
+    if matches!(bit.cutter, Cutter::Vee { .. }) || surface <= MOST_SURFACE_M_PER_MIN {
+        return None;
+    }
+    // Rounded to the safe side.
+    let slower = libm::floor(f64::from(rpm) * MOST_SURFACE_M_PER_MIN / surface / 100.0) * 100.0;
+    let why = Diagnostic::warning("job.bit_burns").with("bit", bit.title(crate::locale::FALLBACK));
+    let why = why.with("rpm", rpm).with("surface", format!("{surface:.0}"));
+    Some(why.with("most", MOST_SURFACE_M_PER_MIN).with("slower", format!("{slower:.0}")))
+}
 
 /// Why `bit` breaks when it goes down at `feed_mm_per_s` while it turns at `rpm`, if it does. V-bits cut as wide as they are
 /// deep: they are judged in the cut.
@@ -26,19 +53,18 @@ pub fn breaks(bit: &Bit, feed_mm_per_s: f64, rpm: u32) -> Option<Diagnostic> {
     if bite_mm <= most_mm {
         return None;
     }
-    let surface_m_per_min = std::f64::consts::PI * diameter_mm * f64::from(rpm) / 1e3;
     let why = Diagnostic::error("job.bit_breaks").with("bit", bit.title(crate::locale::FALLBACK));
     let why = why.with("feed", format!("{feed_mm_per_s:.1}")).with("rpm", rpm);
     let why = why.with("bite", format!("{bite_mm:.3}")).with("most", format!("{most_mm:.3}"));
-    let why = why.with("surface", format!("{surface_m_per_min:.0}"));
+    let why = why.with("surface", format!("{:.0}", surface_m_per_min(bit, rpm)));
     // Rounded to the safe side.
     let slower = libm::floor(most_mm * turns_per_s * 10.0) / 10.0;
     let faster = libm::ceil(feed_mm_per_s / most_mm * 60.0 / 100.0) * 100.0;
     Some(why.with("slower", format!("{slower:.1}")).with("faster", format!("{faster:.0}")))
 }
 
-/// Every bit of `program` that breaks on its way down, once.
-pub fn breaking(program: &Program) -> Vec<Diagnostic> {
+/// What is wrong with the bits of `program` on their way down, of each once.
+pub fn judged_all(program: &Program) -> Vec<Diagnostic> {
     let (mut bit, mut rpm) = (0_usize, 0);
     let mut found: Vec<(usize, Diagnostic)> = Vec::new();
     for leg in &program.legs {
@@ -51,8 +77,8 @@ pub fn breaking(program: &Program) -> Vec<Diagnostic> {
                 Command::AwaitBit { bit: next } => bit = *next as usize,
                 Command::Plunge { feed_um_per_s, .. } if !found.iter().any(|(known, _)| *known == bit) => {
                     let feed_mm_per_s = f64::from(*feed_um_per_s) / 1e3;
-                    let why = program.bits.get(bit).and_then(|bit| breaks(bit, feed_mm_per_s, rpm));
-                    found.extend(why.map(|why| (bit, why)));
+                    let why = program.bits.get(bit).map(|bit| judged(bit, feed_mm_per_s, rpm));
+                    found.extend(why.into_iter().flatten().map(|why| (bit, why)));
                 }
                 _ => {}
             }
@@ -67,7 +93,7 @@ mod tests {
     use crate::units::Length;
 
     fn bit(um: i64, cutter: Cutter) -> Bit {
-        Bit { diameter: Length::from_um(um), name: String::new(), cutter }
+        Bit { diameter: Length::from_um(um), name: String::new(), cutter, handling: Default::default() }
     }
 
     #[test]
@@ -94,6 +120,28 @@ mod tests {
                 assert_eq!(breaks(&bit, number("slower"), rpm), None);
                 assert_eq!(breaks(&bit, feed, number("faster") as u32), None);
                 assert!(why.message("en").contains(&said("bite").unwrap()) && !why.advice("en").is_empty());
+            }
+        }
+    }
+
+    #[test]
+    fn an_edge_that_runs_too_fast_burns_and_not_at_the_speed_that_is_said() {
+        let rows = [
+            (3_200, Cutter::Drill, 30_000, false),
+            (3_200, Cutter::Drill, 60_000, true),
+            (800, Cutter::Drill, 60_000, false),
+            (6_000, Cutter::Mill, 24_000, true),
+            (6_000, Cutter::Vee { tip: Length::ZERO, angle_mdeg: 30_000 }, 24_000, false),
+        ];
+        for (um, cutter, rpm, does) in rows {
+            let bit = bit(um, cutter);
+            let found = judged(&bit, 1.0, rpm);
+            assert_eq!(found.first().is_some(), does, "{um} {rpm}");
+            for why in found {
+                assert_eq!(why.code, "job.bit_burns");
+                let slower = why.args.iter().find(|(key, _)| key == "slower").unwrap().1.parse().unwrap();
+                assert_eq!(judged(&bit, 1.0, slower), []);
+                assert!(slower > rpm / 2 && why.message("en").contains("350"), "{}", why.message("en"));
             }
         }
     }

@@ -161,7 +161,12 @@ mod tests {
     use crate::job::{Cutter, Leg};
 
     fn program(commands: Vec<Command>) -> Program {
-        let tool = Bit { diameter: Length::from_mm(2.0), name: String::new(), cutter: Cutter::Mill };
+        let tool = Bit {
+            diameter: Length::from_mm(2.0),
+            name: String::new(),
+            cutter: Cutter::Mill,
+            handling: Default::default(),
+        };
         Program {
             name: "a board".to_owned(),
             machine: String::new(),

@@ -18,6 +18,7 @@ mod briefing;
 mod cleared;
 mod milled;
 mod tool;
+pub mod worn;
 
 pub use asked::{Asked, AskedEdge};
 pub use briefing::{AlignmentPins, Briefing, SideBriefing, ToolBriefing, touched};
@@ -58,6 +59,25 @@ pub struct Bit {
     pub name: String,
     /// Its form.
     pub cutter: Cutter,
+    /// How it is handled, beyond its form.
+    #[serde(default)]
+    pub handling: Handling,
+}
+
+/// How a bit is handled on the machine whose rack it is in.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Handling {
+    /// Speed at which it is lifted, µm/s; 0 for as fast as the machine goes.
+    pub up_um_per_s: u32,
+    /// How far its edge may run off its axis: a hole is wider by twice that.
+    pub run_out: Length,
+}
+
+impl Handling {
+    /// Speed at which the bit is lifted at most, mm/s.
+    pub fn up_mm_per_s(self) -> f64 {
+        if self.up_um_per_s == 0 { f64::INFINITY } else { f64::from(self.up_um_per_s) / 1e3 }
+    }
 }
 
 /// The form of a bit.

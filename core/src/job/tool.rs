@@ -63,7 +63,12 @@ mod tests {
             (1_000, Cutter::Mill, "end mill 1", "mill-1"),
         ];
         for (diameter, cutter, title, word) in rows {
-            let bit = Bit { diameter: um(diameter), name: "a name of its own".to_owned(), cutter };
+            let bit = Bit {
+                diameter: um(diameter),
+                name: "a name of its own".to_owned(),
+                cutter,
+                handling: Default::default(),
+            };
             assert_eq!((bit.title("en").as_str(), bit.file_word().as_str()), (title, word));
         }
     }

@@ -37,7 +37,12 @@ fn program(commands: Vec<Command>) -> Program {
         name: "a board".to_owned(),
         machine: String::new(),
         origin: Point::default(),
-        bits: vec![Bit { diameter: mm(1.0), name: String::new(), cutter: Cutter::Mill }],
+        bits: vec![Bit {
+            diameter: mm(1.0),
+            name: String::new(),
+            cutter: Cutter::Mill,
+            handling: Default::default(),
+        }],
         spindles: 1,
         safe_height: mm(2.0),
         legs: vec![Leg { mark: Mark::Toolpath(0), commands }],

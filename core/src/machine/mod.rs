@@ -18,6 +18,7 @@ mod settings;
 mod step_dir;
 mod table;
 mod table_speeds;
+mod tools;
 mod validate;
 mod wiring;
 
@@ -35,10 +36,11 @@ pub use settings::{
 pub use step_dir::{StepDir, WIRED_AXES};
 pub use table::{MOST_RPM, SECTIONS};
 pub use table_speeds::warnings;
+pub use tools::{RackTool, TOOL_FIELDS, TOOL_FORMS, ToolField, ToolWear, rack_of, tool_of};
 pub use validate::validate;
 pub use wiring::{UNWIRED, Wiring};
 
-use crate::job::Input;
+use crate::job::{Cutter, Input};
 use crate::units::{Length, NM_PER_INCH, NM_PER_MM};
 use sha2::{Digest, Sha256};
 
@@ -101,8 +103,8 @@ pub struct Machine {
     pub longest_drilling_s: f64,
     /// How bits are changed.
     pub tool_change: ToolChange,
-    /// The bits one owns.
-    pub rack: Vec<Length>,
+    /// The tools one owns.
+    pub rack: Vec<RackTool>,
     /// How far a hole's size may be from the bit used for it.
     pub rack_tolerance: Length,
     /// Numbers of the process.
@@ -282,6 +284,18 @@ impl Machine {
             1 => &self.y,
             _ => &self.z,
         }
+    }
+
+    /// The lowest of its spindles where the axes are at `place`, in steps: what is true of every tip is true of that one.
+    pub fn lowest(&self, place: &Steps) -> i64 {
+        let spindles = (self.spindles as usize).clamp(1, AXES - 2);
+        place[2..2 + spindles].iter().copied().min().unwrap_or_default()
+    }
+
+    /// Diameters of the drills of its rack.
+    pub fn drills(&self) -> Vec<Length> {
+        let drills = self.rack.iter().filter(|tool| tool.cutter == Cutter::Drill);
+        drills.map(|tool| tool.diameter).collect()
     }
 
     /// SHA-256 in hexadecimal over everything that shapes a stream. Name, description and output do not: the

@@ -6,7 +6,7 @@
 use super::boards;
 use super::{
     AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws,
-    Output, Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
+    Output, Overlap, Parallel, PhaseTable, Process, RackTool, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
 
@@ -14,11 +14,14 @@ fn mm(value: f64) -> Length {
     Length::from_mm(value)
 }
 
-/// Bits from 0.3 mm to 3.2 mm as small shops keep them.
-fn common_bits() -> Vec<Length> {
-    [0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.5, 3.0, 3.2]
-        .map(mm)
-        .to_vec()
+/// Drills of these diameters, in mm.
+fn drills(sizes_mm: &[f64]) -> Vec<RackTool> {
+    (1..).zip(sizes_mm).map(|(number, size)| RackTool::drill(number, mm(*size))).collect()
+}
+
+/// Drills from 0.3 mm to 3.2 mm as small shops keep them.
+fn common_bits() -> Vec<RackTool> {
+    drills(&[0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0, 1.1, 1.2, 1.3, 1.5, 1.6, 1.8, 2.0, 2.2, 2.5, 3.0, 3.2])
 }
 
 /// Limits of Z on its way down: mm/s, mm/s², mm/s³.

@@ -5,6 +5,7 @@
 //! Comes in: keys and values. Goes out: a [`Machine`] or diagnostics naming the field. Does not know any file format.
 
 use super::table::SECTIONS;
+use super::tools::rack_of;
 use super::{Machine, validate};
 use crate::diagnostic::Diagnostic;
 use crate::locale;
@@ -21,6 +22,8 @@ pub enum Value {
     Text(String),
     /// Several numbers in the setting's unit.
     Numbers(Vec<f64>),
+    /// Several lines of text.
+    Texts(Vec<String>),
 }
 
 impl fmt::Display for Value {
@@ -32,6 +35,7 @@ impl fmt::Display for Value {
                 let words: Vec<_> = numbers.iter().map(f64::to_string).collect();
                 out.write_str(&words.join(" "))
             }
+            Self::Texts(lines) => out.write_str(&lines.join("\n")),
         }
     }
 }
@@ -51,6 +55,8 @@ pub enum ValueKind {
     Numbers(f64, f64),
     /// The same of whole numbers.
     Wholes(f64, f64),
+    /// The tools of a rack, a line each ([`super::RackTool`]).
+    Tools,
 }
 
 /// Sections of the table that say how hardware is wired.
@@ -111,6 +117,7 @@ impl ValueKind {
         let inside = |number: f64, low: f64, high: f64| number.is_finite() && (low..=high).contains(&number);
         let range = |low: f64, high: f64| diagnostic("range").map(|r| r.with("low", low).with("high", high));
         match (self, value) {
+            (ValueKind::Tools, rack) => rack_of(rack).err(),
             (ValueKind::Text(longest), Value::Text(text)) => {
                 if text.chars().count() > longest || text.chars().any(char::is_control) {
                     return diagnostic("text").map(|r| r.with("longest", longest));
@@ -165,8 +172,9 @@ pub fn settings() -> impl Iterator<Item = &'static Setting> {
     SECTIONS.iter().flat_map(|(_, rows)| rows.iter())
 }
 
-/// The setting called `key`.
+/// The setting called `key`, or that was called so once: a rack was a list of diameters before it was one of tools.
 pub fn setting(key: &str) -> Option<&'static Setting> {
+    let key = if key == "rack.bits" { "rack.tools" } else { key };
     settings().find(|setting| setting.key == key)
 }
 

@@ -3,6 +3,7 @@
 //! Goes out: [`SECTIONS`]. What a row means is said in the locale tables; what is allowed is judged in `settings`.
 
 use super::settings::{Setting, Value, ValueKind};
+use super::tools::{rack_of, rack_value};
 use super::{DriveKind, HomeEnd, Law, Output, ScaleUnit, StrokeEnd, ToolChange};
 use crate::units::Length;
 
@@ -217,16 +218,8 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     (
         "rack",
         &[
-            row!(
-                "rack.bits",
-                "mm",
-                ValueKind::Numbers(0.05, 20.0),
-                false,
-                |m| Value::Numbers(m.rack.iter().map(|bit| bit.mm()).collect()),
-                |m, v| if let Value::Numbers(bits) = v {
-                    m.rack = bits.iter().map(|mm| Length::from_mm(*mm)).collect();
-                }
-            ),
+            row!("rack.tools", "", ValueKind::Tools, false, |m| rack_value(&m.rack), |m, v| m.rack =
+                rack_of(v).unwrap_or_default()),
             length!("rack.tolerance", ValueKind::Number(0.0, 1.0), false, rack_tolerance),
             words!("rack.change", false, tool_change,
                 "manual" => ToolChange::Manual, "unattended" => ToolChange::Unattended),

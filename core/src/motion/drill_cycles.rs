@@ -32,6 +32,15 @@ pub(super) struct Hole {
     pub(super) top: Length,
     feed_um_per_s: u32,
     dwell_us: u32,
+    /// How fast the spindles go up at most.
+    lift_mm_per_s: f64,
+}
+
+impl Hole {
+    /// The same, and the spindles go up no faster than that.
+    pub(super) fn lifted(self, lift_mm_per_s: f64) -> Self {
+        Self { lift_mm_per_s, ..self }
+    }
 }
 
 /// A chain at the bottom of a hole: what it takes to get up.
@@ -60,6 +69,7 @@ struct Stored {
     top_steps: i64,
     bottom_steps: i64,
     feed_um_per_s: u32,
+    lift_mm_per_s: f64,
     down: Stroke,
     up: Stroke,
     times: SpindleTimes,
@@ -86,7 +96,8 @@ pub(super) fn plain_hole(machine: &Machine, leg: &Leg) -> Option<Hole> {
     let Command::Plunge { to: bottom, feed_um_per_s, gate: None } = plunge else { return None };
     let clear = Length::from_mm(machine.overlap.clear_mm);
     let plain = feed_um_per_s > 0 && bottom < Length::ZERO && top > clear;
-    plain.then_some(Hole { to, bottom, top, feed_um_per_s, dwell_us })
+    let lift_mm_per_s = f64::INFINITY;
+    plain.then_some(Hole { to, bottom, top, feed_um_per_s, dwell_us, lift_mm_per_s })
 }
 
 impl DrillCycles {
@@ -151,8 +162,10 @@ impl DrillCycles {
     ) -> Result<Stored, Diagnostic> {
         let scale = machine.z.scale;
         let (top_steps, bottom_steps) = (scale.steps(hole.top), scale.steps(hole.bottom));
-        let key = (top_steps, bottom_steps, hole.feed_um_per_s);
-        let same = |known: &Stored| (known.top_steps, known.bottom_steps, known.feed_um_per_s) == key;
+        let key = (top_steps, bottom_steps, hole.feed_um_per_s, hole.lift_mm_per_s);
+        let same = |known: &Stored| {
+            (known.top_steps, known.bottom_steps, known.feed_um_per_s, known.lift_mm_per_s) == key
+        };
         if let Some(known) = self.known.as_ref().filter(|known| same(known)) {
             return Ok(known.clone());
         }
@@ -163,10 +176,10 @@ impl DrillCycles {
         let mm = mm_per_step(machine)[2];
         let (height_mm, depth_mm) = (top_steps as f64 * mm, -bottom_steps as f64 * mm);
         let down = down(machine, height_mm, depth_mm, f64::from(hole.feed_um_per_s) * 1e-3)?;
-        let up = Stroke::One(line(machine, &low, &high, f64::INFINITY)?);
+        let up = Stroke::One(line(machine, &low, &high, hole.lift_mm_per_s)?);
         let times = times(machine, &down, &up, height_mm);
-        let feed_um_per_s = hole.feed_um_per_s;
-        let stored = Stored { top_steps, bottom_steps, feed_um_per_s, down, up, times };
+        let (feed_um_per_s, lift_mm_per_s) = (hole.feed_um_per_s, hole.lift_mm_per_s);
+        let stored = Stored { top_steps, bottom_steps, feed_um_per_s, lift_mm_per_s, down, up, times };
         self.known = Some(stored.clone());
         Ok(stored)
     }

@@ -96,6 +96,13 @@ fn writer_at<'a>(program: &Program, machine: &'a Machine, index: usize) -> Write
     let mut writer = Writer::new(machine, start);
     writer.place = at;
     writer.spindles = spindle_axes(program.spindles, machine);
+    writer.lifts_mm_per_s = program.bits.iter().map(|bit| bit.handling.up_mm_per_s()).collect();
+    let before = program.legs.iter().take(index).rev().flat_map(|leg| leg.commands.iter().rev());
+    let mut asked = before.filter_map(|command| match command {
+        Command::AwaitBit { bit } => Some(*bit),
+        _ => None,
+    });
+    writer.puts_in(asked.next().unwrap_or(0));
     writer.feed_height = machine.process.feed_height.min(program.safe_height);
     writer
 }
@@ -132,6 +139,9 @@ pub(super) struct Writer<'a> {
     low: Option<Low>,
     /// For every axis, whether its play is taken up towards its low end.
     turned: [bool; AXES],
+    /// How fast each bit of the program is lifted at most, mm/s; and the one that is in.
+    lifts_mm_per_s: Vec<f64>,
+    lift_mm_per_s: f64,
 }
 
 impl<'a> Writer<'a> {
@@ -153,7 +163,14 @@ impl<'a> Writer<'a> {
             strokes: DrillCycles::default(),
             low: None,
             turned: [false; AXES],
+            lifts_mm_per_s: Vec::new(),
+            lift_mm_per_s: f64::INFINITY,
         }
+    }
+
+    /// This bit is in from now on.
+    fn puts_in(&mut self, bit: u32) {
+        self.lift_mm_per_s = self.lifts_mm_per_s.get(bit as usize).copied().unwrap_or(f64::INFINITY);
     }
 
     /// What was written.
@@ -184,8 +201,13 @@ impl<'a> Writer<'a> {
         to[1] = self.machine.y.scale.steps(hole.to.y);
         let plane = self.play(&to);
         let stands = (self.at, plane, self.turned);
-        let (to_next, low) =
-            self.strokes.next_hole(self.machine, &self.spindles, stands, hole, self.low.take())?;
+        let (to_next, low) = self.strokes.next_hole(
+            self.machine,
+            &self.spindles,
+            stands,
+            hole.lifted(self.lift_mm_per_s),
+            self.low.take(),
+        )?;
         let duration_s = to_next.duration_ticks as f64 / TICK_HZ as f64;
         refuse_slow(self.longest_mm(&to_next.parts), duration_s)?;
         self.push(Move {
@@ -203,7 +225,7 @@ impl<'a> Writer<'a> {
             return Ok(());
         }
         self.command = index(commands.saturating_sub(1));
-        self.line(Stage::Retract, self.with_z(hole.top), f64::INFINITY, None)
+        self.line(Stage::Retract, self.with_z(hole.top), self.lift_mm_per_s, None)
     }
 
     /// Commands in order; those that mill and follow each other together.
@@ -301,6 +323,7 @@ impl<'a> Writer<'a> {
                 Ok(())
             }
             Command::AwaitBit { bit } => {
+                self.puts_in(bit);
                 self.rest(Stage::AwaitBit, 0, Switching::AwaitBit { bit });
                 Ok(())
             }
@@ -326,7 +349,7 @@ impl<'a> Writer<'a> {
         if (2..AXES).any(|axis| top[axis] < self.at[axis]) {
             return Err(Diagnostic::error("motion.retract_downwards").with("to", to.mm()));
         }
-        self.line(Stage::Retract, top, f64::INFINITY, None)
+        self.line(Stage::Retract, top, self.lift_mm_per_s, None)
     }
 
     fn plunge(&mut self, to: Length, feed_um_per_s: u32, gate: Option<Gate>) -> Result<(), Diagnostic> {

@@ -36,8 +36,12 @@ pub fn preview(dialect: &Dialect) -> Result<Vec<Sample>, Diagnostic> {
     }
     let home = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
     legs.push(Leg { mark: Mark::Finish, commands: home });
-    let bit =
-        |um: i64, name: &str, cutter| Bit { diameter: Length::from_um(um), name: name.to_owned(), cutter };
+    let bit = |um: i64, name: &str, cutter| Bit {
+        diameter: Length::from_um(um),
+        name: name.to_owned(),
+        cutter,
+        handling: Default::default(),
+    };
     let program = Program {
         name: "sample".to_owned(),
         machine: String::new(),

@@ -160,7 +160,12 @@ impl Reader<'_> {
     }
 
     fn bit(&self, rows: &Table<'_>, at: usize) -> Result<Bit, Diagnostic> {
-        let mut bit = Bit { diameter: Length::from_mm(1.0), name: String::new(), cutter: Cutter::Mill };
+        let mut bit = Bit {
+            diameter: Length::from_mm(1.0),
+            name: String::new(),
+            cutter: Cutter::Mill,
+            handling: Default::default(),
+        };
         // Tip and angle exist only once the form is known.
         let form = rows.iter().find(|(name, _)| name.get_ref() == "form");
         if let (Some((_, value)), Some(row)) = (form, parameters::find(parameters::BIT, "bit.form")) {
@@ -304,7 +309,7 @@ fn explain<T>(row: &Parameter<T>) -> String {
     let sentence = locale::text("en", &row.sentence_key(), &[]);
     let unit = if row.unit.is_empty() { String::new() } else { format!(" {}", row.unit) };
     match row.kind {
-        ValueKind::Text(_) => sentence,
+        ValueKind::Text(_) | ValueKind::Tools => sentence,
         ValueKind::Number(low, high)
         | ValueKind::Whole(low, high)
         | ValueKind::Numbers(low, high)

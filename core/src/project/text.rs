@@ -13,8 +13,12 @@ pub fn value(found: &DeValue<'_>) -> Value {
         DeValue::String(text) => Value::Text(text.to_string()),
         DeValue::Array(items) => {
             let numbers: Vec<_> = items.iter().filter_map(|item| number(item.get_ref())).collect();
+            let lines: Vec<_> =
+                items.iter().filter_map(|item| item.get_ref().as_str().map(str::to_owned)).collect();
             if numbers.len() == items.len() {
                 Value::Numbers(numbers)
+            } else if lines.len() == items.len() {
+                Value::Texts(lines)
             } else {
                 Value::Text("a list".to_owned())
             }
@@ -49,6 +53,11 @@ pub fn literal(value: &Value) -> String {
         Value::Numbers(numbers) => {
             let words: Vec<_> = numbers.iter().map(f64::to_string).collect();
             format!("[{}]", words.join(", "))
+        }
+        Value::Texts(lines) => {
+            let rows: Vec<_> = lines.iter().map(|line| toml::Value::String(line.clone())).collect();
+            let rows: String = rows.iter().map(|row| format!("  {row},\n")).collect();
+            format!("[\n{rows}]")
         }
     }
 }

@@ -70,7 +70,8 @@ fn inner(layers: &[Layer<'_>], asked: &Asked, out: &mut DrillingProof) {
     for layer in layers {
         let swept = Swept::of(layer.legs.iter());
         let width = bit(layer, asked);
-        let made = Bit { diameter: width, name: String::new(), cutter: Cutter::Mill };
+        let made =
+            Bit { diameter: width, name: String::new(), cutter: Cutter::Mill, handling: Default::default() };
         let way = middle(layer.board, asked, width);
         let paths = way.islands.iter().flat_map(|island| &island.holes);
         let stretches = paths.flat_map(|path| {

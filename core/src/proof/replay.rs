@@ -267,8 +267,16 @@ fn part(from: Point, segment: PathSegment, share: f64) -> PathSegment {
 impl PathCut {
     /// Whether its bit is one that only goes straight down.
     pub(super) fn is_drilled(&self, programs: &[Program]) -> bool {
-        let bit = programs.get(self.program as usize).and_then(|program| program.bits.get(self.bit as usize));
-        bit.is_some_and(|bit| bit.cutter == Cutter::Drill)
+        self.bit_of(programs).is_some_and(|bit| bit.cutter == Cutter::Drill)
+    }
+
+    /// How far the edge of its bit runs off its axis.
+    pub(super) fn run_out(&self, programs: &[Program]) -> Length {
+        self.bit_of(programs).map(|bit| bit.handling.run_out).unwrap_or_default()
+    }
+
+    fn bit_of<'a>(&self, programs: &'a [Program]) -> Option<&'a Bit> {
+        programs.get(self.program as usize).and_then(|program| program.bits.get(self.bit as usize))
     }
 }
 
@@ -280,7 +288,7 @@ mod tests {
 
     fn vee() -> Bit {
         let cutter = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 };
-        Bit { diameter: Length::from_mm(3.0), name: "V60".to_owned(), cutter }
+        Bit { diameter: Length::from_mm(3.0), name: "V60".to_owned(), cutter, handling: Default::default() }
     }
 
     fn program(bits: Vec<Bit>, commands: Vec<Command>) -> Program {

@@ -3,6 +3,7 @@
 //! ```text
 //!      ╭──────╮        ring = distance from the hole's middle to the pad's edge − radius: below 0 the hole breaks out
 //!      │  ◯ ↔ │
+//!                       a drill whose edge runs off its axis makes a wider hole
 //!      ╰──────╯        a hole with its middle on no copper, or on another net's, and an edge in copper: a hit
 //! ```
 //!
@@ -36,7 +37,8 @@ fn holes(scene: &Scene<'_>) -> Vec<Hole> {
     for cut in scene.cuts.iter().filter(|cut| cut.through.is_some()) {
         let leg = (cut.program, cut.leg);
         if cut.is_drilled(scene.programs) && cut.path.segments.is_empty() {
-            holes.push(Hole { at: Spot::of(cut.path.start), radius: cut.surface.mm() / 2.0, leg });
+            let radius = cut.surface.mm() / 2.0 + cut.run_out(scene.programs).mm();
+            holes.push(Hole { at: Spot::of(cut.path.start), radius, leg });
         } else if matches!(cut.mark, Mark::Hole(_)) {
             milled.entry(leg).or_default().push(cut);
         }

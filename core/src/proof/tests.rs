@@ -35,7 +35,12 @@ fn three() -> Board {
 }
 
 fn bit(diameter: f64, cutter: Cutter) -> Bit {
-    Bit { diameter: Length::from_mm(diameter), name: format!("{diameter} mm"), cutter }
+    Bit {
+        diameter: Length::from_mm(diameter),
+        name: format!("{diameter} mm"),
+        cutter,
+        handling: Default::default(),
+    }
 }
 
 /// A V-bit of 60° with a tip of 0.1 mm.
@@ -344,6 +349,12 @@ fn holes_are_looked_at_with_the_copper_around_them() {
             }
         }
     }
+    // In the middle of A, but its edge runs so far off its axis.
+    let mut board = three();
+    let mut drill = drilled(&mut board, 2.0, 1.0, 1.2);
+    drill.bits[0].handling.run_out = Length::from_mm(0.38);
+    let findings = found(&board, &[isolate.clone(), drill]);
+    wide(only(&findings, FindingKind::Ring), 0.02);
     // A pad that shows the hole already: the drill is larger than what is bare.
     let mut board = three();
     let mut hole = rectangle(bounds((1.8, 0.8, 2.2, 1.2)));

@@ -26,7 +26,7 @@ mod status;
 pub use frames::understand;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 pub use level::HeightMapReport;
-pub use status::{DrilledReport, MissingReport, SlipReport, Status};
+pub use status::{DrilledReport, MissingReport, SlipReport, Status, ToolsReport};
 
 use crate::control::{Ending, Timing};
 use crate::diagnostic::Diagnostic;
@@ -177,6 +177,11 @@ pub enum Ask {
     Stop,
     /// The bit that was asked for is in.
     ToolChanged,
+    /// A new tool is in the rack, or in the spindle, under this number: what the one before did is not its.
+    NewTool {
+        /// Number in the rack.
+        number: u32,
+    },
     /// The alarm was read.
     AcknowledgeAlarm,
     /// Forget an interrupted job.
@@ -274,6 +279,7 @@ impl Ask {
             | Self::StopAfterHole
             | Self::FeedOverride { .. }
             | Self::ToolChanged
+            | Self::NewTool { .. }
             | Self::Queue { .. }
             | Self::QueueRun { .. }
             | Self::QueueClear
@@ -357,6 +363,8 @@ pub enum Tell {
         #[serde(default)]
         toolpaths_done: u32,
     },
+    /// What became of the tools of the rack, when a page comes and after every change.
+    Tools(ToolsReport),
     /// A job was interrupted and can be taken up.
     Interrupted {
         /// Which.

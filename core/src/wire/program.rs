@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 use crate::job::Program;
 
 const MAGIC: &[u8] = b"ANNULUS PROGRAM\n";
-const VERSION: u8 = 3;
+const VERSION: u8 = 4;
 
 /// The program as bytes. Equal programs give equal bytes.
 pub fn encode(program: &Program) -> Vec<u8> {
@@ -62,7 +62,12 @@ mod tests {
             name: "one hole".into(),
             machine: "00".into(),
             origin: Point::default(),
-            bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
+            bits: vec![Bit {
+                diameter: Length::from_um(800),
+                name: "0.8 mm".into(),
+                cutter: Cutter::Drill,
+                handling: Default::default(),
+            }],
             spindles: u8::MAX,
             safe_height: Length::from_um(2000),
             legs: vec![Leg {

@@ -4,6 +4,7 @@
 
 use crate::control::{Alarm, State, Trust};
 use crate::job::Input;
+use crate::machine::ToolWear;
 use crate::pins::{ShortTouches, SpindleState};
 use crate::steps::{Stage, Steps};
 use serde::{Deserialize, Serialize};
@@ -43,6 +44,17 @@ pub struct MissingReport {
     pub job: String,
     /// The first leg and the one behind the last, run by run.
     pub legs: Vec<(u32, u32)>,
+}
+
+/// What became of the tools of the rack (C3).
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ToolsReport {
+    /// What each has done since it was new; one that is not here has done nothing.
+    pub wear: Vec<ToolWear>,
+    /// Number of the tool that the job in work has in the spindle.
+    pub in_spindle: Option<u32>,
+    /// Number of the one that is asked for; a new one of its kind where the life of that one is over.
+    pub wanted: Option<u32>,
 }
 
 /// How things stand with the machine (A10).

@@ -1,10 +1,11 @@
 //! How good the streams of every preset are, and what becomes of runs that no planner writes.
 
 use crate::programs::{Chance, machines, random_program, rounds};
-use annulus_core::job::{Mark, Stage, Switching};
+use annulus_core::job::{Bit, Cutter, Handling, Mark, Stage, Switching};
 use annulus_core::machine::{Steps, presets};
 use annulus_core::motion::{bench::board, timeline};
 use annulus_core::steps::{self, Run, Segment, bench::measure};
+use annulus_core::units::Length;
 
 /// Bytes a second of a moving axis, on any preset.
 const MOST_BYTES_PER_S: f64 = 16_000.0;
@@ -91,5 +92,38 @@ fn runs_that_no_planner_writes_are_replayed_to_their_end_without_a_panic() {
     for run in [wild, back] {
         assert_eq!(steps::replay(&segment(vec![run, run])).take(300_000).count(), 300_000);
         assert!(run.ticks() > 0 || run.change < 0);
+    }
+}
+
+/// A tool that is to be lifted slowly is, on every machine whether its plane moves along or not; by the pulses themselves.
+#[test]
+fn a_bit_goes_up_no_faster_than_it_may() {
+    const UP_MM_PER_S: f64 = 3.0;
+    for (name, machine) in presets() {
+        let usual = board(&machine, 12);
+        let mut slow = usual.clone();
+        let handling = Handling { up_um_per_s: (UP_MM_PER_S * 1e3) as u32, ..Handling::default() };
+        let (name_of_bit, diameter) = (String::new(), Length::from_um(800));
+        slow.bits = vec![Bit { diameter, name: name_of_bit, cutter: Cutter::Drill, handling }];
+        let fastest_up = |program| {
+            let stream = steps::stream(&timeline(program, &machine).unwrap(), &machine).unwrap();
+            let (mut last, mut fastest, mut clock) = (None::<u64>, 0.0_f64, 0);
+            for segment in &stream.segments {
+                for pulse in steps::replay(segment).filter(|pulse| pulse.axes >> 2 & 1 == 1) {
+                    let tick = clock + pulse.tick;
+                    let up = pulse.forward >> 2 & 1 == 1;
+                    if let Some(before) = last.filter(|_| up) {
+                        let hz = steps::TICK_HZ as f64 / (tick - before).max(1) as f64;
+                        fastest = fastest.max(hz / machine.z.scale.steps_per_mm());
+                    }
+                    last = up.then_some(tick);
+                }
+                clock += segment.duration_ticks;
+            }
+            (fastest, clock)
+        };
+        let ((usual, short), (slow, long)) = (fastest_up(&usual), fastest_up(&slow));
+        assert!(usual > 1.5 * UP_MM_PER_S, "{name}: {usual} mm/s");
+        assert!(slow <= 1.01 * UP_MM_PER_S && long > short, "{name}: {slow} mm/s");
     }
 }

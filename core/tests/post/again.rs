@@ -42,7 +42,12 @@ fn arc(x: f64, y: f64, centre: (f64, f64), z: f64, ccw: bool) -> Command {
 
 /// A V-bit round a corner and round a circle with an overlap, two drilled holes, a helix of a mill and a way after it.
 fn job() -> Program {
-    let bit = |diameter: f64, cutter| Bit { diameter: mm(diameter), name: "a name".to_owned(), cutter };
+    let bit = |diameter: f64, cutter| Bit {
+        diameter: mm(diameter),
+        name: "a name".to_owned(),
+        cutter,
+        handling: Default::default(),
+    };
     let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 };
     let up = Command::Retract { to: mm(2.0) };
     let on = |bit| Leg {

@@ -136,7 +136,7 @@ fn every_place_has_four_digits() {
 }
 
 fn bit(um: i64, cutter: Cutter) -> Bit {
-    Bit { diameter: Length::from_um(um), name: "whatever".to_owned(), cutter }
+    Bit { diameter: Length::from_um(um), name: "whatever".to_owned(), cutter, handling: Default::default() }
 }
 
 /// A job of two sides, and the program of either.

@@ -35,8 +35,12 @@ pub(crate) fn change(bit: u32, rpm: u32, wait_us: u32) -> Leg {
 
 /// A program around `legs`, with a drill, a mill and a V-bit.
 pub(crate) fn program(legs: Vec<Leg>) -> Program {
-    let bit =
-        |um: i64, name: &str, cutter| Bit { diameter: Length::from_um(um), name: name.to_owned(), cutter };
+    let bit = |um: i64, name: &str, cutter| Bit {
+        diameter: Length::from_um(um),
+        name: name.to_owned(),
+        cutter,
+        handling: Default::default(),
+    };
     let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 };
     let prepare = Leg { mark: Mark::Prepare, commands: vec![Command::Spindle { rpm: 0 }] };
     let finish = Leg { mark: Mark::Finish, commands: home() };

@@ -52,7 +52,12 @@ pub(crate) fn random_program(chance: &mut Chance, machine: &Machine, holes: u32)
         name: "random".into(),
         machine: machine.fingerprint(),
         origin: Point::default(),
-        bits: vec![Bit { diameter: Length::from_um(800), name: "0.8 mm".into(), cutter: Cutter::Drill }],
+        bits: vec![Bit {
+            diameter: Length::from_um(800),
+            name: "0.8 mm".into(),
+            cutter: Cutter::Drill,
+            handling: Default::default(),
+        }],
         spindles: u8::MAX,
         safe_height: process.safe_height,
         legs,

@@ -128,7 +128,7 @@ fn a_bit_that_came_to_a_stand_in_its_hole_is_lifted_whole_and_breaks_where_it_go
 }
 
 fn bit(diameter_um: i64, cutter: Cutter) -> Bit {
-    Bit { diameter: Length::from_um(diameter_um), name: String::new(), cutter }
+    Bit { diameter: Length::from_um(diameter_um), name: String::new(), cutter, handling: Default::default() }
 }
 
 /// Steps an axis evenly at so many steps a second.

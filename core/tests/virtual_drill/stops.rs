@@ -62,7 +62,12 @@ fn ordered_at_any_moment_of_a_travel_no_motor_loses_a_step() {
 
 /// Two holes, `way_mm` apart.
 fn two_holes(machine: &Machine, way_mm: [f64; 2]) -> Program {
-    let bit = Bit { diameter: Length::from_um(800), name: String::new(), cutter: Cutter::Drill };
+    let bit = Bit {
+        diameter: Length::from_um(800),
+        name: String::new(),
+        cutter: Cutter::Drill,
+        handling: Default::default(),
+    };
     let hole = |hole: u32, to: Point| Leg {
         mark: Mark::Hole(hole),
         commands: vec![

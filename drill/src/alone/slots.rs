@@ -12,7 +12,7 @@ use crate::files::{File, Files};
 use crate::journal::{Contents, Damage, JobRecord, Progress, WorkZero, sealed, unsealed};
 use crate::recording::Keeper;
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Steps;
+use annulus_core::machine::{Steps, ToolWear};
 use serde::{Deserialize, Serialize};
 
 /// What a slot holds.
@@ -21,6 +21,9 @@ struct Slot {
     number: u64,
     job: Option<(JobRecord, Progress)>,
     zero: Option<WorkZero>,
+    /// What tools have done; nothing in a journal that is older than that.
+    #[serde(default)]
+    wear: Vec<ToolWear>,
     damage: Option<Damage>,
     /// Which file has the program of the job.
     program: bool,
@@ -52,9 +55,9 @@ impl<F: Files> Slots<F> {
         if damaged {
             slots.put_aside()?;
         }
-        let Slot { job, zero, damage, program, .. } = slots.last.clone();
+        let Slot { job, zero, wear, damage, program, .. } = slots.last.clone();
         let program = job.is_some().then(|| slots.files.read(File::Program(program)).ok()).flatten();
-        Ok((slots, Contents { job, zero, damage }, program))
+        Ok((slots, Contents { job, zero, wear, damage }, program))
     }
 
     /// The key of the job that it has.
@@ -91,12 +94,24 @@ impl<F: Files> Keeper for Slots<F> {
         self.change(|slot| (slot.job, slot.program) = (Some((job.clone(), progress)), other))
     }
 
-    fn advance(&mut self, now: Progress, _: Option<(u32, Steps)>) -> Result<(), Diagnostic> {
+    fn advance(
+        &mut self,
+        now: Progress,
+        _: Option<(u32, Steps)>,
+        wear: Option<&ToolWear>,
+    ) -> Result<(), Diagnostic> {
         self.change(|slot| {
             if let Some((_, progress)) = &mut slot.job {
                 *progress = now;
             }
+            if let Some(wear) = wear {
+                wear.clone().keep(&mut slot.wear);
+            }
         })
+    }
+
+    fn keep_wear(&mut self, wear: &ToolWear) -> Result<(), Diagnostic> {
+        self.change(|slot| wear.clone().keep(&mut slot.wear))
     }
 
     fn finish(&mut self) -> Result<(), Diagnostic> {

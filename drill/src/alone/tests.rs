@@ -478,3 +478,48 @@ fn nothing_is_done_for_who_did_not_say_hello_or_has_no_control() {
     assert!(bench.drill.upload("00", Vec::new()).is_err());
     assert_eq!(bench.drill.job("00"), None);
 }
+
+/// What tools have done, by their numbers, as it was told last.
+fn hits(bench: &Bench) -> Vec<(u32, u64)> {
+    let told = bench.heard.iter().rev();
+    let mut told = told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
+    let mut hits: Vec<_> = told.next().unwrap().wear.iter().map(|wear| (wear.number, wear.hits)).collect();
+    hits.sort_unstable();
+    hits
+}
+
+#[test]
+fn a_worn_tool_is_changed_between_two_holes_and_what_tools_did_outlives_the_page() {
+    let (files, program) = (Memory::default(), holes(11));
+    let mut bench = Bench::open(&files);
+    let lines = ["T4 drill 0.8 life 4", "T5 mill 1"].map(str::to_owned).to_vec();
+    bench.ask(&Ask::Configure { changes: vec![("rack.tools".to_owned(), Value::Texts(lines))] });
+    bench.home();
+    bench.ask(&Ask::SetZero);
+    bench.start(&program, 0);
+    for done in [0, 4] {
+        let status = bench.until(|status| status.state == State::ToolChange && status.holes_done == done);
+        assert_eq!(status.spindle_rpm, 0);
+        bench.ask(&Ask::ToolChanged);
+    }
+    bench.until(|status| status.holes_done >= 6);
+    // The page goes, and another one comes: 4 of the first, 2 or 3 of the second.
+    let mut again = Bench::open(&files);
+    let (number, before) = hits(&again)[0];
+    assert!(number == 4 && (2..=4).contains(&before), "{before}");
+    again.home();
+    let (key, leg) = again.offer().unwrap();
+    again.start_again(&key, leg);
+    // It asks for the bit of the job that is taken up, then for a new one once four holes are made with it.
+    assert_eq!(again.finish(), (Ending::Done, 11));
+    let status = again.until(|status| status.state == State::Ready);
+    assert_eq!(against(&files, &program, status.zero_mm.unwrap()).0, 0);
+    assert_eq!(hits(&again), [(4, 3)], "4, 4 and 3");
+    // The person says that a new one is in.
+    again.ask(&Ask::NewTool { number: 4 });
+    again.turn(Duration::from_millis(200));
+    assert_eq!(hits(&again), [(4, 0)]);
+    assert_eq!(hits(&Bench::open(&files)), [(4, 0)]);
+    again.ask(&Ask::NewTool { number: 1 });
+    assert_eq!(again.refused(), Some("control.no_such_tool"));
+}

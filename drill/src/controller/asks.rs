@@ -10,6 +10,7 @@ use crate::files::Files;
 use annulus_core::control::State;
 use annulus_core::controller::{self as grbl, EngineEvent, EnginePhase, Override, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::job::worn;
 use annulus_core::machine::{self, Value, is_in_file_only};
 use annulus_core::wire::{Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
@@ -54,7 +55,11 @@ impl<F: Files> Station<F> {
             Ask::StopAfterHole => self.engine_asked(grbl::EngineAsk::StopAfter),
             Ask::FeedOverride { percent } => self.feed_override(percent),
             Ask::ToolChanged if !self.hand.touched => refusal("grbl.height_first"),
-            Ask::ToolChanged => self.engine_asked(grbl::EngineAsk::ToolReady),
+            Ask::ToolChanged => {
+                self.engine_asked(grbl::EngineAsk::ToolReady)?;
+                self.tool_is_in()
+            }
+            Ask::NewTool { number } => self.new_tool(number),
             Ask::AcknowledgeAlarm => {
                 self.alarm = None;
                 let homes = settings::on(&self.attended.controller().info.values, 22);
@@ -227,7 +232,8 @@ impl<F: Files> Station<F> {
         }
         self.bringing = Some(self.ledger.bring(&order)?);
         let each_s = self.estimates(&order, start.from).unwrap_or_default();
-        self.work = Some(Work { order, from: start.from, each_s, started: (self.time)() });
+        let (from, wears) = (start.from, worn::by_leg(&order.program));
+        self.work = Some(Work { order, from, each_s, started: (self.time)(), wears, asked_bit: None });
         // What there is to say of it was said, and read, before.
         let found = self.engine(EngineEvent::Ask(grbl::EngineAsk::Start(start)));
         let refused = found.into_iter().find(|why| why.severity == Severity::Error);
@@ -244,7 +250,8 @@ impl<F: Files> Station<F> {
             return Ok(());
         }
         let entry = super::AttendedJob { ended: true, ..self.ledger.entry().clone() };
-        self.ledger.write(None, &entry)?;
+        let wear = self.ledger.wear().to_vec();
+        self.ledger.write(None, &entry, wear)?;
         self.offer = None;
         Ok(())
     }

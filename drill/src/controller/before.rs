@@ -10,6 +10,7 @@ use crate::prepare::{accepted, bit_of_leg, missing_drills, rest, row};
 use annulus_core::control::State;
 use annulus_core::controller::{EngineStart, estimates_s, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_core::job::bite;
 use annulus_core::locale;
 use annulus_core::wire::{PreflightRow, RowVerdict};
 use std::sync::Arc;
@@ -50,6 +51,8 @@ impl<F: Files> Station<F> {
             let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
             rows.push(row(RowVerdict::Warn, why));
         }
+        rows.extend(self.worn(order, leg));
+        rows.extend(bite::judged_all(&order.program).into_iter().map(|why| row(RowVerdict::Warn, why)));
         if let Some(bit) = bit_of_leg(&order.program, leg).filter(|_| start.from > 0) {
             let bit = bit.title(locale::FALLBACK);
             rows.push(row(RowVerdict::Warn, Diagnostic::note("preflight.first_bit").with("bit", bit)));

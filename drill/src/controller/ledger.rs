@@ -12,7 +12,7 @@ use super::order::Order;
 use crate::files::{File, Files};
 use crate::journal::{sealed, unsealed};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::Value;
+use annulus_core::machine::{ToolWear, Value};
 use serde::{Deserialize, Serialize};
 
 /// What a half holds.
@@ -24,6 +24,9 @@ struct Half {
     /// Which half has the program and the text.
     half: bool,
     entry: AttendedJob,
+    /// What tools have done; nothing in a ledger that is older than that.
+    #[serde(default)]
+    wear: Vec<ToolWear>,
 }
 
 /// The ledger, open.
@@ -58,6 +61,11 @@ impl<F: Files> Ledger<F> {
         &self.last.entry
     }
 
+    /// What tools have done.
+    pub(super) fn wear(&self) -> &[ToolWear] {
+        &self.last.wear
+    }
+
     /// The job that was broken off, where it can still be read as it was sent.
     pub(super) fn broken_off(&mut self) -> Option<Order> {
         let Half { job, half, entry, .. } = &self.last;
@@ -77,16 +85,29 @@ impl<F: Files> Ledger<F> {
         Ok(Bringing { job: order.key.clone(), half })
     }
 
-    /// Writes what is done, of the job that is being brought or of the one before; afterwards it is durable.
+    /// Writes what is done, of the job that is being brought or of the one before, and what of its tools; afterwards it is durable.
     pub(super) fn write(
         &mut self,
         bringing: Option<Bringing>,
         entry: &AttendedJob,
+        wear: Vec<ToolWear>,
     ) -> Result<(), Diagnostic> {
-        let mut next = Half { number: self.last.number + 1, entry: entry.clone(), ..self.last.clone() };
+        let mut next = Half { entry: entry.clone(), wear, ..self.last.clone() };
         if let Some(bringing) = bringing {
             (next.job, next.half) = (bringing.job, bringing.half);
         }
+        self.put(next)
+    }
+
+    /// A tool has done that much now.
+    pub(super) fn keep_wear(&mut self, wear: ToolWear) -> Result<(), Diagnostic> {
+        let mut next = self.last.clone();
+        wear.keep(&mut next.wear);
+        self.put(next)
+    }
+
+    fn put(&mut self, next: Half) -> Result<(), Diagnostic> {
+        let next = Half { number: self.last.number + 1, ..next };
         self.files.write(File::Done(next.number % 2 == 1), &sealed(&next)).map_err(full)?;
         self.last = next;
         Ok(())

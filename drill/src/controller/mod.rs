@@ -20,6 +20,7 @@ mod status;
 mod surface;
 #[cfg(test)]
 mod tests;
+mod tools;
 
 pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 pub use station::Station;

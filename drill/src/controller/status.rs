@@ -122,6 +122,7 @@ impl<F: Files> Station<F> {
         tells.push(Tell::Status(Box::new(self.status())));
         tells.extend(self.offer_tell());
         tells.push(self.surface_tell());
+        tells.push(Tell::Tools(self.tools_report()));
         tells
     }
 
@@ -130,6 +131,7 @@ impl<F: Files> Station<F> {
         if !self.greeted {
             return;
         }
+        self.tell_tools();
         let status = self.status();
         let since = now.saturating_sub(self.told.1);
         let coarse = self.told.0.as_ref().is_none_or(|told| {

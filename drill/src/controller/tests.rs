@@ -455,3 +455,44 @@ fn where_nothing_can_be_written_down_nothing_is_begun() {
     assert_eq!(bench.status().map(|status| status.state), Some(State::Ready));
     assert!(bench.board.cuts.iter().all(|place| place[2] >= ZERO[2] - NEAR));
 }
+
+#[test]
+fn holes_are_counted_by_tool_and_a_worn_one_is_told_before_the_next_job() {
+    let (files, program) = (Memory::default(), holes(10));
+    let mut bench = Bench::ready(&files);
+    let lines = ["T1 drill 0.8 life 6", "T2 drill 1 life 100"].map(str::to_owned).to_vec();
+    assert_eq!(
+        bench.refused(&Ask::Configure { changes: vec![("rack.tools".to_owned(), Value::Texts(lines))] }),
+        None
+    );
+    let key = bench.upload(&program);
+    bench.start(&key, 0);
+    assert_eq!(bench.finish(), (Ending::Done, 10));
+    let hits = |bench: &Bench| {
+        let told = bench.heard.iter().rev();
+        let mut told =
+            told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
+        let mut hits: Vec<_> =
+            told.next().unwrap().wear.iter().map(|wear| (wear.number, wear.hits)).collect();
+        hits.sort_unstable();
+        hits
+    };
+    assert_eq!(hits(&bench), [(1, 6), (2, 4)]);
+    let mut again = bench.replug();
+    assert_eq!(hits(&again), [(1, 6), (2, 4)], "over the cable");
+    again.ask(&Ask::Home);
+    again.state(State::Ready);
+    again.set_zero();
+    let worn = |bench: &mut Bench| {
+        bench.fails(&key, 0);
+        let armed = bench.heard.iter().find_map(|tell| match tell {
+            Tell::Armed { checks, .. } => Some(checks.clone()),
+            _ => None,
+        });
+        armed.unwrap().iter().filter(|row| row.finding.code == "preflight.tool_worn").count()
+    };
+    again.upload(&program);
+    assert_eq!(worn(&mut again), 1);
+    assert_eq!(again.refused(&Ask::NewTool { number: 1 }), None);
+    assert_eq!((hits(&again), worn(&mut again)), (vec![(1, 0), (2, 4)], 0));
+}

@@ -13,6 +13,7 @@ mod moves;
 mod outputs;
 mod queue;
 mod status;
+mod tools;
 
 use self::begin::Starting;
 use self::board::Judged;
@@ -29,11 +30,11 @@ use crate::ticket::{Ticket, Tickets};
 use annulus_core::control::{Action, Event, Session, State, Timing, Trust, step};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Bit;
-use annulus_core::machine::{Machine, Steps};
+use annulus_core::machine::{Machine, Steps, ToolWear};
 use annulus_core::pins::AxisSet;
 use annulus_core::queue::Mode;
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
-use annulus_core::wire::{Ask, Status, Tell};
+use annulus_core::wire::{Ask, Status, Tell, ToolsReport};
 use std::collections::VecDeque;
 use std::sync::mpsc::Sender;
 use std::sync::{Arc, Mutex};
@@ -127,6 +128,8 @@ pub struct Owner {
     pub(crate) doing: Doing,
     /// The bit that the executor was told of last.
     pub(crate) in_spindle: Option<Bit>,
+    /// What tools have done since they were new.
+    pub(crate) wear: Vec<ToolWear>,
     /// The queue of work commands.
     pub(crate) lab: Option<Lab>,
     /// Outputs by hand.
@@ -142,6 +145,8 @@ pub struct Owner {
     pub(crate) pending: VecDeque<Event>,
     /// The status that was told last, and when.
     pub(crate) told: (Option<Status>, Duration),
+    /// What was told of the tools.
+    pub(crate) tools_told: ToolsReport,
     pub(crate) tickets: Arc<Tickets>,
 }
 
@@ -186,6 +191,7 @@ impl Owner {
             interrupted,
             doing: Doing::Nothing,
             in_spindle: None,
+            wear: contents.wear,
             lab: None,
             by_hand: ManualOutputs::default(),
             judged: Judged::default(),
@@ -194,6 +200,7 @@ impl Owner {
             down: 0,
             pending: VecDeque::new(),
             told: (None, time()),
+            tools_told: ToolsReport::default(),
             tickets,
         })
     }
@@ -288,6 +295,7 @@ impl Owner {
             Ask::OutputLease { minutes } => self.lease_outputs(minutes)?,
             Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
             Ask::ToolChanged => self.try_event(Event::ToolChanged)?,
+            Ask::NewTool { number } => self.new_tool(number)?,
             Ask::AcknowledgeAlarm => {
                 if self.executor.is_gone() {
                     self.renew_executor()?;

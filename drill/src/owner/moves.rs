@@ -14,6 +14,7 @@ use crate::journal::{Progress, Ruler};
 use crate::prepare::Prepared;
 use annulus_core::control::{Event, State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::worn::{self, Wear};
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
@@ -46,6 +47,12 @@ pub(crate) struct Work {
     pub(crate) started: Duration,
     /// Bit in the spindle.
     pub(crate) bit: Option<u32>,
+    /// The tool of the rack that it is, by its number.
+    pub(crate) tool: Option<u32>,
+    /// What each leg wears its tool by.
+    pub(crate) wears: Vec<(u32, Wear)>,
+    /// The life of that tool is over: another one is asked for before the leg to come.
+    pub(crate) is_worn: bool,
     /// Where a sensor ended the stroke of this leg.
     stop: Option<Steps>,
     /// A job that is taken up asks for its bit before the first leg, unless that leg does.
@@ -60,8 +67,12 @@ impl Work {
         let asks = segments.iter().any(|next| matches!(next.effect, Switching::AwaitBit { .. }));
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop, given, first) = (None, Duration::ZERO, None, 0, leg);
+        let (wears, tool, is_worn) = (worn::by_leg(&job.program), None, false);
         Self {
             job,
+            tool,
+            wears,
+            is_worn,
             anew,
             percent,
             first,
@@ -92,8 +103,18 @@ impl Work {
         self.segments.get(self.given)
     }
 
+    /// Whether nothing of the leg was given yet.
+    pub(crate) fn is_at_start(&self) -> bool {
+        self.given == 0
+    }
+
+    /// What the leg wears its tool by.
+    pub(crate) fn wear(&self) -> Wear {
+        self.wears.get(self.leg).map(|(_, wear)| *wear).unwrap_or_default()
+    }
+
     /// The bit that the next segment waits for.
-    fn awaited(&self) -> Option<u32> {
+    pub(crate) fn awaited(&self) -> Option<u32> {
         self.next()
             .and_then(|next| if let Switching::AwaitBit { bit } = next.effect { Some(bit) } else { None })
     }
@@ -131,6 +152,8 @@ pub(crate) enum Doing {
         /// It was the last one.
         last: bool,
     },
+    /// Tip up, spindle off, because the tool is worn.
+    ToChange,
     /// Tip up, spindle off.
     Safe,
 }
@@ -236,7 +259,10 @@ impl Owner {
             return Ok(way.clamp(low - high, high - low));
         }
         let process = &self.machine.process;
-        if index < 2 && self.position[2] < self.machine.z.scale.steps(process.surface + process.safe_height) {
+        if index < 2
+            && self.machine.lowest(&self.position)
+                < self.machine.z.scale.steps(process.surface + process.safe_height)
+        {
             return Err(alarm("control.tip_low"));
         }
         let target = (self.position[index] + way).clamp(low, high);
@@ -276,20 +302,24 @@ impl Owner {
     }
 
     pub(crate) fn spindle_on(&mut self) {
-        let segments = self.spindle_up();
+        // Who is asked for a tool next is not shown one that turns.
+        let segments = if self.wants_new_tool() { Vec::new() } else { self.spindle_up() };
         self.give(Doing::Approach, segments);
     }
 
     /// Runs the leg in work up to its end, or up to where a bit is wanted.
     pub(crate) fn leg(&mut self, mut segments: Vec<Segment>) {
         let unattended = self.machine.tool_change == ToolChange::Unattended;
+        if self.asks_for_new_tool() {
+            return;
+        }
         let Some(work) = &mut self.work else { return };
         let mut put_in = None;
         let starts = work.given == 0;
         if starts && work.take_over() {
             self.executor.shared.set_feed_override(work.slower());
         }
-        let up = self.position[2] >= work.job.zero[2];
+        let up = self.machine.lowest(&self.position) >= work.job.zero[2];
         if starts && up && work.job.begins_low(work.leg) {
             match work.job.entry(&self.machine, work.leg) {
                 Ok(leg) => segments.extend(leg),
@@ -326,6 +356,14 @@ impl Owner {
     pub(crate) fn rest_of_leg(&mut self) {
         let spindle = self.spindle_up();
         let Some(work) = &mut self.work else { return };
+        if std::mem::take(&mut work.is_worn) {
+            let bit = work.bit.unwrap_or(0);
+            self.put_in(bit, true);
+            if let Err(why) = self.approach() {
+                self.fails(why, self.session.trust);
+            }
+            return;
+        }
         if std::mem::take(&mut work.confirm_bit) {
             let bit = work.bit.unwrap_or(0);
             self.put_in(bit, true);
@@ -340,7 +378,8 @@ impl Owner {
     }
 
     /// Bit `bit` of the program is in the spindles: a new one, or perhaps still the same.
-    fn put_in(&mut self, bit: u32, is_new: bool) {
+    pub(super) fn put_in(&mut self, bit: u32, is_new: bool) {
+        self.tool_is_in(bit, is_new);
         let bits = self.work.as_ref().map(|work| &work.job.program.bits);
         let Some(bit) = bits.and_then(|bits| bits.get(bit as usize)).cloned() else { return };
         if is_new || self.in_spindle.as_ref() != Some(&bit) {
@@ -357,6 +396,9 @@ impl Owner {
             let waits = work.awaited().is_some();
             return if waits { self.pending.push_back(Event::BitWanted) } else { self.leg(Vec::new()) };
         }
+        let leg = work.leg;
+        let wear = self.count_wear(leg);
+        let Some(work) = &mut self.work else { return };
         let mark = work.job.program.legs.get(work.leg).map(|leg| leg.mark);
         let (hole, way) = (matches!(mark, Some(Mark::Hole(_))), matches!(mark, Some(Mark::Toolpath(_))));
         let stop = work.stop.take().map(|at| (u32::try_from(work.leg).unwrap_or(u32::MAX), at));
@@ -369,7 +411,7 @@ impl Owner {
             self.outside.tell(Tell::Touched { leg, height_um });
         }
         let last = work.leg >= work.job.stream.legs();
-        self.outside.record(Record::Advance { progress: work.progress(), stop });
+        self.outside.record(Record::Advance { progress: work.progress(), wear, stop });
         // A hole of a chain ends at its bottom. When the next one is not to follow at once, the bit comes out first.
         if self.session.state == State::Pausing && work.job.begins_low(work.leg) {
             match work.job.lift(&self.machine, work.leg - 1) {
@@ -410,16 +452,22 @@ impl Owner {
     }
 
     pub(crate) fn make_safe(&mut self, lift: bool) {
+        let segments = self.up_and_off(lift);
+        self.give(Doing::Safe, segments);
+    }
+
+    /// All the way up, where it may be lifted, and the spindle off.
+    pub(super) fn up_and_off(&mut self, lift: bool) -> Vec<Segment> {
         let top = self.top();
         let mut segments_up = Vec::new();
-        if lift && self.position[2] < top {
+        if lift && self.machine.lowest(&self.position) < top {
             match cycles::retract(&self.machine, self.position, top) {
                 Ok(timeline) => segments_up = segments(&timeline, &self.machine),
                 Err(why) => self.fails(why, self.session.trust),
             }
         }
         segments_up.push(rest(Stage::Dwell, Switching::Spindle { rpm: 0 }, 0, self.position));
-        self.give(Doing::Safe, segments_up);
+        segments_up
     }
 
     /// What a report means.
@@ -440,6 +488,7 @@ impl Owner {
                 self.fails(why, self.session.trust);
             }
             (Doing::Queue, _) => self.queue_reported(report),
+            (Doing::ToChange, Ended::Completed) => self.pending.push_back(Event::BitWanted),
             (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
             (Doing::Lift { cut, last }, Ended::Completed) => {
                 self.pending.push_back(Event::LegDone { cut, last });

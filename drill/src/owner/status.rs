@@ -39,10 +39,20 @@ impl Owner {
         if !coarse && since < PACE {
             return;
         }
+        self.tell_tools();
         let status = self.status();
         if coarse || since >= HEARTBEAT || self.told.0.as_ref() != Some(&status) {
             self.told = (Some(status.clone()), now);
             self.tell(Tell::Status(Box::new(status)));
+        }
+    }
+
+    /// Tells what became of the tools, where something did.
+    fn tell_tools(&mut self) {
+        let report = self.tools_report();
+        if report != self.tools_told {
+            self.tools_told = report.clone();
+            self.tell(Tell::Tools(report));
         }
     }
 
@@ -74,6 +84,7 @@ impl Owner {
         tells.extend(self.timing.clone().map(|timing| Tell::Timing(Box::new(timing))));
         tells.extend(self.prepared.as_ref().map(|prepared| prepared.tell()));
         tells.extend(self.offer());
+        tells.push(Tell::Tools(self.tools_report()));
         tells.extend(self.queue_greeting());
         tells.push(self.outputs_tell());
         tells

@@ -42,7 +42,8 @@ pub fn isolated(board: &Board) -> Program {
     let nothing = Region::default();
     let copper = board.copper.first().map_or(&nothing, |copper| &copper.region);
     let cutter = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 60_000 };
-    let bit = Bit { diameter: Length::from_mm(3.0), name: "V".to_owned(), cutter };
+    let bit =
+        Bit { diameter: Length::from_mm(3.0), name: "V".to_owned(), cutter, handling: Default::default() };
     let depth = bit.depth_for(Length::from_um(200)).unwrap_or_default();
     let mut legs = vec![Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] }];
     for away_um in [101, 241] {

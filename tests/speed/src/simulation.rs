@@ -49,7 +49,12 @@ pub fn program(segments: usize) -> Program {
         Leg { mark: Mark::Toolpath(number), commands }
     });
     let change = Leg { mark: Mark::ToolChange(0), commands: vec![Command::AwaitBit { bit: 0 }] };
-    let bit = Bit { diameter: Length::from_um(100), name: String::new(), cutter: Cutter::Mill };
+    let bit = Bit {
+        diameter: Length::from_um(100),
+        name: String::new(),
+        cutter: Cutter::Mill,
+        handling: Default::default(),
+    };
     Program {
         name: "segments".to_owned(),
         machine: String::new(),

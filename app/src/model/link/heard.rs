@@ -63,6 +63,7 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         Tell::Queue(status) => queue(&mut link.queue, *status),
         Tell::Outputs(outputs) => link.outputs = outputs,
         Tell::HeightMap(report) => link.height_map = Arc::new(*report),
+        Tell::Tools(report) => link.tools = report,
         Tell::Touched { .. } => {}
         Tell::Controller { flavour, version, values } => {
             link.controller.who = Some(Arc::new(Who { flavour, version, values }));

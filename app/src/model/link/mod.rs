@@ -23,7 +23,9 @@ use annulus_core::control::{Ending, State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
-use annulus_core::wire::{Ask, HeightMapReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell};
+use annulus_core::wire::{
+    Ask, HeightMapReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell, ToolsReport,
+};
 pub use controller::{Controller, ControllerEvent, Support};
 pub use hand::{Hand, HandEvent};
 use jog::Jog;
@@ -156,6 +158,8 @@ pub struct Link {
     pub queue: MachineQueue,
     /// The outputs and their lock.
     pub outputs: Outputs,
+    /// What became of the tools of the rack.
+    pub tools: ToolsReport,
     /// What is known of the surface of the board on a controller.
     pub height_map: Arc<HeightMapReport>,
     /// Who this page is to the bridge.

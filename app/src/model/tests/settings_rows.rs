@@ -1,9 +1,11 @@
 //! The machine's settings as they are typed, and the colours of the page, by rows.
 
 use crate::keys::Tab;
-use crate::model::{Effect, FrameEvent, Model, SettingsDraft, SettingsEvent, Theme, update};
+use crate::model::rack::{self, DIAMETER, FORM, NUMBER, RACK_KEY};
+use crate::model::{Effect, FrameEvent, LinkEvent, Model, SettingsDraft, SettingsEvent, Theme, update};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::setting;
+use annulus_core::machine::{ToolWear, Value, apply, setting, virtual_drill};
+use annulus_core::wire::{Tell, ToolsReport};
 
 /// The settings screen, where this was typed.
 fn typed(rows: &[(&'static str, &str)]) -> Model {
@@ -79,4 +81,64 @@ fn colours_are_shown_and_kept_and_known_again_by_their_word() {
         assert_eq!((model.frame.theme, Theme::called(theme.word())), (theme, theme));
     }
     assert_eq!(Theme::called("pink"), Theme::Auto);
+}
+
+/// A machine with two tools, and a page that looks at it.
+fn with_rack() -> Model {
+    let mut model = typed(&[]);
+    let lines = ["T1 drill 0.8", "T7 vee 3.175 tip 0.1 angle 30 life 50"].map(str::to_owned).to_vec();
+    let changes = [(RACK_KEY.to_owned(), Value::Texts(lines))];
+    model.machine = std::sync::Arc::new(apply(&virtual_drill(), &changes).unwrap());
+    model
+}
+
+#[test]
+fn cells_of_the_rack_are_typed_one_by_one_and_what_cannot_be_is_refused() {
+    type Row<'a> = (&'a [(usize, &'static str, &'a str)], &'a str, &'a str);
+    let second = "T7 vee 3.175 tip 0.1 angle 30 life 50";
+    let rows: [Row<'_>; 9] = [
+        (&[(0, "life", "2000")], "T1 drill 0.8 life 2000", ""),
+        (&[(0, "down", "12,5"), (0, "place", "3")], "T1 drill 0.8 down 12.5 place 3", ""),
+        (&[(0, "life", "2000"), (0, "life", "")], "T1 drill 0.8", ""),
+        (&[(0, NUMBER, "4"), (0, DIAMETER, "0,90")], "T4 drill 0.9", ""),
+        (&[(0, FORM, "vee")], "T1 vee 0.8 tip 0.1 angle 30", ""),
+        (&[(0, FORM, "vee"), (0, FORM, "mill")], "T1 mill 0.8", ""),
+        (&[(0, "life", "many holes")], "T1 drill 0.8 life manyholes", "machine.tool_range"),
+        (&[(0, DIAMETER, "")], "T1 drill ?", "machine.tool_range"),
+        (&[(0, NUMBER, "7")], "T7 drill 0.8", "machine.tool_twice"),
+    ];
+    for (cells, line, refused) in rows {
+        let mut model = with_rack();
+        for (row, column, text) in cells {
+            let event = SettingsEvent::TypeTool { row: *row, column, text: (*text).to_owned() };
+            assert_eq!(update(&mut model, event.into()), []);
+        }
+        let lines = rack::lines(&model.settings, &model.machine);
+        assert_eq!(lines, [line, second], "{cells:?}");
+        let codes: Vec<_> = model.settings.refusals(&model.machine).into_iter().map(|why| why.code).collect();
+        assert_eq!(codes.join(" "), refused, "{cells:?}");
+    }
+}
+
+#[test]
+fn tools_come_and_go_and_what_they_did_is_heard() {
+    let mut model = with_rack();
+    update(&mut model, SettingsEvent::AddTool.into());
+    update(&mut model, SettingsEvent::RemoveTool { row: 0 }.into());
+    update(&mut model, SettingsEvent::RemoveTool { row: 9 }.into());
+    let lines = rack::lines(&model.settings, &model.machine);
+    assert_eq!(lines, ["T7 vee 3.175 tip 0.1 angle 30 life 50", "T8 drill 1"]);
+    assert_eq!(rack::cell(&lines[0], "life"), "50");
+    assert_eq!([rack::cell(&lines[0], "rpm"), rack::cell(&lines[1], NUMBER)], ["", "8"]);
+    let effects = update(&mut model, SettingsEvent::Apply.into());
+    let sent = effects.iter().any(
+        |effect| matches!(effect, Effect::Send { text } if text.contains("rack.tools") && text.contains("T8 drill 1")),
+    );
+    assert!(sent, "{effects:?}");
+    let mut wear = ToolWear::new("mine", &model.machine.rack[0]);
+    wear.hits = 12;
+    let report = ToolsReport { wear: vec![wear], in_spindle: Some(1), wanted: None };
+    let tell = Some(Box::new(Tell::Tools(report.clone())));
+    update(&mut model, LinkEvent::Heard { tell }.into());
+    assert_eq!(model.link.tools, report);
 }

@@ -13,6 +13,7 @@ use crate::parts::{self, WorkPart};
 use crate::screens::shown;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
+use annulus_core::machine::ToolWear;
 use annulus_core::wire::{Ask, Status};
 use leptos::ev;
 use leptos::html::{self, div, dl, h2, header, label, p, section, select, span, strong};
@@ -292,6 +293,15 @@ fn facts(line: Link) -> impl IntoView {
             .with(|job| Some(job.as_ref()?.program.bits.get(bit? as usize)?.title(&language())));
         name.unwrap_or_else(|| "–".to_owned())
     };
+    let worn = move || {
+        let number = line.tools.with(|report| report.in_spindle);
+        let tool = open_board().machine.with(|machine| {
+            let tool = machine.rack.iter().find(|tool| Some(tool.number) == number)?.clone();
+            let wear = line.tools.with(|report| ToolWear::of(&report.wear, &machine.name, &tool));
+            Some(format!("T{}: {}", tool.number, words::wear_words(&tool, &wear)))
+        });
+        tool.unwrap_or_else(|| "–".to_owned())
+    };
     let lowest = move || {
         let unit = frame().unit.get();
         let mm = from(line, |status| status.lower_dead_point_mm);
@@ -303,6 +313,7 @@ fn facts(line: Link) -> impl IntoView {
     dl().class("facts").child((
         fact(t!("page.job.command"), text(|status| status.command.clone())),
         fact(t!("page.job.bit"), bit),
+        fact(t!("page.job.wear"), worn),
         fact(t!("page.job.spindle"), move || {
             say!("page.job.rpm", rpm = from(line, |status| status.spindle_rpm))
         }),

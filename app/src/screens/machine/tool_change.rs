@@ -1,14 +1,17 @@
 //! The tool change: from which to which, what to do, and Continue.
 //!
-//! Comes in: the state and the program's bits. Goes out: `ToolChanged`. The machine moves only after Continue.
+//! Comes in: the state, the program's bits, what is known of the tools. Goes out: `ToolChanged`. The machine moves only after Continue.
 
 use super::banner::control;
 use super::controller;
+use super::words::wear_words;
 use crate::i18n::{language, say, t};
 use crate::page::link::{self, Link};
+use crate::page::open_board;
 use crate::widgets::{Dialog, Icon, dialog, icon, push, push_if};
 use annulus_core::control::State;
 use annulus_core::job::{Command, Program};
+use annulus_core::machine::{RackTool, ToolWear};
 use annulus_core::wire::Ask;
 use leptos::html::{div, li, ol, span};
 use leptos::prelude::*;
@@ -27,8 +30,32 @@ fn bits(program: &Program, leg: usize) -> (Option<u32>, Option<u32>) {
     (before, wanted)
 }
 
-/// What the bit before and the one that is wanted are called.
+/// The tool of the rack with this number, as its dialog calls it, and what it has done.
+fn tool(line: Link, number: Option<u32>) -> Option<(String, RackTool, ToolWear)> {
+    let number = number?;
+    open_board().machine.with(|machine| {
+        let tool = machine.rack.iter().find(|tool| tool.number == number)?.clone();
+        let wear = line.tools.with(|report| ToolWear::of(&report.wear, &machine.name, &tool));
+        Some((format!("T{number} {}", tool.bit().title(&language())), tool, wear))
+    })
+}
+
+/// The tool that is wanted, where one of that number is worn: a new one has to go in.
+fn worn(line: Link) -> Option<(String, RackTool, ToolWear)> {
+    let wanted = tool(line, line.tools.with(|report| report.wanted));
+    wanted.filter(|(_, tool, wear)| wear.is_over(tool.life))
+}
+
+/// What the tool before and the one that is wanted are called.
 fn change(line: Link) -> (Option<String>, Option<String>) {
+    let (before, wanted) = line.tools.with(|report| (report.in_spindle, report.wanted));
+    let (bit_before, bit_wanted) = bits_of_change(line);
+    let name = |number| tool(line, number).map(|(name, ..)| name);
+    (name(before).or(bit_before), name(wanted).or(bit_wanted))
+}
+
+/// What the bit before and the one that is wanted are called, where the rack does not have them.
+fn bits_of_change(line: Link) -> (Option<String>, Option<String>) {
     let leg = line.status.with(|status| status.as_ref().and_then(|status| status.leg)).unwrap_or(0);
     link::link().shown_job.with(|job| {
         let Some(job) = job else { return (None, None) };
@@ -70,6 +97,12 @@ pub fn tool_change() -> impl IntoView {
         ol().child((
             li().child(t!("page.change.wait")),
             li().child(t!("page.change.swap")),
+            move || {
+                worn(line).map(|(name, tool, wear)| {
+                    let words = wear_words(&tool, &wear);
+                    li().child(move || say!("page.change.worn", tool = name, done = words))
+                })
+            },
             li().child(t!("page.change.check")),
             move || touches_off.get().then(|| li().child(t!("page.controller.touch_off"))),
         )),

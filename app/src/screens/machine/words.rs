@@ -167,3 +167,14 @@ pub fn verdict(verdict: RowVerdict) -> Look {
         }
     }
 }
+
+/// How much of its life is done, in words.
+pub(crate) fn wear_words(tool: &RackTool, wear: &ToolWear) -> String {
+    let (done, life) = (wear.done(), tool.life);
+    match (tool.wears_by_way(), life) {
+        (false, 0) => say!("page.tools.holes", done = done),
+        (false, _) => say!("page.tools.holes_of", done = done, life = life),
+        (true, 0) => say!("page.tools.way", done = done),
+        (true, _) => say!("page.tools.way_of", done = done, life = life),
+    }
+}

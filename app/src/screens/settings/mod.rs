@@ -6,6 +6,7 @@
 mod clock;
 mod field;
 mod keys;
+mod tools;
 
 use crate::i18n::{self, key, message, say, t};
 use crate::model::{FrameEvent, SettingsEvent};
@@ -13,7 +14,7 @@ use crate::page::{frame, link, open_board, send};
 use crate::screens::top_bar::{languages, themes};
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::machine::{self, SECTIONS, Value};
+use annulus_core::machine::{self, SECTIONS, Value, ValueKind};
 use leptos::ev;
 use leptos::html::{button, dd, div, dl, dt, h2, input, label, nav, p, section, span};
 use leptos::prelude::*;
@@ -62,7 +63,8 @@ pub(crate) fn settings() -> impl IntoView {
     let fields = move || {
         let rows =
             SECTIONS.iter().find(|(section, _)| *section == shown.get()).map_or(&[][..], |(_, rows)| rows);
-        rows.iter().map(|setting| field::field(setting, refused).into_any()).collect::<Vec<_>>()
+        let shown = rows.iter().filter(|setting| setting.kind != ValueKind::Tools);
+        shown.map(|setting| field::field(setting, refused).into_any()).collect::<Vec<_>>()
     };
     div().class("whole").child(div().class("settings").child((
         nav().attr("aria-label", t!("page.settings.sections")).child((
@@ -75,6 +77,7 @@ pub(crate) fn settings() -> impl IntoView {
             h2().child(move || i18n::text(section_name(shown.get()), &[])),
             p().class("quiet").child(t!("page.settings.about")),
             refused_by_bridge(),
+            move || (shown.get() == "rack").then(|| tools::tools(refused)),
             div().class("setting-grid").child(fields),
             move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),
             diff(refused),
@@ -110,13 +113,25 @@ pub(crate) fn change_rows(
     move || {
         let machine = open_board().machine.get();
         let rows = staged.get().into_iter().map(|(key, value)| {
-            let old = machine::setting(&key).map(|setting| written(&key, &setting.value(&machine)));
-            let (old, new) = (old.unwrap_or_default(), written(&key, &value));
+            let before = machine::setting(&key).map(|setting| setting.value(&machine));
+            let (old, new) = match (before, value) {
+                (Some(Value::Texts(old)), Value::Texts(new)) => (others(&old, &new), others(&new, &old)),
+                (before, value) => {
+                    (before.map(|old| written(&key, &old)).unwrap_or_default(), written(&key, &value))
+                }
+            };
             let change = dd().child(move || say!("page.settings.change", old = old, new = new));
             (dt().child(key), change).into_any()
         });
         rows.collect()
     }
+}
+
+/// The lines of a list that another one does not have.
+fn others(lines: &[String], than: &[String]) -> String {
+    let others = lines.iter().filter(|line| !than.contains(line)).map(String::as_str);
+    let others = others.collect::<Vec<_>>().join(", ");
+    if others.is_empty() { "–".to_owned() } else { others }
 }
 
 /// What will change, and the two buttons. Refused while the machine moves, and then it says so.

@@ -159,3 +159,36 @@ fn stop_again_holds_the_tip_where_it_is_while_it_is_lifted() {
     bench.drill.ask(Ask::Jog { axis: 2, distance_um: 1_000 }).unwrap();
     bench.wait(|status| status.state == State::Ready && status.steps[2] > held.steps[2]);
 }
+
+#[test]
+fn a_spindle_that_drills_while_the_first_stays_up_is_lifted_all_the_same() {
+    let machine = Machine { tool_change: ToolChange::Unattended, ..six_spindles() };
+    let top = machine.z.scale.steps(machine.z.max - machine.z.home_offset);
+    let surface = machine.z.scale.steps(machine.process.surface);
+    // Z2 and Z4 alone, one hole slowly: it is stopped in the board, and it pauses between two holes of a chain.
+    let mut program = Program { spindles: 0b1010, ..grid(&machine, 30) };
+    let mut bench = Bench::new(&machine, Faults::default());
+    bench.start(&program);
+    bench.drill.ask(Ask::Pause).unwrap();
+    let held = bench.wait(|status| status.state == State::Paused && status.spindle_rpm == 0);
+    assert!(held.steps[2..].iter().all(|height| *height > surface), "{:?}", held.steps);
+    bench.drill.ask(Ask::Resume).unwrap();
+    bench.wait(|status| status.holes_done > held.holes_done);
+    bench.drill.ask(Ask::Stop).unwrap();
+    let status = bench.wait(|status| status.state == State::Ready);
+    assert_eq!(bench.ended().0, Ending::Stopped);
+    assert_eq!(status.steps[2..], [top; 6]);
+    let slow = program.legs.iter_mut().flat_map(|leg| &mut leg.commands);
+    slow.for_each(|command| {
+        if let Command::Plunge { feed_um_per_s, .. } = command {
+            *feed_um_per_s = 1;
+        }
+    });
+    let bench = Bench::new(&machine, Faults::default());
+    bench.start(&program);
+    let low = bench.wait(|status| status.steps[3] < surface);
+    assert!(low.steps[2] > surface, "Z1 stays up");
+    bench.drill.ask(Ask::Stop).unwrap();
+    let status = bench.wait(|status| status.state == State::Ready);
+    assert_eq!((status.trust, status.steps[2..].to_vec()), (Trust::Trusted, vec![top; 6]));
+}

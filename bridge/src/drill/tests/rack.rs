@@ -6,7 +6,12 @@ use super::*;
 #[test]
 fn only_drills_are_looked_for_in_the_rack() {
     let vee = Cutter::Vee { tip: Length::from_um(100), angle_mdeg: 30_000 };
-    let bit = |um, cutter, name: &str| Bit { diameter: Length::from_um(um), name: name.to_owned(), cutter };
+    let bit = |um, cutter, name: &str| Bit {
+        diameter: Length::from_um(um),
+        name: name.to_owned(),
+        cutter,
+        handling: Default::default(),
+    };
     let job = vec![
         bit(800, Cutter::Drill, "0.8 mm"),
         bit(3_175, vee, "V 30°"),

@@ -391,7 +391,7 @@ fn bite_task(context: &mut PlanContext<'_>, cut_out: &CutOut, places: Vec<Point>
     let closed = context.scene.closed_to(cut_out.bite_hole);
     let free = |at: &Point| closed.as_ref().is_none_or(|zone| !zone.contains(*at));
     let places: Vec<Point> = places.into_iter().filter(free).collect();
-    let Some(diameter) = rack::nearest(&context.machine.rack, cut_out.bite_hole, BITE_TOLERANCE) else {
+    let Some(diameter) = rack::nearest(&context.machine.drills(), cut_out.bite_hole, BITE_TOLERANCE) else {
         let size = rack::size_text(cut_out.bite_hole);
         context.report(Diagnostic::error("cam.no_bit_for_bites").with("size", size));
         return None;

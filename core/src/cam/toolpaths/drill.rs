@@ -24,12 +24,13 @@ pub(super) fn plan(context: &mut PlanContext<'_>, drill: &Drill) -> Result<Plann
     let mut part = PlannedOperation::default();
     let mut by_bit: BTreeMap<Length, Vec<(u32, Point)>> = BTreeMap::new();
     let mut missing = 0_usize;
+    let drills = context.machine.drills();
     for (index, hole) in (0..).zip(&context.scene.board.holes) {
         if context.scene.pins.contains(&index) != (drill.holes == Holes::Alignment) {
             continue;
         }
         let Some(size) = hole.diameter else { continue };
-        match rack::nearest(&context.machine.rack, size, drill.tolerance) {
+        match rack::nearest(&drills, size, drill.tolerance) {
             Some(bit) => by_bit.entry(bit).or_default().push((index, hole.at)),
             None if drill.holes == Holes::Alignment => missing += 1,
             None => {}

@@ -18,7 +18,7 @@ use super::cut::{self, Piece};
 use super::{BitTask, DrillCycle, EntryMove, Planned, Toolpath};
 use crate::geometry::{Path, PathSegment, Point};
 use crate::job::{Bit, Command, Gate, Input, Leg, Mark, Otherwise, Program};
-use crate::machine::{Machine, StrokeEnd};
+use crate::machine::{Machine, RackTool, StrokeEnd};
 use crate::units::Length;
 
 /// A duration in whole µs, never negative.
@@ -39,8 +39,8 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
     let mut strays = planned.board.holes.len() as u32;
     for part in &planned.parts {
         let Some(operation) = work.operations.get(part.operation as usize) else { continue };
-        let operation = &limits::within(operation, machine);
         for task in &part.tasks {
+            let operation = &limits::with_bit(operation, &task.bit, machine);
             writer.take(&task.bit, operation);
             for stroke in &task.drill_cycles {
                 let hole = stroke.hole.unwrap_or_else(|| {
@@ -83,13 +83,15 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
-    /// Asks for `bit`, unless it is in the spindle.
+    /// Asks for `bit`, handled as the rack says of it, unless it is in the spindle.
     fn take(&mut self, bit: &Bit, operation: &Operation) {
-        if self.bits.last() == Some(bit) {
+        let known = self.machine.rack.iter().find(|tool| tool.is(bit));
+        let bit = Bit { handling: known.map(RackTool::handling).unwrap_or_default(), ..bit.clone() };
+        if self.bits.last() == Some(&bit) {
             return;
         }
         let index = self.bits.len() as u32;
-        self.bits.push(bit.clone());
+        self.bits.push(bit);
         let mut commands = vec![
             Command::Spindle { rpm: 0 },
             Command::Rapid { to: Point::default() },

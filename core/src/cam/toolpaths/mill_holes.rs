@@ -97,7 +97,8 @@ pub(super) fn plan(context: &mut PlanContext<'_>, bore: &MillHoles) -> Result<Pl
 
 /// What there is to mill: holes that no drill of the rack fits, but for pins, and slots.
 fn wanted(context: &PlanContext<'_>, bore: &MillHoles, tolerance: Length) -> Vec<Wanted> {
-    let undrilled = |size: Length| rack::nearest(&context.machine.rack, size, tolerance).is_none();
+    let drills = context.machine.drills();
+    let undrilled = |size: Length| rack::nearest(&drills, size, tolerance).is_none();
     let board = &context.scene.board;
     let holes = (0..).zip(&board.holes).filter(|_| bore.holes).filter_map(|(index, hole)| {
         let width = hole.diameter.filter(|size| undrilled(*size) && !context.scene.pins.contains(&index))?;

@@ -193,7 +193,9 @@ pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
     let mut hash = Sha256::new();
     hash.update(text.as_bytes());
     hash.update(machine.fingerprint().as_bytes());
-    hash.update(format!("{:?}", machine.rack).as_bytes());
+    let drills =
+        machine.rack.iter().map(|tool| (tool.cutter, tool.diameter, tool.down_mm_per_s, tool.spindle_rpm));
+    hash.update(format!("{:?}", drills.collect::<Vec<_>>()).as_bytes());
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
@@ -238,9 +240,11 @@ pub fn plan_operation(
     }?;
     holding::depths(&mut context, &part);
     limits::bounded(operation, machine).into_iter().for_each(|note| context.report(note));
-    let real = limits::within(operation, machine);
-    let breaks = |task: &BitTask| bite::breaks(&task.bit, real.plunge_mm_per_s, real.spindle_rpm);
-    part.tasks.iter().filter_map(breaks).for_each(|why| context.report(why));
+    for task in &part.tasks {
+        let real = limits::with_bit(operation, &task.bit, machine);
+        let judged = bite::judged(&task.bit, real.plunge_mm_per_s, real.spindle_rpm);
+        judged.into_iter().for_each(|why| context.report(why));
+    }
     part.operation = index as u32;
     part.diagnostics = context.diagnostics;
     Ok(part)
@@ -349,7 +353,7 @@ fn left_out(
     let without: Vec<_> = without.into_iter().collect();
     let unsized_holes = missing.iter().filter(|size| size.is_none()).count();
     let open_slots = scene.board.slots.len().saturating_sub(slots.len());
-    super::rack::errors(&without, unsized_holes, open_slots, (&machine.rack, tolerance))
+    super::rack::errors(&without, unsized_holes, open_slots, (&machine.drills(), tolerance))
 }
 
 /// What planning one operation has at hand.

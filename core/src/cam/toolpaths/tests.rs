@@ -95,7 +95,7 @@ fn only(board: &Board, word: &str, change: impl FnOnce(&mut Operation)) -> Work 
 }
 
 fn mill(name: &str, width: f64) -> Bit {
-    Bit { diameter: mm(width), name: name.to_owned(), cutter: Cutter::Mill }
+    Bit { diameter: mm(width), name: name.to_owned(), cutter: Cutter::Mill, handling: Default::default() }
 }
 
 /// The work that isolates `board` with a mill of `width`.
@@ -301,6 +301,7 @@ fn a_cure_with_a_vee_goes_as_deep_as_fits_its_gap() {
         diameter: mm(3.0),
         name: "sharp".to_owned(),
         cutter: Cutter::Vee { tip: mm(0.06), angle_mdeg: 60_000 },
+        handling: Default::default(),
     };
     // At 0.2 mm the operation's own bit cuts 0.207 mm, the sharp one 0.291 mm. At 0.05 mm, which goes through for certain,
     // they cut 0.127 and 0.118 mm.

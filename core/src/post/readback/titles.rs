@@ -57,5 +57,5 @@ pub fn titled(title: &str) -> Option<Bit> {
     } else {
         (in_reach(number_after("drill")?)?, Cutter::Drill)
     };
-    Some(Bit { diameter, name: title.trim().to_owned(), cutter })
+    Some(Bit { diameter, name: title.trim().to_owned(), cutter, handling: Default::default() })
 }

@@ -40,7 +40,7 @@ pub(in crate::cam::toolpaths) fn tabs(context: &mut PlanContext<'_>, cut_out: &C
         let warning = Diagnostic::warning("cam.tabs_too_high").with("height", mm(cut_out.tab_height));
         context.report(warning.with("thickness", mm(thickness)));
     }
-    let drill = rack::nearest(&context.machine.rack, cut_out.bite_hole, BITE_TOLERANCE);
+    let drill = rack::nearest(&context.machine.drills(), cut_out.bite_hole, BITE_TOLERANCE);
     if let Some(drill) = drill.filter(|drill| cut_out.bites && cut_out.bite_pitch < *drill + LEAST_BETWEEN) {
         let error = Diagnostic::error("cam.bites_cut_through").with("size", rack::size_text(drill));
         context.report(error.with("pitch", mm(cut_out.bite_pitch)));

@@ -449,3 +449,45 @@ fn a_long_way_rests_now_and_then() {
     // More than four laps of 106 mm at 0.3 mm/s are over 1400 s.
     assert!((5..20).contains(&rests), "{rests}");
 }
+
+#[test]
+fn a_drill_goes_down_and_turns_as_the_rack_says_of_it() {
+    let board = coupon();
+    let work = Work::default_for(&board, &virtual_drill());
+    let (planned, _) = planned(&board, &work);
+    let rack = [
+        "T1 drill 0.8 down 3 rpm 9000",
+        "T2 drill 1",
+        "T3 mill 0.8 down 9 rpm 9",
+        "T4 drill 3 down 400 rpm 90000",
+    ];
+    let lines = rack.map(str::to_owned).to_vec();
+    let changes = [("rack.tools".to_owned(), crate::machine::Value::Texts(lines))];
+    let machine = crate::machine::apply(&virtual_drill(), &changes).unwrap();
+    // Of each bit the feed down in µm/s, of its first plunge, and the speed that it turns at.
+    let done = |machine: &crate::machine::Machine| {
+        let program = lower_work(&planned, &work, machine);
+        let (mut bit, mut rpm, mut done) = (None, 0, Vec::new());
+        for command in program.legs.iter().flat_map(|leg| &leg.commands) {
+            match command {
+                Command::AwaitBit { bit: next } => bit = program.bits.get(*next as usize),
+                Command::Spindle { rpm: now } => rpm = *now,
+                Command::Plunge { feed_um_per_s, .. } => {
+                    done.extend(bit.take().map(|bit| (bit.name.clone(), *feed_um_per_s, rpm)));
+                }
+                _ => {}
+            }
+        }
+        done
+    };
+    let (usual, own) = (done(&virtual_drill()), done(&machine));
+    let changed: Vec<_> = usual.iter().zip(&own).filter(|(usual, own)| usual != own).collect();
+    assert_eq!(
+        changed,
+        [(&("drill 0.8".to_owned(), 12_000, 30_000), &("drill 0.8".to_owned(), 3_000, 9_000))]
+    );
+    // No faster than the machine.
+    let operation = Operation::usual("drill", Face::Top, &machine).unwrap();
+    let bounded = crate::cam::limits::with_bit(&operation, &machine.rack[3].bit(), &machine);
+    assert_eq!((bounded.plunge_mm_per_s, bounded.spindle_rpm), (50.0, 60_000));
+}

@@ -1,0 +1,179 @@
+//! The rack: a table of tools, what each has done since it was new, and the word that a new one is in (C3).
+//!
+//! Comes in: the machine, the draft of its rack, what tools have done. Goes out: what is typed; `NewTool`. What a line means the table of
+//! fields in `core` says.
+
+use crate::i18n::{self, advice, key, message, say, t};
+use crate::model::SettingsEvent;
+use crate::model::rack::{self, DIAMETER, FORM, NUMBER, RACK_KEY};
+use crate::page::link;
+use crate::page::{open_board, send};
+use crate::screens::machine::words::wear_words;
+use crate::widgets::{menu_word, push, push_if};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::{RackTool, TOOL_FIELDS, TOOL_FORMS, ToolWear};
+use annulus_core::wire::Ask;
+use leptos::ev;
+use leptos::html::{self, caption, div, input, p, select, span, table, tbody, td, th, thead, tr};
+use leptos::prelude::*;
+
+/// What a column is called.
+fn column_name(column: &str) -> &'static str {
+    match column {
+        NUMBER => key!("page.tools.number"),
+        FORM => key!("page.tools.form"),
+        DIAMETER => key!("page.tools.diameter"),
+        "tip" => key!("page.tools.tip"),
+        "angle" => key!("page.tools.angle"),
+        "down" => key!("page.tools.down"),
+        "up" => key!("page.tools.up"),
+        "run-out" => key!("page.tools.run_out"),
+        "rpm" => key!("page.tools.rpm"),
+        "life" => key!("page.tools.life"),
+        _ => key!("page.tools.place"),
+    }
+}
+
+fn form_name(form: &str) -> &'static str {
+    match form {
+        "mill" => key!("page.tools.mill"),
+        "vee" => key!("page.tools.vee"),
+        _ => key!("page.tools.drill"),
+    }
+}
+
+fn named(name: &'static str) -> impl Fn() -> String + Copy {
+    move || i18n::text(name, &[])
+}
+
+/// The columns that are typed.
+fn columns() -> impl Iterator<Item = &'static str> {
+    [NUMBER, FORM, DIAMETER].into_iter().chain(TOOL_FIELDS.iter().map(|field| field.word))
+}
+
+/// The table.
+pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
+    let lines = Memo::new(move |_| {
+        let machine = open_board().machine.get();
+        link::link().draft.with(|draft| rack::lines(draft, &machine))
+    });
+    let count = Memo::new(move |_| lines.with(Vec::len));
+    let heads = columns().map(|column| th().attr("scope", "col").child(named(column_name(column))));
+    let rows = move || (0..count.get()).map(|row| line(lines, row).into_any()).collect::<Vec<_>>();
+    let about =
+        |found: &&Diagnostic| found.args.iter().any(|(name, value)| name == "key" && value == RACK_KEY);
+    let why = move || refused.with(|found| found.iter().find(about).cloned());
+    let refusal = move || {
+        why().map(|why| {
+            let cure = why.clone();
+            p().class("refusal").attr("role", "alert").child((
+                move || message(&why),
+                " ",
+                move || advice(&cure),
+            ))
+        })
+    };
+    div().class("rack").child((
+        div().class("rack-scroll").child(table().class("rack-table").child((
+            caption().class("unseen").child(t!("page.settings.rack")),
+            thead().child(tr().child((
+                heads.collect::<Vec<_>>(),
+                th().attr("scope", "col").child(t!("page.tools.done")),
+                th().attr("scope", "col").child(span().class("unseen").child(t!("page.tools.acts"))),
+            ))),
+            tbody().child(rows),
+        ))),
+        refusal,
+        p().class("quiet").child(t!("page.tools.about")),
+        push("button", t!("page.tools.add"), |_| send(SettingsEvent::AddTool)),
+    ))
+}
+
+fn line(lines: Memo<Vec<String>>, row: usize) -> impl IntoView {
+    let now = Memo::new(move |_| lines.with(|lines| lines.get(row).cloned().unwrap_or_default()));
+    let number = move || now.with(|line| rack::cell(line, NUMBER));
+    let cells = columns().map(|column| td().child(entry(now, row, column)).into_any());
+    tr().child((
+        cells.collect::<Vec<_>>(),
+        td().child(wear(now)),
+        td().class("rack-acts").child((
+            new_tool(now),
+            push(
+                "button quiet small",
+                move || say!("page.tools.remove", number = number()),
+                move |_| {
+                    send(SettingsEvent::RemoveTool { row });
+                },
+            ),
+        )),
+    ))
+}
+
+/// A cell that is typed.
+fn entry(now: Memo<String>, row: usize, column: &'static str) -> AnyView {
+    let value = move || now.with(|line| rack::cell(line, column));
+    let write = move |text: String| send(SettingsEvent::TypeTool { row, column, text });
+    let name = move || {
+        let number = now.with(|line| rack::cell(line, NUMBER));
+        say!("page.tools.cell", number = number, column = i18n::text(column_name(column), &[]))
+    };
+    if column == FORM {
+        let words = TOOL_FORMS.map(|form| menu_word(form, move || value() == form, named(form_name(form))));
+        let menu =
+            select().attr("aria-label", name).on(ev::change, move |event| write(event_target_value(&event)));
+        return menu.child(words.into_iter().collect::<Vec<_>>()).into_any();
+    }
+    let shape = ["tip", "angle"].contains(&column);
+    let has = move || !shape || now.with(|line| rack::cell(line, FORM)) == TOOL_FORMS[2];
+    input()
+        .attr("type", "text")
+        .attr("inputmode", "decimal")
+        .attr("aria-label", name)
+        .prop("disabled", move || !has())
+        .prop("value", move || i18n::number(value()))
+        .on(ev::change, move |event| write(event_target_value(&event)))
+        .into_any()
+}
+
+/// The tool of a line, and what it has done.
+fn worn(line: &str) -> Option<(RackTool, ToolWear)> {
+    let tool = RackTool::read(line).ok()?;
+    let machine = open_board().machine.with(|machine| machine.name.clone());
+    let wear = link::link().tools.with(|report| ToolWear::of(&report.wear, &machine, &tool));
+    Some((tool, wear))
+}
+
+/// A bar where a life was said, and words.
+fn wear(now: Memo<String>) -> impl IntoView {
+    let said = Memo::new(move |_| now.with(|line| worn(line)));
+    let share = move || said.with(|said| said.as_ref().and_then(|(tool, wear)| wear.share(tool.life)));
+    let words = move || {
+        said.with(|said| said.as_ref().map(|(tool, wear)| wear_words(tool, wear)).unwrap_or_default())
+    };
+    let bar = move || {
+        share().map(|share| {
+            html::progress()
+                .class(if share >= 1.0 { "wear over" } else { "wear" })
+                .attr("aria-label", t!("page.tools.done"))
+                .attr("max", "1")
+                .prop("value", share.min(1.0))
+        })
+    };
+    div().class("rack-wear").child((bar, span().child(words)))
+}
+
+/// The word that a new one is in.
+fn new_tool(now: Memo<String>) -> impl IntoView {
+    let line = link::link();
+    let used = Memo::new(move |_| {
+        now.with(|line| worn(line))
+            .filter(|(_, wear)| wear.hits + wear.milled_um > 0)
+            .map(|(tool, _)| tool.number)
+    });
+    let may = move || line.may_act() && used.get().is_some();
+    push_if("button small", may, t!("page.tools.new"), move |_| {
+        if let Some(number) = used.get_untracked() {
+            link::ask(Ask::NewTool { number });
+        }
+    })
+}

@@ -1,0 +1,121 @@
+//! The tools of a machine's rack, what each has done since it was new, and the word that a new one is in (C3).
+//!
+//! Comes in: a machine, numbers of tools. Goes out: a row a tool; the journal without what the tools before did. While a bridge runs, its
+//! page does that: the journal has one owner.
+
+use super::{Answer, Exit, MachineArgs, Refusal, counted, rounded};
+use crate::drill::JOURNAL;
+use crate::journal;
+use crate::machine_file;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::locale;
+use annulus_core::machine::{Machine, RackTool, ToolWear};
+use annulus_drill::Keeper;
+use serde_json::{Value, json};
+use std::fmt::Write;
+
+/// Arguments of `annulus tools`.
+#[derive(Debug, clap::Args)]
+pub(crate) struct ToolsArgs {
+    #[command(subcommand)]
+    command: ToolsCommand,
+}
+
+#[derive(Debug, clap::Subcommand)]
+enum ToolsCommand {
+    /// List the tools of the rack: what each is, what it has done, how long it lives.
+    List(MachineArgs),
+    /// Say that new tools are in: those of these numbers have done nothing.
+    Reset(ResetArgs),
+}
+
+/// Arguments of `annulus tools reset`.
+#[derive(Debug, clap::Args)]
+struct ResetArgs {
+    /// Numbers of the tools, as `annulus tools list` gives them.
+    #[arg(value_name = "NUMBER", required = true)]
+    numbers: Vec<u32>,
+    #[command(flatten)]
+    on: MachineArgs,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &ToolsArgs) -> Result<Answer, Refusal> {
+    match &args.command {
+        ToolsCommand::List(on) => {
+            let machine = machine_file::named(on.name())?.machine;
+            Ok(answer(&machine, &wear()?))
+        }
+        ToolsCommand::Reset(args) => reset(args),
+    }
+}
+
+/// What tools have done, by the journal.
+fn wear() -> Result<Vec<ToolWear>, Refusal> {
+    let path = machine_file::data_folder().join(JOURNAL);
+    let found = journal::look_into(&path).map_err(Refusal::surroundings)?;
+    Ok(found.map(|(_, contents)| contents.wear).unwrap_or_default())
+}
+
+fn reset(args: &ResetArgs) -> Result<Answer, Refusal> {
+    let machine = machine_file::named(args.on.name())?.machine;
+    let tool = |number: &u32| {
+        let tool = machine.rack.iter().find(|tool| tool.number == *number);
+        let why = || Refusal::usage(Diagnostic::error("control.no_such_tool").with("number", number));
+        tool.ok_or_else(why)
+    };
+    let tools = args.numbers.iter().map(tool).collect::<Result<Vec<_>, _>>()?;
+    let path = machine_file::data_folder().join(JOURNAL);
+    let Some((mut journal, mut contents)) = journal::look_into(&path).map_err(Refusal::surroundings)? else {
+        return Ok(answer(&machine, &[]));
+    };
+    for tool in tools {
+        let new = ToolWear::new(&machine.name, tool);
+        journal.keep_wear(&new).map_err(Refusal::surroundings)?;
+        new.keep(&mut contents.wear);
+    }
+    Ok(answer(&machine, &contents.wear))
+}
+
+fn answer(machine: &Machine, wear: &[ToolWear]) -> Answer {
+    let mut text = String::new();
+    let mut rows = Vec::new();
+    for tool in &machine.rack {
+        let wear = ToolWear::of(wear, &machine.name, tool);
+        let title = tool.bit().title(locale::FALLBACK);
+        let _ = writeln!(text, "T{:<4} {title:<24} {}", tool.number, done(tool, &wear));
+        rows.push(row(tool, &wear));
+    }
+    Answer { object: json!({ "machine": machine.name, "tools": rows }), text, exit: Exit::Done }
+}
+
+/// What a tool has done, in words.
+fn done(tool: &RackTool, wear: &ToolWear) -> String {
+    let worn = if wear.is_over(tool.life) { ": worn" } else { "" };
+    match (tool.wears_by_way(), tool.life) {
+        (false, 0) => counted(wear.done(), "hole"),
+        (false, life) => format!("{} of {}{worn}", wear.done(), counted(life, "hole")),
+        (true, 0) => format!("{} m", wear.done()),
+        (true, life) => format!("{} of {life} m{worn}", wear.done()),
+    }
+}
+
+fn row(tool: &RackTool, wear: &ToolWear) -> Value {
+    let mut object = super::tool_object(&tool.bit());
+    let more = json!({
+        "number": tool.number,
+        "down_mm_per_s": tool.down_mm_per_s,
+        "up_mm_per_s": tool.up_mm_per_s,
+        "spindle_rpm": tool.spindle_rpm,
+        "run_out_mm": rounded(tool.run_out.mm()),
+        "life": tool.life,
+        "place": tool.place,
+        "hits": wear.hits,
+        "milled_mm": rounded(wear.milled_um as f64 / 1e3),
+        "worn": wear.is_over(tool.life),
+    });
+    if let (Value::Object(object), Value::Object(more)) = (&mut object, more) {
+        object.extend(more);
+    }
+    object
+}

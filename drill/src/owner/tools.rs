@@ -1,0 +1,109 @@
+//! The tools in work: what each has done, and a new one in mid-job where the life of the one before is over (C3).
+//!
+//! ```text
+//! hole 17 │ counted with the leg │ life over? ─▶ next hole is not begun: up, spindle off ─▶ a person ─▶ there again, on ─▶ hole 18
+//! ```
+//!
+//! A hole is counted in the record that says that it is done, so a hit is never lost and never counted twice. Whoever is asked for
+//! a tool whose life is over and says that it is in, has put in a new one.
+//!
+//! Comes in: legs that are done, a person's word. Goes out: what tools have done, what the executor is to do. Does not know how a tool
+//! gets into the spindle.
+
+use super::moves::Doing;
+use super::{Owner, diagnostic};
+use crate::journal::Record;
+use annulus_core::control::State;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::{RackTool, ToolChange, ToolWear, tool_of};
+use annulus_core::wire::ToolsReport;
+
+impl Owner {
+    /// The tool of the rack in the spindle, where the job put one in.
+    fn tool(&self) -> Option<&RackTool> {
+        let number = self.work.as_ref()?.tool?;
+        self.machine.rack.iter().find(|tool| tool.number == number)
+    }
+
+    /// The tool of the rack that bit `bit` of the program is.
+    pub(super) fn tool_of_bit(&self, bit: u32) -> Option<&RackTool> {
+        let bit = self.work.as_ref()?.job.program.bits.get(bit as usize)?;
+        tool_of(&self.machine.rack, bit, &self.machine.name, &self.wear)
+    }
+
+    fn wear_of(&self, tool: &RackTool) -> ToolWear {
+        ToolWear::of(&self.wear, &self.machine.name, tool)
+    }
+
+    fn is_worn(&self, tool: &RackTool) -> bool {
+        self.wear_of(tool).is_over(tool.life)
+    }
+
+    /// Counts what leg `leg` wore its tool by, and gives what that has done now.
+    pub(super) fn count_wear(&mut self, leg: usize) -> Option<ToolWear> {
+        let (_, more) = *self.work.as_ref()?.wears.get(leg)?;
+        let wear = self.wear_of(self.tool().filter(|_| !more.is_nothing())?).plus(more);
+        wear.clone().keep(&mut self.wear);
+        Some(wear)
+    }
+
+    /// Bit `bit` is in the spindle: which tool of the rack that is. A `new` one in the place of one that was worn has done nothing.
+    pub(super) fn tool_is_in(&mut self, bit: u32, new: bool) {
+        let tool = self.tool_of_bit(bit).cloned();
+        if let Some(work) = &mut self.work {
+            work.tool = tool.as_ref().map(|tool| tool.number);
+        }
+        if let Some(worn) = tool.filter(|tool| new && self.is_worn(tool)) {
+            self.forget_wear(&worn);
+        }
+    }
+
+    fn forget_wear(&mut self, tool: &RackTool) {
+        let wear = ToolWear::new(&self.machine.name, tool);
+        wear.clone().keep(&mut self.wear);
+        self.outside.record(Record::Wear(wear));
+    }
+
+    /// A new tool was put in under this number: it has done nothing.
+    pub(super) fn new_tool(&mut self, number: u32) -> Result<(), Diagnostic> {
+        let tool = self.machine.rack.iter().find(|tool| tool.number == number).cloned();
+        let tool = tool.ok_or_else(|| diagnostic("control.no_such_tool").with("number", number))?;
+        self.forget_wear(&tool);
+        Ok(())
+    }
+
+    /// Whether the leg to come would wear a tool whose life is over.
+    pub(super) fn wants_new_tool(&self) -> bool {
+        let wears = |work: &super::Work| work.is_at_start() && !work.wear().is_nothing();
+        self.work.as_ref().is_some_and(wears) && self.tool().is_some_and(|tool| self.is_worn(tool))
+    }
+
+    /// Asks for a new tool before the leg to come, where it needs one: up and spindle off, from wherever the tip is. Whether it did.
+    pub(super) fn asks_for_new_tool(&mut self) -> bool {
+        if !self.wants_new_tool() {
+            return false;
+        }
+        let Some(work) = &mut self.work else { return false };
+        if self.machine.tool_change == ToolChange::Unattended {
+            let bit = work.bit.unwrap_or(0);
+            self.put_in(bit, true);
+            return false;
+        }
+        work.is_worn = true;
+        let segments = self.up_and_off(true);
+        self.give(Doing::ToChange, segments);
+        true
+    }
+
+    /// What everybody sees of the tools.
+    pub(super) fn tools_report(&self) -> ToolsReport {
+        let work = self.work.as_ref();
+        let asked = work.filter(|_| self.session.state == State::ToolChange);
+        let bit = asked.and_then(|work| work.awaited().or(work.bit).or(Some(0)));
+        ToolsReport {
+            wear: self.wear.iter().filter(|wear| wear.machine == self.machine.name).cloned().collect(),
+            in_spindle: work.and_then(|work| work.tool),
+            wanted: bit.and_then(|bit| self.tool_of_bit(bit)).map(|tool| tool.number),
+        }
+    }
+}
