@@ -7,6 +7,7 @@
 //! Comes in: effects, one after the other. Goes out: events. Does not know the screens, and decides nothing.
 
 mod awake;
+mod camera;
 mod colours;
 mod drawings;
 mod drill;
@@ -30,6 +31,7 @@ use crate::model::{Clocks, Effect, LabEvent, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
 use awake::Awake;
+use camera::Camera;
 use leptos::prelude::{request_animation_frame, set_timeout};
 use socket::Line;
 use std::time::Duration;
@@ -39,11 +41,11 @@ use worker::Workers;
 /// What the page needs to run.
 pub fn surroundings() -> Surroundings {
     let (workers, line) = (Workers::default(), Line::default());
-    let (places, awake) = (Places::default(), Awake::default());
+    let (places, awake, camera) = (Places::default(), Awake::default(), Camera::default());
     line.serial.listen();
     awake.listen();
     let clock = || Clocks { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
-    Surroundings { run: Box::new(move |effect| run(&workers, &line, &places, &awake, effect)), clock }
+    Surroundings { run: Box::new(move |effect| run(&workers, &line, &places, (&awake, &camera), effect)), clock }
 }
 
 /// Listens to what comes by itself: dropped files, the line. Once, after the page was made.
@@ -55,6 +57,7 @@ pub fn begin() {
     languages::begin();
     colours::begin();
     signs::begin();
+    camera::begin();
     if let Some(text) = session::kept_bench() {
         send(LabEvent::Kept { text });
     }
@@ -68,7 +71,7 @@ fn pair(token: String) {
     });
 }
 
-fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: Effect) {
+fn run(workers: &Workers, line: &Line, places: &Places, (awake, camera): (&Awake, &Camera), effect: Effect) {
     match effect {
         Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
         Effect::CallOff => workers.call_off(),
@@ -101,6 +104,8 @@ fn run(workers: &Workers, line: &Line, places: &Places, awake: &Awake, effect: E
         Effect::KeepSigns { on } => signs::keep(on),
         Effect::KeepOwnKeys { text } => signs::keep_own(&text),
         Effect::StayAwake { on } => awake.want(on),
+        Effect::Camera { on } => camera.want(on),
+        Effect::KeepCamera { offset_mm } => camera::keep(offset_mm),
         Effect::LookInStore => places.look(),
         Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),
         Effect::LeaveInStore { place, job, at_ms } => store::leave(place, &job, at_ms),

@@ -76,6 +76,7 @@ impl Owner {
         tells.extend(self.offer());
         tells.extend(self.queue_greeting());
         tells.push(self.outputs_tell());
+        tells.push(self.surface_tell());
         tells
     }
 
@@ -209,5 +210,6 @@ fn command_name(stage: Stage) -> &'static str {
         Stage::AwaitBit => "await_bit",
         Stage::Seek | Stage::BackOff | Stage::Locate | Stage::Offset => "home",
         Stage::Jog => "jog",
+        Stage::Touch => "touch",
     }
 }

@@ -117,10 +117,10 @@ fn ended(ending: Ending) -> Event {
 }
 
 /// The bridge's verdict on `job`, whose steps have `digest`.
-fn armed(job: &str, digest: &str, verdict: Option<RowVerdict>) -> Event {
+fn armed(job: &str, digest: &str, levelled: bool, verdict: Option<RowVerdict>) -> Event {
     let row = |verdict| PreflightRow { finding: Diagnostic::warning("preflight.lid"), verdict };
     let checks = verdict.map(row).into_iter().collect();
-    tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), checks })
+    tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), levelled, checks })
 }
 
 fn controller_event(word: &str) -> Option<ControllerEvent> {
@@ -336,11 +336,11 @@ impl Line {
                 values: vec![(110, 5_000.0)],
             }),
             "armed-mill" => armed("own", "", None),
-            "armed" => armed("own", "digest", None),
+            "armed" => armed("own", "digest", false, None),
             "armed-other-steps" => armed("own", "other", None),
-            "armed-other-job" => armed("other", "digest", None),
-            "armed-fail" => armed("own", "digest", Some(RowVerdict::Fail)),
-            "armed-warn" => armed("own", "digest", Some(RowVerdict::Warn)),
+            "armed-other-job" => armed("other", "digest", false, None),
+            "armed-fail" => armed("own", "digest", false, Some(RowVerdict::Fail)),
+            "armed-warn" => armed("own", "digest", false, Some(RowVerdict::Warn)),
             _ => return None,
         })
     }

@@ -116,6 +116,7 @@ fn higher_feeds_are_planned_to_the_same_places_and_checked() {
         safe_hz: None,
         spindle_answers: None,
         offer: None,
+        surface: None,
     };
     let job = prepare::prepare(&program::key(&bytes), &bytes, 0, &context).unwrap();
     let fast = prepare::at_feed(&job, 200).unwrap();
