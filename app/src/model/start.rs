@@ -271,8 +271,8 @@ fn level_too(model: &mut Model) -> Vec<Effect> {
     let machine = Settings::of(&model.machine);
     let Some(preflight) = &mut model.start.preflight else { return Vec::new() };
     let Some(followed) = followed else {
-        // Nothing to compare with: the digests differ, and the job does not start.
-        preflight.levelled = true;
+        // Nothing to compare with: the job does not start.
+        (preflight.levelled, preflight.own_digest) = (true, String::new());
         return Vec::new();
     };
     preflight.levelling = Some(number);
