@@ -132,7 +132,8 @@ pub fn telling(places: &[Point]) -> Vec<Point> {
         rim.extend(furthest.filter(|at| !rim.contains(at)));
     }
     let pairs = rim.iter().flat_map(|a| rim.iter().map(move |b| (*a, *b)));
-    let Some((a, b)) = pairs.max_by(|one, other| apart(one.0, one.1).total_cmp(&apart(other.0, other.1))) else {
+    let Some((a, b)) = pairs.max_by(|one, other| apart(one.0, one.1).total_cmp(&apart(other.0, other.1)))
+    else {
         return Vec::new();
     };
     let from_both = |at: &Point| apart(*at, a).min(apart(*at, b));
@@ -201,13 +202,8 @@ mod tests {
         use crate::units::Length;
         let at = Point::from_mm;
         let leg = |mark, commands| Leg { mark, commands };
-        let arc = |to, center| Command::MillArc {
-            to,
-            height: Length::ZERO,
-            center,
-            ccw: true,
-            feed_um_per_s: 1,
-        };
+        let arc =
+            |to, center| Command::MillArc { to, height: Length::ZERO, center, ccw: true, feed_um_per_s: 1 };
         let program = Program {
             name: String::new(),
             machine: String::new(),
@@ -216,7 +212,10 @@ mod tests {
             spindles: 1,
             safe_height: Length::from_um(2_000),
             legs: vec![
-                leg(Mark::Toolpath(0), vec![Command::Rapid { to: at(10.0, 0.0) }, arc(at(0.0, 10.0), at(0.0, 0.0))]),
+                leg(
+                    Mark::Toolpath(0),
+                    vec![Command::Rapid { to: at(10.0, 0.0) }, arc(at(0.0, 10.0), at(0.0, 0.0))],
+                ),
                 leg(Mark::Finish, vec![Command::Rapid { to: Point::default() }]),
             ],
             accepted: Vec::new(),
@@ -232,7 +231,8 @@ mod tests {
     #[test]
     fn the_holes_at_the_corners_tell_best() {
         let at = Point::from_mm;
-        let grid: Vec<Point> = (0..60).map(|n| at(f64::from(n % 10) * 8.0, f64::from(n / 10) * 8.0)).collect();
+        let grid: Vec<Point> =
+            (0..60).map(|n| at(f64::from(n % 10) * 8.0, f64::from(n / 10) * 8.0)).collect();
         let found = telling(&grid);
         assert_eq!(found.len(), 3);
         assert!((found[0].distance_mm(found[1]) - libm::hypot(72.0, 40.0)).abs() < 1e-9, "{found:?}");

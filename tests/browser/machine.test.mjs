@@ -152,7 +152,7 @@ async function based(page) {
   await tab(page, "Machine").click();
   await press(page, page.getByRole("button", { name: "Home", exact: true }));
   await page.getByText("At rest, position known.").waitFor();
-  await press(page, page.getByRole("button", { name: "Base", exact: true }));
+  await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
 }
 
 test("a board that bows is touched by the drill itself, and the job follows it with the same steps here and there", async () => {
@@ -168,10 +168,10 @@ test("a board that bows is touched by the drill itself, and the job follows it w
     assert.ok((await map.locator("circle.touched").count()) > 3);
     await page.screenshot({ path: picture("level-own") });
     await map.getByRole("button", { name: "Close" }).click();
-    await press(page, page.getByRole("button", { name: /^Start/ }).first());
-    const preflight = page.locator("dialog[open]");
+    await press(page, page.getByRole("button", { name: "Start…" }));
+    const preflight = page.getByRole("dialog", { name: "Before the start" });
     await preflight.getByText(/Depth follows the height map/).waitFor();
-    await preflight.getByText(/same steps|identical/i).first().waitFor();
+    await preflight.getByText(/Page and bridge computed the same steps/).waitFor();
     for (const box of await preflight.getByRole("checkbox").all()) await box.check();
     const start = preflight.getByRole("button", { name: "Start the job" });
     await until(() => start.isEnabled(), "nothing that fails");
@@ -179,7 +179,7 @@ test("a board that bows is touched by the drill itself, and the job follows it w
     // Another zero: the map says so before anything moves.
     await press(page, page.getByRole("button", { name: "X+" }));
     await page.getByText("At rest, position known.").waitFor();
-    await press(page, page.getByRole("button", { name: "Base", exact: true }));
+    await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await press(page, page.getByRole("button", { name: "Height map…" }));
     await map.getByText(/from where it was when the height map was measured/).waitFor();
     assert.deepEqual(problems, []);

@@ -19,7 +19,8 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 
 /// What is wanted of it: the camera that looks away from a person, where there are two, as sharp as it can.
-const WANTED: &str = r#"{"audio":false,"video":{"facingMode":{"ideal":"environment"},"width":{"ideal":1280}}}"#;
+const WANTED: &str =
+    r#"{"audio":false,"video":{"facingMode":{"ideal":"environment"},"width":{"ideal":1280}}}"#;
 const KEPT: &str = "annulus.camera_offset";
 
 #[wasm_bindgen]

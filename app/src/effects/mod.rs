@@ -45,7 +45,10 @@ pub fn surroundings() -> Surroundings {
     line.serial.listen();
     awake.listen();
     let clock = || Clocks { page_ms: browser::now_ms(), wall_ms: browser::clock_ms() };
-    Surroundings { run: Box::new(move |effect| run(&workers, &line, &places, (&awake, &camera), effect)), clock }
+    Surroundings {
+        run: Box::new(move |effect| run(&workers, &line, &places, (&awake, &camera), effect)),
+        clock,
+    }
 }
 
 /// Listens to what comes by itself: dropped files, the line. Once, after the page was made.

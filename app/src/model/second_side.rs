@@ -218,21 +218,19 @@ fn head_mm(model: &Model) -> Option<[f64; 2]> {
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let planned = model.board.job.clone();
     let side = &model.second_side;
-    let same = match (&side.of, &planned) {
-        (Some(of), Some(job)) => Arc::ptr_eq(of, job),
-        (of, job) => of.is_none() && job.is_none(),
-    };
-    if side.open && !same {
-        begin(model, planned.clone());
+    if let Some(job) = planned.as_ref().filter(|job| !side.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, job)))
+        && (side.open || side.of.is_some())
+    {
+        begin(model, job);
     }
-    if model.second_side.of.is_none() && model.second_side.made.is_none() {
+    if model.second_side.of.is_none() {
         return Vec::new();
     }
     let zero = model.link.status.as_ref().and_then(|status| status.zero_mm);
     let side = &mut model.second_side;
     side.fit = fit(&side.holes, zero);
-    let wanted = match (&side.fit, side.applied, &side.of) {
-        (Some(Ok(fit)), true, Some(job)) if same || side.open => Some((*fit, job.clone())),
+    let wanted = match (&side.fit, side.applied, planned) {
+        (Some(Ok(fit)), true, Some(job)) => Some((*fit, job)),
         _ => None,
     };
     let Some((fit, job)) = wanted else {
@@ -249,23 +247,29 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// Another job: other holes, none of them found.
-fn begin(model: &mut Model, planned: Option<Arc<Job>>) {
-    let places = planned.as_ref().map(|job| places(model, &job.program)).unwrap_or_default();
+/// Another plan: where its holes are the same ones, what was found stays.
+fn begin(model: &mut Model, job: &Arc<Job>) {
+    let places = places(model, &job.program);
     let hole = |planned| SoughtHole { planned, found_mm: None };
     let side = &mut model.second_side;
-    side.holes = telling(&places).into_iter().map(hole).collect();
-    (side.places, side.of) = (Arc::new(places), planned);
-    (side.aimed, side.applied, side.made, side.job) = (0, false, None, None);
+    if *side.places != places {
+        side.holes = telling(&places).into_iter().map(hole).collect();
+        (side.aimed, side.applied) = (0, false);
+    }
+    (side.places, side.of) = (Arc::new(places), Some(job.clone()));
+    (side.made, side.job) = (None, None);
 }
 
 /// Where the board has holes as it lies for the plan; of a program alone, where it drills.
 fn places(model: &Model, program: &Program) -> Vec<Point> {
     let from = |at: Point| Point::new(at.x - program.origin.x, at.y - program.origin.y);
-    let of_board = model.board.laid.as_ref().map(|laid| laid.laid.board.holes.iter().map(|hole| from(hole.at)));
+    let of_board =
+        model.board.laid.as_ref().map(|laid| laid.laid.board.holes.iter().map(|hole| from(hole.at)));
     let drilled = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_)));
     let drilled = drilled.filter_map(|leg| {
-        leg.commands.iter().find_map(|command| if let Command::Rapid { to } = command { Some(*to) } else { None })
+        leg.commands
+            .iter()
+            .find_map(|command| if let Command::Rapid { to } = command { Some(*to) } else { None })
     });
     match of_board {
         Some(holes) if holes.len() > 1 => holes.collect(),

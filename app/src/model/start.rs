@@ -258,7 +258,9 @@ fn start(model: &mut Model) -> Vec<Effect> {
 
 /// Where the machine's job follows the height map of its board, the same is computed here: both know the map, and compare the steps.
 fn level_too(model: &mut Model) -> Vec<Effect> {
-    let (Some(preflight), Some(armed)) = (&model.start.preflight, &model.link.armed) else { return Vec::new() };
+    let (Some(preflight), Some(armed)) = (&model.start.preflight, &model.link.armed) else {
+        return Vec::new();
+    };
     let is_done = preflight.levelled || preflight.levelling.is_some();
     if armed.job != preflight.job || !armed.levelled || is_done {
         return Vec::new();

@@ -3,6 +3,7 @@
 //! Comes in: maps. Goes out: words. Does not know how a board is touched.
 
 use annulus_core::level::HeightMap;
+use annulus_core::units::Length;
 use serde_json::{Value, json};
 
 /// The map as a table of µm, the highest Y on top as on the board.

@@ -55,7 +55,8 @@ pub(super) fn keep_surface(folder: &Path, surface: Option<&KeptSurface>) -> Resu
         None if path.exists() => fs::remove_file(&path),
         None => Ok(()),
     };
-    let unkept = |error| Diagnostic::error("level.not_kept").with("file", path.display()).with("reason", error);
+    let unkept =
+        |error| Diagnostic::error("level.not_kept").with("file", path.display()).with("reason", error);
     kept.map_err(unkept)
 }
 

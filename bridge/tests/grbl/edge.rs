@@ -90,7 +90,8 @@ fn an_edge_is_met_from_either_side_and_half_the_tool_is_taken_off() {
     let Some(instrument) = instrument() else { return };
     // Where it is along which axis, from which side it is met.
     for (axis, at, up) in [(0, -95.0, true), (1, -106.0, false)] {
-        let mut board = Board::new(instrument, &settings(false), START, &["--probe-z", &walled(axis, at, up)]);
+        let mut board =
+            Board::new(instrument, &settings(false), START, &["--probe-z", &walled(axis, at, up)]);
         let mut desk = Desk::at(&board);
         desk.ask(EngineAsk::SetZero { axes: [true; 3], height_mm: 0.0 });
         desk.until("a zero", |desk| desk.zeros == 1);

@@ -93,7 +93,7 @@ pub const FAULTS: &[FaultRow] = &[
     FaultRow {
         name: "contact-closed",
         after: 0,
-        seen: Some("level.contact_closed"),
+        seen: Some("control.end_sensor"),
         put: || Faults { stuck_on: Input::Contact.bit(), ..none() },
     },
     FaultRow {

@@ -205,9 +205,7 @@ impl Owner {
                 moves.push(rest(Stage::Dwell, Switching::None, settle_ticks, to));
                 Ok(moves)
             }
-            (TouchStep::Near, _) => {
-                touch(down_to(self.clear_steps()), NEAR_MM_PER_S, Some(Otherwise::GoOn))
-            }
+            (TouchStep::Near, _) => touch(down_to(self.clear_steps()), NEAR_MM_PER_S, Some(Otherwise::GoOn)),
             (TouchStep::Look, _) => Ok(vec![look(from)]),
             (TouchStep::Down, what) => {
                 let lowest = match what {
@@ -367,7 +365,9 @@ impl Owner {
     fn set_surface(&mut self, at: Steps, plate: Length) -> Result<(), Diagnostic> {
         let mut height = self.machine.z.scale.length(at[2]) - plate;
         let zero = self.session.zero().map(|_| self.zero_mm());
-        let lies = |kept: &&KeptSurface| zero.is_some_and(|zero| kept.map.refused(&kept.map.job, zero, true).is_none());
+        let lies = |kept: &&KeptSurface| {
+            zero.is_some_and(|zero| kept.map.refused(&kept.map.job, zero, true).is_none())
+        };
         let map = self.surface.as_deref().filter(lies).map(|kept| kept.map.clone());
         if let Some(map) = &map {
             height = height - map.height(self.place(at));

@@ -15,7 +15,9 @@ use annulus_core::job::Program;
 use annulus_core::level::ProbeGrid;
 use annulus_core::machine::Value;
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, HeightMapReport, MissingReport, Paired, PreflightRow, RowVerdict, Status, Tell, program};
+use annulus_core::wire::{
+    Ask, HeightMapReport, MissingReport, Paired, PreflightRow, RowVerdict, Status, Tell, program,
+};
 use std::sync::Arc;
 
 /// A model with a bridge beside it.

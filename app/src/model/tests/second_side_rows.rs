@@ -152,7 +152,18 @@ fn another_job_has_other_holes_and_another_hole_is_one_that_is_not_sought_yet() 
     tell(&mut model, SecondSideEvent::Other);
     let now = model.second_side.holes[0];
     assert_eq!((before.contains(&now.planned), now.found_mm), (false, None), "the one in the middle");
-    model.board.job = None;
-    tell(&mut model, SecondSideEvent::Forget);
-    assert_eq!(model.second_side.holes, []);
+    // Planned anew, deeper, its holes are the same: what was found stays. Those of another board are others.
+    find(&mut model, false);
+    let found = model.second_side.holes.clone();
+    let plan = |model: &mut Model, program: Program| {
+        let job = Job { program, bytes: Vec::new(), key: "anew".to_owned(), stream_digest: String::new() };
+        model.board.job = Some(Arc::new(job));
+        tell(model, SecondSideEvent::Apply { on: false });
+    };
+    plan(&mut model, program());
+    assert_eq!(model.second_side.holes, found);
+    let mut other = program();
+    other.legs.pop();
+    plan(&mut model, other);
+    assert!(model.second_side.holes.iter().all(|hole| hole.found_mm.is_none()));
 }

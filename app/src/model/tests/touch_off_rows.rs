@@ -41,7 +41,9 @@ fn a_place_of_the_board_is_an_edge_two_or_its_height() {
 #[test]
 fn what_was_typed_is_asked_with_and_what_is_no_length_asks_nothing() {
     let mut edge = model(-1, 0);
-    for (text, tool_um) in [("3,175", Some(3_175)), ("1", Some(1_000)), ("x", None), ("-1", None), ("80", None)] {
+    for (text, tool_um) in
+        [("3,175", Some(3_175)), ("1", Some(1_000)), ("x", None), ("-1", None), ("80", None)]
+    {
         tell(&mut edge, TouchOffEvent::Tool { text: text.to_owned() });
         let wanted = tool_um.map(|tool_um| Ask::Edge { axis: 0, up: true, reach_um: 10_000, tool_um });
         assert_eq!(edge.touch_off.wish(false), wanted, "{text}");
@@ -64,7 +66,10 @@ fn a_step_is_done_once_the_machine_moved_and_rests_and_nothing_was_refused() {
     stands(&mut corner, State::Running);
     stands(&mut corner, State::Stopping);
     stands(&mut corner, State::Ready);
-    assert_eq!((corner.touch_off.done, corner.touch_off.next()), (1, Some(TouchedPart::Edge { axis: 1, up: true })));
+    assert_eq!(
+        (corner.touch_off.done, corner.touch_off.next()),
+        (1, Some(TouchedPart::Edge { axis: 1, up: true }))
+    );
     // An alarm, or a refusal: the step is still to be done.
     for refused in [false, true] {
         tell(&mut corner, TouchOffEvent::Touch);

@@ -28,7 +28,8 @@ pub(super) fn second_side(line: Link) -> impl IntoView {
         let shown = event.target().and_then(|target| target.dyn_into::<web_sys::Element>().ok());
         send(SecondSideEvent::Show { on: shown.is_some_and(|shown| shown.has_attribute("open")) });
     };
-    let placed = move || line.status.with(|status| status.as_ref().is_some_and(|status| status.zero_mm.is_some()));
+    let placed =
+        move || line.status.with(|status| status.as_ref().is_some_and(|status| status.zero_mm.is_some()));
     let by_tip = |_| send(SecondSideEvent::Take { by_camera: false });
     let found = move || {
         let aimed = line.aimed.get();
@@ -87,14 +88,16 @@ fn camera(line: Link) -> impl IntoView {
             send(SecondSideEvent::Take { by_camera: true });
         }
     };
-    let cross = svg().attr("viewBox", "-50 -50 100 100").attr("aria-hidden", "true").child((
-        path().attr("d", "M-50 0H-4M4 0H50M0 -50V-4M0 4V50"),
-        circle().attr("r", 12),
-    ));
+    let cross = svg()
+        .attr("viewBox", "-50 -50 100 100")
+        .attr("aria-hidden", "true")
+        .child((path().attr("d", "M-50 0H-4M4 0H50M0 -50V-4M0 4V50"), circle().attr("r", 12)));
     let blind = move || match line.eye.get() {
-        Eye::Blind(why) => Some(
-            p().class("refused").attr("role", "alert").child(format!("{} {}", message(&why), advice(&why))),
-        ),
+        Eye::Blind(why) => Some(p().class("refused").attr("role", "alert").child(format!(
+            "{} {}",
+            message(&why),
+            advice(&why)
+        ))),
         Eye::Shut | Eye::Opening | Eye::Open => None,
     };
     // The picture stays where it is: the stream is put into it from outside.
@@ -137,13 +140,19 @@ fn learnt(line: Link) -> impl IntoView {
                 send(SecondSideEvent::Take { by_camera: true });
             }),
             push("button small quiet", t!("page.second.dot"), |_| send(SecondSideEvent::Dot)),
-            push_if("button small quiet", has_dot, t!("page.second.on_dot"), |_| send(SecondSideEvent::OnDot)),
+            push_if("button small quiet", has_dot, t!("page.second.on_dot"), |_| {
+                send(SecondSideEvent::OnDot)
+            }),
         )),
     )
 }
 
 /// How the board lies, or why that cannot be told, with a picture: planned places as rings, found ones as crosses.
-fn lies(holes: &[SoughtHole], fit: Option<Result<BoardFit, Diagnostic>>, zero_mm: [f64; 2]) -> Option<AnyView> {
+fn lies(
+    holes: &[SoughtHole],
+    fit: Option<Result<BoardFit, Diagnostic>>,
+    zero_mm: [f64; 2],
+) -> Option<AnyView> {
     let told = match &fit {
         None => return None,
         Some(Ok(fit)) => p().attr("role", "status").child(message(&second_side::told(fit))).into_any(),
