@@ -7,6 +7,9 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 use web_sys::{Headers, RequestInit, Response, Storage, Window};
 
+/// The element that shows the picture of a camera.
+pub(crate) const CAMERA_PICTURE: &str = "camera-picture";
+
 /// The window; there is one wherever the page runs.
 pub fn window() -> Window {
     web_sys::window().expect("the page runs in a window")

@@ -11,6 +11,7 @@
 
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
+use crate::job::{Command, Leg, Mark, Program};
 
 /// Holes nearer to each other than this do not tell how a board is turned, mm.
 const NEAREST_MM: f64 = 5.0;
@@ -97,6 +98,52 @@ impl BoardFit {
     }
 }
 
+/// The program where the board lies. It begins and ends at the work zero as before.
+#[must_use]
+pub fn aligned(program: &Program, fit: &BoardFit) -> Program {
+    let moved = |command: &Command| match *command {
+        Command::Rapid { to } => Command::Rapid { to: fit.moved(to) },
+        Command::Mill { to, height, feed_um_per_s } => {
+            Command::Mill { to: fit.moved(to), height, feed_um_per_s }
+        }
+        Command::MillArc { to, height, center, ccw, feed_um_per_s } => {
+            Command::MillArc { to: fit.moved(to), height, center: fit.moved(center), ccw, feed_um_per_s }
+        }
+        same => same,
+    };
+    let legs = program.legs.iter().map(|leg| match leg.mark {
+        Mark::Prepare | Mark::ToolChange(_) | Mark::Finish => leg.clone(),
+        Mark::Hole(_) | Mark::Toolpath(_) => {
+            Leg { mark: leg.mark, commands: leg.commands.iter().map(moved).collect() }
+        }
+    });
+    Program { legs: legs.collect(), ..program.clone() }
+}
+
+/// Two or three of `places` that tell best how a board lies: the two that are furthest apart, and the one that is furthest from both.
+pub fn telling(places: &[Point]) -> Vec<Point> {
+    let apart = |a: Point, b: Point| a.distance_mm(b);
+    // Of many, the ones at the rim are enough.
+    let mut rim: Vec<Point> = Vec::new();
+    for turn in 0..32 {
+        let angle = f64::from(turn) * std::f64::consts::PI / 16.0;
+        let along = |at: &Point| at.x.mm() * libm::cos(angle) + at.y.mm() * libm::sin(angle);
+        let furthest = places.iter().copied().max_by(|a, b| along(a).total_cmp(&along(b)));
+        rim.extend(furthest.filter(|at| !rim.contains(at)));
+    }
+    let pairs = rim.iter().flat_map(|a| rim.iter().map(move |b| (*a, *b)));
+    let Some((a, b)) = pairs.max_by(|one, other| apart(one.0, one.1).total_cmp(&apart(other.0, other.1)))
+    else {
+        return Vec::new();
+    };
+    let from_both = |at: &Point| apart(*at, a).min(apart(*at, b));
+    let third = rim.iter().copied().max_by(|one, other| from_both(one).total_cmp(&from_both(other)));
+    let mut found = vec![a];
+    found.extend((apart(a, b) > 0.0).then_some(b));
+    found.extend(third.filter(|at| from_both(at) > NEAREST_MM));
+    found
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -148,6 +195,50 @@ mod tests {
             let shift_mm = [fit.shift_mm[0] + x, fit.shift_mm[1] + y];
             assert!(squares(&BoardFit { turn_rad: fit.turn_rad + turn, shift_mm, ..fit }) > best);
         }
+    }
+
+    #[test]
+    fn a_program_goes_along_and_begins_and_ends_where_it_did() {
+        use crate::units::Length;
+        let at = Point::from_mm;
+        let leg = |mark, commands| Leg { mark, commands };
+        let arc =
+            |to, center| Command::MillArc { to, height: Length::ZERO, center, ccw: true, feed_um_per_s: 1 };
+        let program = Program {
+            name: String::new(),
+            machine: String::new(),
+            origin: Point::default(),
+            bits: Vec::new(),
+            spindles: 1,
+            safe_height: Length::from_um(2_000),
+            legs: vec![
+                leg(
+                    Mark::Toolpath(0),
+                    vec![Command::Rapid { to: at(10.0, 0.0) }, arc(at(0.0, 10.0), at(0.0, 0.0))],
+                ),
+                leg(Mark::Finish, vec![Command::Rapid { to: Point::default() }]),
+            ],
+            accepted: Vec::new(),
+        };
+        let quarter = std::f64::consts::FRAC_PI_2;
+        let fit = BoardFit { turn_rad: quarter, shift_mm: [1.0, 2.0], left_over_mm: 0.0 };
+        let moved = aligned(&program, &fit);
+        let expected = [Command::Rapid { to: at(1.0, 12.0) }, arc(at(-9.0, 2.0), at(1.0, 2.0))];
+        assert_eq!(moved.legs[0].commands, expected);
+        assert_eq!(moved.legs[1], program.legs[1]);
+    }
+
+    #[test]
+    fn the_holes_at_the_corners_tell_best() {
+        let at = Point::from_mm;
+        let grid: Vec<Point> =
+            (0..60).map(|n| at(f64::from(n % 10) * 8.0, f64::from(n / 10) * 8.0)).collect();
+        let found = telling(&grid);
+        assert_eq!(found.len(), 3);
+        assert!((found[0].distance_mm(found[1]) - libm::hypot(72.0, 40.0)).abs() < 1e-9, "{found:?}");
+        assert!(found[2].distance_mm(found[0]).min(found[2].distance_mm(found[1])) >= 40.0, "{found:?}");
+        assert_eq!(telling(&[at(0.0, 0.0), at(30.0, 0.0), at(31.0, 0.0)]).len(), 2, "nothing far from both");
+        assert_eq!((telling(&[at(1.0, 1.0)]).len(), telling(&[]).len()), (1, 0));
     }
 
     #[test]

@@ -32,6 +32,8 @@ pub struct Task {
     pub segments: Vec<Segment>,
     /// It ends with the tip in the board, and another task follows at once.
     pub follows: bool,
+    /// Machine steps of Z below which the tip is in the board.
+    pub surface_steps: i64,
     /// Legs that must be durable before the tip goes down.
     pub needs_durable: u32,
     /// Machine steps of Z to which the tip may be lifted when nobody is left to say so; none where the position is not

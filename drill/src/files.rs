@@ -15,6 +15,8 @@ pub enum File {
     Drilled,
     /// The machine's settings.
     Settings,
+    /// The height map of the board on the drill.
+    Surface,
     /// One of the two halves of what is done of a controller's job.
     Done(bool),
     /// The program of that job, in turns too.
@@ -29,7 +31,7 @@ pub enum File {
 
 impl File {
     /// Those of the virtual drill.
-    pub const DRILL: [Self; 7] = [
+    pub const DRILL: [Self; 8] = [
         Self::Slot(false),
         Self::Slot(true),
         Self::Program(false),
@@ -37,6 +39,7 @@ impl File {
         Self::Aside,
         Self::Drilled,
         Self::Settings,
+        Self::Surface,
     ];
 
     /// Those of a controller.
@@ -61,6 +64,7 @@ impl File {
             Self::Aside => "journal-damaged",
             Self::Drilled => "drilled.txt",
             Self::Settings => "settings",
+            Self::Surface => "height-map",
             Self::Done(false) => "controller-0",
             Self::Done(true) => "controller-1",
             Self::ControllerProgram(false) => "controller-program-0",

@@ -50,6 +50,9 @@ pub struct JobRecord {
     /// Toolpaths in all; none of a job that an older bridge began.
     #[serde(default)]
     pub toolpaths_total: u32,
+    /// The height map that its depth follows, by its key; none where it follows none.
+    #[serde(default)]
+    pub levelled: Option<String>,
     /// How long the drilled-board record was when it began, bytes; not known of a job that an older bridge began.
     #[serde(default)]
     pub record_from: Option<u64>,

@@ -24,6 +24,7 @@ mod place;
 pub mod prepare;
 mod programs;
 mod recording;
+mod surface;
 #[cfg(test)]
 mod tests;
 mod ticket;
@@ -36,4 +37,5 @@ pub use owner::board::line;
 pub use owner::{Message, Owner, Parts};
 pub use place::{Next, Orders, Place};
 pub use recording::{Keeper, Recording};
+pub use surface::KeptSurface;
 pub use ticket::{Ticket, Tickets};

@@ -5,6 +5,7 @@
 
 use crate::executor::{Seat, Shared};
 use crate::journal::Record;
+use crate::surface::KeptSurface;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
@@ -30,6 +31,9 @@ pub trait Outside: Send {
 
     /// Keeps the machine's settings.
     fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic>;
+
+    /// Keeps the height map of the board in place of the one before; or none.
+    fn keep_surface(&self, surface: Option<&KeptSurface>) -> Result<(), Diagnostic>;
 
     /// How long the drilled-board record is, bytes.
     fn record_length(&self) -> Option<u64>;

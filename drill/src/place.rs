@@ -144,8 +144,7 @@ impl Place {
         }
         let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::Late { .. });
         self.lift_to = task.lift_to.filter(|_| foreseen);
-        let surface = self.machine.z.scale.steps(self.machine.process.surface);
-        let is_low = self.line.position.iter().skip(2).any(|z| *z < surface);
+        let is_low = self.line.position.iter().skip(2).any(|z| *z < task.surface_steps);
         self.follows = task.follows && foreseen && is_low;
         self.report(task, completed, ended, start)
     }

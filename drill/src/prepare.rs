@@ -2,15 +2,18 @@
 //!
 //! Comes in: a program's bytes and how the drill stands. Goes out: a [`Prepared`] job. Moves nothing.
 
+use crate::surface::{Followed, Ground, KeptSurface, followed};
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite, worn};
+use annulus_core::level::{TOLERANCE, level};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps, ToolWear};
 use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
 use annulus_core::wire::{PreflightRow, RowVerdict, Tell, program};
+use std::sync::Arc;
 use std::thread;
 
 /// How the drill stands when a job is prepared.
@@ -30,8 +33,23 @@ pub struct Context {
     pub spindle_answers: Option<bool>,
     /// What the tools of its rack have done.
     pub wear: Vec<ToolWear>,
-    /// An interrupted job: key, leg, and the work zero it was begun with, where its steps still mean what they meant.
-    pub offer: Option<(String, u32, Option<[i64; 2]>)>,
+    /// An interrupted job.
+    pub offer: Option<Broken>,
+    /// The height map that was kept.
+    pub surface: Option<Arc<KeptSurface>>,
+}
+
+/// A job that was broken off, as far as another start has to know it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Broken {
+    /// SHA-256 of its program.
+    pub key: String,
+    /// The leg it goes on with.
+    pub next_leg: u32,
+    /// The work zero it was begun with, machine steps, where those still mean what they meant.
+    pub zero_steps: Option<[i64; 2]>,
+    /// The height map that it follows, by its key.
+    pub levelled: Option<String>,
 }
 
 /// A job that was checked.
@@ -40,8 +58,10 @@ pub struct Prepared {
     pub key: String,
     /// These.
     pub bytes: Vec<u8>,
-    /// The program.
+    /// The program, its depth as that of its height map where it follows one.
     pub program: Program,
+    /// The height map that it follows.
+    pub follows: Option<Arc<KeptSurface>>,
     /// Its steps.
     pub stream: Packed,
     /// Their digest.
@@ -69,7 +89,8 @@ impl Prepared {
     /// The verdict as everybody sees it.
     pub(crate) fn tell(&self) -> Tell {
         let (job, stream_digest) = (self.key.clone(), self.digest.clone());
-        Tell::Armed { job, stream_digest, checks: self.checks.clone() }
+        let levelled = self.follows.is_some();
+        Tell::Armed { job, stream_digest, levelled, checks: self.checks.clone() }
     }
 
     /// The first reason against starting.
@@ -179,10 +200,13 @@ fn note(code: &str) -> Diagnostic {
 pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Result<Prepared, Diagnostic> {
     let machine = &context.machine;
     let program = program::decode(bytes)?;
+    let taken_up = context.offer.as_ref().filter(|broken| broken.key == key);
+    let plane = context.zero.or(taken_up.and_then(|broken| broken.zero_steps));
+    let begun = taken_up.filter(|_| from_leg > 0).map(|broken| broken.levelled.as_deref());
+    let ground = Ground { machine, zero_steps: plane, kept: context.surface.as_ref(), begun };
+    let Followed { program, follows, told } = followed(program, &ground);
     let plan = planned(program, machine)?;
     let Planned { program, stream, left_ticks, .. } = &plan;
-    let taken_up = context.offer.as_ref().filter(|(offered, ..)| offered == key);
-    let plane = context.zero.or(taken_up.and_then(|(_, _, zero)| *zero));
     let mut zero = Steps::default();
     [zero[0], zero[1]] = plane.unwrap_or_default();
     for spindle in 0..machine.spindles.clamp(1, 6) as usize {
@@ -208,6 +232,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
         let silent = || row(RowVerdict::Fail, Diagnostic::error("preflight.spindle_silent"));
         if answers { row(RowVerdict::Pass, note("preflight.spindle_answers")) } else { silent() }
     }));
+    checks.extend(told);
     checks.extend(machine::warnings(machine).into_iter().map(|warning| row(RowVerdict::Warn, warning)));
     checks.extend(unknown_bit(program).map(|why| row(RowVerdict::Fail, why)));
     checks.extend(bite::judged_all(program).into_iter().map(|why| row(RowVerdict::Warn, why)));
@@ -227,7 +252,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     checks.extend(given_up(key, from_leg, context).map(|why| row(RowVerdict::Warn, why)));
     checks.push(row(RowVerdict::Pass, rest(program, from_leg as usize, left_s)));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
-    Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })
+    Ok(Prepared { zero, checks, digest, follows, ..bare(plan, key, bytes, context.clone()) })
 }
 
 /// The errors of the job that a person saw and accepted, said once more.
@@ -239,7 +264,7 @@ pub(crate) fn accepted(program: &Program) -> Option<PreflightRow> {
 
 /// What is given up when the job `key` begins at `from_leg`: another job that was broken off, or what is made of this one.
 fn given_up(key: &str, from_leg: u32, context: &Context) -> Option<Diagnostic> {
-    let (offered, next_leg, _) = context.offer.as_ref()?;
+    let Broken { key: offered, next_leg, .. } = context.offer.as_ref()?;
     if offered != key {
         return Some(Diagnostic::warning("preflight.forgets").with("job", &offered[..offered.len().min(8)]));
     }
@@ -323,14 +348,19 @@ fn judged(
 fn bare(plan: Planned, key: String, bytes: Vec<u8>, context: Context) -> Prepared {
     let Planned { program, stream, left_ticks } = plan;
     let (zero, checks, digest, feed_percent) = (Steps::default(), Vec::new(), String::new(), 100);
-    Prepared { key, bytes, program, stream, digest, left_ticks, zero, checks, context, feed_percent }
+    let follows = None;
+    Prepared { key, bytes, program, follows, stream, digest, left_ticks, zero, checks, context, feed_percent }
 }
 
 /// The job in work with its feeds at `percent` of those it came with: the same legs to the same places, planned and checked
 /// anew. Refused where the check, or this computer's clock, refuses it.
 pub fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnostic> {
     let machine = &job.context.machine;
-    let plan = planned(program::decode(&job.bytes)?.at_feed(percent), machine)?;
+    let mut program = program::decode(&job.bytes)?;
+    if let Some(surface) = &job.follows {
+        program = level(&program, &surface.map, TOLERANCE)?.program;
+    }
+    let plan = planned(program.at_feed(percent), machine)?;
     let (digest, verdict) = judged(&plan.stream, machine, Some(job.zero));
     verdict
         .unwrap_or(Ok(()))
@@ -340,8 +370,8 @@ pub fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnostic> {
         return Err(why);
     }
     let anew = bare(plan, job.key.clone(), job.bytes.clone(), job.context.clone());
-    let checks = job.checks.clone();
-    Ok(Prepared { zero: job.zero, checks, digest, feed_percent: percent, ..anew })
+    let (checks, follows) = (job.checks.clone(), job.follows.clone());
+    Ok(Prepared { zero: job.zero, checks, digest, follows, feed_percent: percent, ..anew })
 }
 
 /// A wait for a bit that the program does not have: nobody could put it in.

@@ -62,9 +62,9 @@ const webgpu = [
 /** Flags by what draws; with "none" the page has a plain canvas, as on a computer whose graphics card is not trusted. */
 const GPUS = { webgpu: [...webgl2, ...webgpu], webgl2, none: ["--disable-gpu", "--disable-software-rasterizer"] };
 
-/** A browser in which "webgpu", "webgl2" or "none" draws. */
-export async function openBrowser(gpu = "webgl2") {
-  const args = [...common, ...GPUS[gpu]];
+/** A browser in which "webgpu", "webgl2" or "none" draws, with more flags. */
+export async function openBrowser(gpu = "webgl2", more = []) {
+  const args = [...common, ...GPUS[gpu], ...more];
   return chromium.launch({ executablePath: process.env.ANNULUS_CHROMIUM ?? "/usr/bin/chromium", args });
 }
 

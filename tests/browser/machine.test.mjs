@@ -5,7 +5,7 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { data, drillOnly, openBrowser, openLinked, openPage, press, settled, startBridge, startJob, tab, until } from "./harness.mjs";
+import { data, drillOnly, failed, openBrowser, openLinked, openPage, picture, press, settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
 /** A small window: few pixels to paint in software beside a machine that runs in real time. */
 const SMALL = { width: 1024, height: 768 };
@@ -141,5 +141,102 @@ test("after a killed bridge the job is offered again at the right hole", async (
     await second?.context.close();
     await bridge.stop();
     rmSync(home, { recursive: true, force: true });
+  }
+});
+
+/** The sample planned to be drilled, on the Machine screen, homed and with its zero. */
+async function based(page) {
+  await page.getByRole("button", { name: /Sample board/ }).click();
+  await page.getByText(/^Planned .* m,/).waitFor();
+  await drillOnly(page);
+  await tab(page, "Machine").click();
+  await press(page, page.getByRole("button", { name: "Home", exact: true }));
+  await page.getByText("At rest, position known.").waitFor();
+  await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
+}
+
+test("a board that bows is touched by the drill itself, and the job follows it with the same steps here and there", async () => {
+  const bridge = await startBridge({ speed: 200, args: ["--fault", "board-not-flat"] });
+  const { page, context, problems } = await openPage(browser, bridge.url, SMALL);
+  try {
+    await based(page);
+    await press(page, page.getByRole("button", { name: "Height map…" }));
+    const map = page.getByRole("dialog", { name: "Height map of the board" });
+    await map.getByRole("button", { name: "20 mm" }).click();
+    await press(page, map.getByRole("button", { name: "Touch the board" }));
+    await map.getByText(/the largest correction is/).waitFor();
+    assert.ok((await map.locator("circle.touched").count()) > 3);
+    await page.screenshot({ path: picture("level-own") });
+    await map.getByRole("button", { name: "Close" }).click();
+    await press(page, page.getByRole("button", { name: "Start…" }));
+    const preflight = page.getByRole("dialog", { name: "Before the start" });
+    await preflight.getByText(/Depth follows the height map/).waitFor();
+    await preflight.getByText(/Page and bridge computed the same steps/).waitFor();
+    for (const box of await preflight.getByRole("checkbox").all()) await box.check();
+    const start = preflight.getByRole("button", { name: "Start the job" });
+    await until(() => start.isEnabled(), "nothing that fails");
+    await preflight.getByRole("button", { name: "Cancel" }).click();
+    // Another zero: the map says so before anything moves.
+    await press(page, page.getByRole("button", { name: "X+" }));
+    await page.getByText("At rest, position known.").waitFor();
+    await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
+    await press(page, page.getByRole("button", { name: "Height map…" }));
+    await map.getByText(/from where it was when the height map was measured/).waitFor();
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "level-own-failed", error);
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("holes are taken under the crosshair of a camera; without one it is said, and the tip remains", async () => {
+  const bridge = await startBridge({ speed: 200 });
+  const seeing = await openBrowser("none", ["--use-fake-device-for-media-stream", "--use-fake-ui-for-media-stream"]);
+  const { page, context, problems } = await openPage(seeing, bridge.url, SMALL);
+  let blind;
+  try {
+    await based(page);
+    await page.getByText("Second side…").click();
+    const side = page.locator("details.second-side");
+    await side.getByRole("button", { name: "Use a camera" }).click();
+    await until(() => side.locator("video").evaluate((video) => video.videoWidth > 0 && !video.paused), "a picture");
+    const crosshair = side.getByRole("button", { name: "The crosshair is on it" }).first();
+    assert.ok(await crosshair.isDisabled(), "nobody knows yet where it looks");
+    await side.getByRole("button", { name: "Dot made here" }).click();
+    await press(page, page.getByRole("button", { name: "X+" }));
+    await page.getByText("At rest, position known.").waitFor();
+    await side.getByRole("button", { name: "Crosshair on the dot" }).click();
+    await side.getByText(/^The crosshair is X -/).waitFor();
+    await page.screenshot({ path: picture("second-side") });
+    // By the picture, then by the keyboard: both holes at one place, which no board does.
+    await side.locator("button.camera").click();
+    await side.getByText(/: found/).first().waitFor();
+    await crosshair.focus();
+    await page.keyboard.press("Enter");
+    await side.getByText(/do not fit to the planned ones/).waitFor();
+    assert.ok(await side.getByRole("checkbox").isDisabled());
+    await side.getByRole("button", { name: "Camera off" }).click();
+    await until(async () => !(await side.locator("button.camera").isVisible()), "no picture");
+    assert.deepEqual(problems, []);
+    await context.close();
+    // A browser that lets no page see, or has nothing to see with.
+    blind = await openLinked(browser, bridge, SMALL);
+    await blind.page.getByRole("button", { name: /Sample board/ }).click();
+    await blind.page.getByText(/^Planned .* m,/).waitFor();
+    await tab(blind.page, "Machine").click();
+    await blind.page.getByText("Second side…").click();
+    const other = blind.page.locator("details.second-side");
+    await other.getByRole("button", { name: "Use a camera" }).click();
+    await other.getByText(/may not use a camera|no camera that this page could use/).waitFor();
+    await other.getByRole("button", { name: "The tip is over it" }).click();
+    await other.getByText(/: found/).first().waitFor();
+  } catch (error) {
+    throw await failed(blind?.page ?? page, "second-side-failed", error);
+  } finally {
+    await blind?.context.close();
+    await seeing.close();
+    await bridge.stop();
   }
 });

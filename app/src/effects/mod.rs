@@ -7,6 +7,7 @@
 //! Comes in: effects, one after the other. Goes out: events. Does not know the screens, and decides nothing.
 
 mod awake;
+mod camera;
 mod colours;
 mod drawings;
 mod drill;
@@ -30,6 +31,7 @@ use crate::model::{Clocks, Effect, LabEvent, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
 use awake::Awake;
+use camera::Camera;
 use drawings::Drawings;
 use follow::Followed;
 use leptos::prelude::{request_animation_frame, set_timeout};
@@ -46,6 +48,7 @@ struct Running {
     places: Places,
     drawings: Drawings,
     awake: Awake,
+    camera: Camera,
     followed: Followed,
 }
 
@@ -68,6 +71,7 @@ pub fn begin() {
     languages::begin();
     colours::begin();
     signs::begin();
+    camera::begin();
     if let Some(text) = session::kept_bench() {
         send(LabEvent::Kept { text });
     }
@@ -82,7 +86,7 @@ fn pair(token: String) {
 }
 
 fn run(running: &Running, effect: Effect) {
-    let Running { workers, line, places, drawings, awake, followed } = running;
+    let Running { workers, line, places, drawings, awake, camera, followed } = running;
     match effect {
         Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
         Effect::CallOff => workers.call_off(),
@@ -115,6 +119,8 @@ fn run(running: &Running, effect: Effect) {
         Effect::KeepSigns { on } => signs::keep(on),
         Effect::KeepOwnKeys { text } => signs::keep_own(&text),
         Effect::StayAwake { on } => awake.want(on),
+        Effect::Camera { on } => camera.want(on),
+        Effect::KeepCamera { offset_mm } => camera::keep(offset_mm),
         Effect::LookInStore => places.look(),
         Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),
         Effect::LeaveInStore { place, job, at_ms } => store::leave(place, &job, at_ms),

@@ -149,6 +149,16 @@ pub enum Effect {
         /// They do.
         on: bool,
     },
+    /// Open the camera, or let go of it; what becomes of it comes as [`super::SecondSideEvent::Eye`].
+    Camera {
+        /// Open it.
+        on: bool,
+    },
+    /// Keep where the camera looks, for the next time.
+    KeepCamera {
+        /// From the spindle, mm.
+        offset_mm: [f64; 2],
+    },
     /// Have the screen stay lit, or not; comes back as [`super::FrameEvent::Awake`].
     StayAwake {
         /// It stays lit.

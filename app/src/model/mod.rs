@@ -26,9 +26,11 @@ pub mod link;
 pub mod planning;
 pub mod play;
 pub mod rack;
+pub mod second_side;
 pub mod settings;
 pub mod start;
 pub mod template;
+pub mod touch_off;
 mod underside;
 mod worker;
 
@@ -51,9 +53,11 @@ pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
+pub use second_side::{Eye, SecondSide, SecondSideEvent, SoughtHole};
 pub use settings::{SettingsDraft, SettingsEvent};
 pub use start::{Start, StartEvent};
 pub use template::{Template, TemplateEvent};
+pub use touch_off::{TouchOff, TouchOffEvent, TouchTarget, TouchedPart};
 pub use underside::Underside;
 
 use crate::engine::Stopped;
@@ -97,6 +101,10 @@ pub struct Model {
     pub start: Start,
     /// The height map as it would be touched now.
     pub level: Leveling,
+    /// Touching off.
+    pub touch_off: TouchOff,
+    /// The second side.
+    pub second_side: SecondSide,
     /// The Lab.
     pub lab: Lab,
     /// The board editor.
@@ -141,6 +149,10 @@ pub enum Event {
     Template(TemplateEvent),
     /// The height map.
     Level(LevelEvent),
+    /// Touching off.
+    TouchOff(TouchOffEvent),
+    /// The second side.
+    SecondSide(SecondSideEvent),
     /// The Lab.
     Lab(LabEvent),
     /// The board editor.
@@ -195,6 +207,8 @@ from_parts!(
     Keep(KeepEvent),
     Anew(AnewEvent),
     Level(LevelEvent),
+    TouchOff(TouchOffEvent),
+    SecondSide(SecondSideEvent),
     Lab(LabEvent),
     Draw(DrawEvent),
     Play(PlayEvent),
@@ -219,6 +233,8 @@ impl Default for Model {
             link: Link::default(),
             start: Start::default(),
             level: Leveling::default(),
+            touch_off: TouchOff::default(),
+            second_side: SecondSide::default(),
             lab: Lab::default(),
             draw: Draw::default(),
             play: Play::default(),
@@ -295,6 +311,8 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Answered { number, answer } => worker::answered(model, number, answer),
         Event::Cancelled => planning::cancelled(model),
         Event::Level(event) => level::update(model, event),
+        Event::TouchOff(event) => touch_off::update(model, event),
+        Event::SecondSide(event) => second_side::update(model, event),
         Event::Lab(event) => lab::update(model, event),
         Event::Draw(event) => drawing::update(model, event),
         Event::Link(event) => linked(model, event),
@@ -315,8 +333,10 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(play::follow(model));
     effects.extend(lines::follow(model));
     effects.extend(underside::follow(model));
+    effects.extend(second_side::follow(model));
     effects.extend(start::follow(model));
     level::follow(model);
+    touch_off::follow(model);
     effects.extend(link::controller::follow(model));
     effects.extend(frame::follow(model));
     settings::follow(model);

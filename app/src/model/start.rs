@@ -9,14 +9,16 @@
 //! Comes in: wishes, answers of bridge and worker. Goes out: `Arm`, and `Start` once nothing fails and every warning is ticked.
 
 use super::link::{Armed, Interrupted, ask};
-use super::{Effect, Job, Lane, Model};
+use super::{Effect, Job, Lane, Model, second_side};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, Settings, ToTime};
 use crate::said::key;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Program;
+use annulus_core::level::{HeightMap, TOLERANCE, level};
 use annulus_core::locale;
-use annulus_core::wire::{Ask, MissingReport, PreflightRow, RowVerdict, program};
+use annulus_core::units::Length;
+use annulus_core::wire::{Ask, HeightMapReport, MissingReport, PreflightRow, RowVerdict, program};
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
@@ -29,8 +31,14 @@ pub struct Preflight {
     pub from_leg: u32,
     /// Digest of the stream as this page computed it.
     pub own_digest: String,
+    /// That of the job as its depth follows the height map of the board.
+    pub levelled: bool,
+    /// The request for it.
+    levelling: Option<u32>,
     /// The machine plans its own motion: no digest is compared.
     pub own_motion: bool,
+    /// How the board lies that the job goes along with.
+    pub lies: Option<Diagnostic>,
 }
 
 /// What a program is wanted for.
@@ -123,7 +131,8 @@ pub enum StartEvent {
 /// The bridge's rows, and the page's own: that the computer stays awake, and that both computed the same steps. A controller that
 /// plans its own motion has no steps to compare, and says so itself.
 pub fn rows(preflight: &Preflight, armed: &Armed, awake: Option<bool>) -> Vec<PreflightRow> {
-    let bridge = armed.checks.iter().cloned().chain(awake.map(wakeful));
+    let lies = preflight.lies.clone().map(|finding| PreflightRow { finding, verdict: RowVerdict::Warn });
+    let bridge = armed.checks.iter().cloned().chain(lies).chain(awake.map(wakeful));
     if preflight.own_motion {
         return bridge.collect();
     }
@@ -155,7 +164,9 @@ pub fn rows_now(
     awake: Option<bool>,
 ) -> Option<Vec<PreflightRow>> {
     let preflight = preflight?;
-    armed.filter(|armed| armed.job == preflight.job).map(|armed| rows(preflight, armed, awake))
+    // What follows the board there is first made to follow it here.
+    let same = |armed: &&Armed| armed.job == preflight.job && armed.levelled == preflight.levelled;
+    armed.filter(same).map(|armed| rows(preflight, armed, awake))
 }
 
 /// What a warning is ticked as: its code and what it is said of, as several bits may have the same trouble.
@@ -176,7 +187,9 @@ pub fn may_start(rows: &[PreflightRow], ticked: &BTreeSet<String>) -> bool {
 /// Takes one event in.
 pub(super) fn update(model: &mut Model, event: StartEvent) -> Vec<Effect> {
     match event {
-        StartEvent::Open => match model.board.job.clone() {
+        // A job that goes along with its board is made first.
+        StartEvent::Open if model.second_side.waits() => Vec::new(),
+        StartEvent::Open => match model.second_side.job.clone().or(model.board.job.clone()) {
             Some(job) => show(model, &job, 0),
             None => Vec::new(),
         },
@@ -206,7 +219,11 @@ fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
     model.start.ticked = BTreeSet::new();
     let (key, own_digest) = (job.key.clone(), job.stream_digest.clone());
     let own_motion = model.link.controller.plans();
-    model.start.preflight = Some(Preflight { job: key, from_leg, own_digest, own_motion });
+    let along = model.second_side.job.as_ref().is_some_and(|along| along.key == job.key);
+    let lies = model.second_side.lies().filter(|_| along).map(second_side::told);
+    let (job_key, levelled, levelling) = (key, false, None);
+    model.start.preflight =
+        Some(Preflight { job: job_key, from_leg, own_digest, levelled, levelling, own_motion, lies });
     let number = model.next_request();
     model.start.upload = Some(number);
     let session = model.link.session.clone();
@@ -239,6 +256,39 @@ fn start(model: &mut Model) -> Vec<Effect> {
     ask(model, &Ask::Start { job, stream_digest: own_digest, from_leg })
 }
 
+/// Where the machine's job follows the height map of its board, the same is computed here: both know the map, and compare the steps.
+fn level_too(model: &mut Model) -> Vec<Effect> {
+    let (Some(preflight), Some(armed)) = (&model.start.preflight, &model.link.armed) else {
+        return Vec::new();
+    };
+    let is_done = preflight.levelled || preflight.levelling.is_some();
+    if armed.job != preflight.job || !armed.levelled || is_done {
+        return Vec::new();
+    }
+    let known = [&model.board.job, &model.second_side.job, &model.start.fetched].into_iter().flatten();
+    let job = known.into_iter().find(|job| job.key == preflight.job);
+    let map = map_of(&model.link.height_map);
+    let followed = job.zip(map).and_then(|(job, map)| level(&job.program, &map, TOLERANCE).ok());
+    let number = model.next_request();
+    let machine = Settings::of(&model.machine);
+    let Some(preflight) = &mut model.start.preflight else { return Vec::new() };
+    let Some(followed) = followed else {
+        // Nothing to compare with: the job does not start.
+        (preflight.levelled, preflight.own_digest) = (true, String::new());
+        return Vec::new();
+    };
+    preflight.levelling = Some(number);
+    let request = Request::Time(ToTime { program: program::encode(&followed.program), machine });
+    vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
+}
+
+/// The map as far as depth goes by it.
+fn map_of(report: &HeightMapReport) -> Option<HeightMap> {
+    let heights = report.heights.iter().copied().collect::<Option<Vec<_>>>()?;
+    let (grid, job, measured_s) = (report.grid?, report.job.clone(), report.measured_s);
+    Some(HeightMap { grid, heights, job, zero: [Length::ZERO; 2], homed: true, measured_s })
+}
+
 /// The job that the machine has, once another one is told.
 fn running(model: &mut Model) -> Vec<Effect> {
     let now = model.link.status.as_ref().and_then(|status| status.job.clone());
@@ -252,20 +302,25 @@ fn running(model: &mut Model) -> Vec<Effect> {
 /// The Machine screen shows what the machine has, else what is planned, else what it has just done; what this page does not know of it
 /// is fetched.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
-    let effects = running(model);
+    let mut effects = running(model);
+    effects.extend(level_too(model));
     let own = |job: &Option<Arc<Job>>, key: &str| job.clone().filter(|job| job.key == key);
-    let planned = &model.board.job;
+    let along = &model.second_side.job;
+    let planned = along.as_ref().map_or_else(|| model.board.job.clone(), |job| Some(job.clone()));
     let key = model.link.status.as_ref().and_then(|status| status.job.as_deref());
     model.start.shown = match key {
-        None => planned.clone().or_else(|| own(&model.start.fetched, &model.link.ended.as_ref()?.job)),
-        Some(key) => own(planned, key).or_else(|| own(&model.start.fetched, key)),
+        None => planned.or_else(|| own(&model.start.fetched, &model.link.ended.as_ref()?.job)),
+        Some(key) => own(&planned, key)
+            .or_else(|| own(&model.board.job, key))
+            .or_else(|| own(&model.start.fetched, key)),
     };
     effects
 }
 
 /// The job `key`: the planned one, or fetched from the bridge when this page was opened later.
 fn by_key(model: &mut Model, key: String, then: Then) -> Vec<Effect> {
-    let known = [&model.board.job, &model.start.fetched].into_iter().flatten().find(|job| job.key == key);
+    let all = [&model.board.job, &model.second_side.job, &model.start.fetched];
+    let known = all.into_iter().flatten().find(|job| job.key == key);
     if let Some(job) = known.cloned() {
         return proceed(model, &job, then);
     }
@@ -305,18 +360,26 @@ fn time(model: &mut Model, program: Program, bytes: Vec<u8>, key: String, then: 
 impl Start {
     /// Whether this request is waited for.
     pub(super) fn waits_for(&self, number: u32) -> bool {
-        self.coming.iter().any(|coming| coming.number() == number)
+        self.coming.iter().any(|coming| coming.number() == number) || self.levels(number)
+    }
+
+    fn levels(&self, number: u32) -> bool {
+        self.preflight.as_ref().is_some_and(|preflight| preflight.levelling == Some(number))
     }
 }
 
 /// It is timed.
 pub(super) fn timed(model: &mut Model, number: u32, answer: Result<Answer, Stopped>) -> Vec<Effect> {
-    let Some(Coming::Timed { program, bytes, key, then, .. }) = take(model, number) else {
-        return Vec::new();
-    };
     let stream_digest = match answer {
         Ok(Answer::Timed(timed)) => timed.stream_digest,
         _ => String::new(),
+    };
+    if let Some(preflight) = model.start.preflight.as_mut().filter(|one| one.levelling == Some(number)) {
+        (preflight.own_digest, preflight.levelled, preflight.levelling) = (stream_digest, true, None);
+        return Vec::new();
+    }
+    let Some(Coming::Timed { program, bytes, key, then, .. }) = take(model, number) else {
+        return Vec::new();
     };
     let job = Arc::new(Job { program: *program, bytes, key, stream_digest });
     model.start.fetched = Some(job.clone());

@@ -4,7 +4,8 @@
 //! generation, and dropped.
 
 use super::planning::{OnTheWay, PlanStep};
-use super::{Effect, Model, drawing, export, files, keeping, lines, planning, start, template, underside};
+use super::{Effect, Model, drawing, export, files, keeping, lines, planning, second_side, start};
+use super::{template, underside};
 use crate::engine::Stopped;
 use crate::engine::messages::Answer;
 
@@ -38,6 +39,8 @@ pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, St
         files::anew::answered(model, answer)
     } else if model.draw.waits_for(number) {
         drawing::answered(model, answer)
+    } else if model.second_side.waits_for(number) {
+        second_side::timed(model, answer)
     } else if model.start.waits_for(number) {
         start::timed(model, number, answer)
     } else {

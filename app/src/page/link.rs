@@ -10,7 +10,8 @@ pub use crate::model::link::{
     Armed, Control, Controller, Hand, Interrupted, JobEnded, LinkPhase, MachineQueue, Notice,
 };
 use crate::model::start::Preflight;
-use crate::model::{Job, LinkEvent, PlannedMap, SettingsDraft};
+use crate::model::{Eye, Job, LinkEvent, PlannedMap, SettingsDraft, SoughtHole, TouchOff};
+use annulus_core::align::BoardFit;
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
@@ -70,6 +71,22 @@ pub struct Link {
     pub spacing_mm: ReadSignal<u8>,
     /// Where it would be touched now, or why not.
     pub planned_map: ReadSignal<Option<Result<PlannedMap, Diagnostic>>>,
+    /// Touching off.
+    pub touch_off: ReadSignal<TouchOff>,
+    /// The second side: its holes, the one that is sought, the fit.
+    pub sought: ReadSignal<Vec<SoughtHole>>,
+    /// Which of them is sought.
+    pub aimed: ReadSignal<usize>,
+    /// How the board lies, or why that cannot be told.
+    pub board_fit: ReadSignal<Option<Result<BoardFit, Diagnostic>>>,
+    /// The job goes along.
+    pub goes_along: ReadSignal<bool>,
+    /// The camera.
+    pub eye: ReadSignal<Eye>,
+    /// What its crosshair sees, from the spindle, mm.
+    pub camera_mm: ReadSignal<Option<[f64; 2]>>,
+    /// Where the tip made a dot, machine mm.
+    pub dot_mm: ReadSignal<Option<[f64; 2]>>,
     /// The job the machine has, where that is another one than was planned.
     pub fetched: ReadSignal<Option<Arc<Job>>>,
     /// The job that the Machine screen shows.
@@ -115,6 +132,14 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         levels: slots.part(|model| &model.level.open),
         spacing_mm: slots.part(|model| &model.level.spacing_mm),
         planned_map: slots.part(|model| &model.level.planned),
+        touch_off: slots.part(|model| &model.touch_off),
+        sought: slots.part(|model| &model.second_side.holes),
+        aimed: slots.part(|model| &model.second_side.aimed),
+        board_fit: slots.part(|model| &model.second_side.fit),
+        goes_along: slots.part(|model| &model.second_side.applied),
+        eye: slots.part(|model| &model.second_side.eye),
+        camera_mm: slots.part(|model| &model.second_side.offset_mm),
+        dot_mm: slots.part(|model| &model.second_side.dot_mm),
         fetched: slots.handle(|model| &model.start.fetched),
         shown_job: slots.handle(|model| &model.start.shown),
         preflight: slots.part(|model| &model.start.preflight),

@@ -1,30 +1,10 @@
-//! The height map that was kept, as commands use it: a program that follows it, its heights as text and for programs.
+//! A height map as commands say it: its heights as text and for programs.
 //!
-//! Comes in: programs, maps. Goes out: programs, words. Does not know how a board is touched.
+//! Comes in: maps. Goes out: words. Does not know how a board is touched.
 
-use super::Refusal;
-use crate::controller::maps::Maps;
-use crate::machine_file;
-use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::Program;
-use annulus_core::level::{HeightMap, TOLERANCE, key_of, level};
+use annulus_core::level::HeightMap;
 use annulus_core::units::Length;
 use serde_json::{Value, json};
-
-/// Where the map of the drill of this computer is kept.
-pub(super) fn maps() -> Maps {
-    Maps::of_drill(&machine_file::data_folder())
-}
-
-/// The program as it follows the map that was kept, that map, and the largest correction.
-pub(super) fn followed(program: &Program) -> Result<(Program, HeightMap, Length), Refusal> {
-    let map = maps().kept().map_err(Refusal::content)?;
-    if map.job != key_of(program) {
-        return Err(Refusal::content(Diagnostic::error("level.other_job")));
-    }
-    let levelled = level(program, &map, TOLERANCE).map_err(Refusal::content)?;
-    Ok((levelled.program, map, levelled.correction.largest()))
-}
 
 /// The map as a table of µm, the highest Y on top as on the board.
 pub(super) fn text(map: &HeightMap) -> String {

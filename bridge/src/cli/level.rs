@@ -1,22 +1,20 @@
-//! The height map of a board on the drill of this computer: its places are touched as a job of strokes that end on the contact sensor.
-//!
-//! ```text
-//! survey ─ strokes ─▶ a job ─ touches ─▶ survey ─ some stood out ─▶ another job … ─▶ the map, kept
-//! ```
+//! The height map of a board on the drill of this computer: the same touches as a page asks for.
 //!
 //! Comes in: a job, a machine. Goes out: the map. Does not know how anything moves.
 
 use super::job;
-use super::run::{self, BoardHow, PlayArgs};
-use super::{Answer, Exit, Refusal, height_map};
+use super::run::{self, PlayArgs};
+use super::{Answer, Refusal};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::touched;
-use annulus_core::level::{HeightMap, ProbeGrid, Survey, key_of, strokes};
+use annulus_core::level::{ProbeGrid, key_of};
 use annulus_core::units::Length;
+use annulus_core::wire::Ask;
 use std::time::SystemTime;
 
-/// How far below the work zero the board is looked for; less than boards are thick.
-const BELOW: Length = Length::from_um(1_000);
+/// How far below the place before the board is looked for, and how far the tip goes over the highest one, µm.
+const DEPTH_UM: u32 = 2_000;
+const CLEAR_UM: u32 = 1_000;
 
 /// Arguments of `annulus level`.
 #[derive(Debug, clap::Args)]
@@ -31,37 +29,16 @@ pub(crate) struct LevelArgs {
     margin: f64,
 }
 
-/// Touches the board and keeps its map.
+/// Touches the board; the drill keeps its map.
 pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let job = job::open_for_machine(&args.play.job)?;
     let bounds = touched(&job.program);
     let bounds = bounds.ok_or_else(|| Refusal::content(Diagnostic::error("level.nothing_cut")))?;
     let mm = Length::from_mm;
     let grid = ProbeGrid::over(bounds, mm(args.grid), mm(args.margin)).map_err(Refusal::content)?;
-    let low = job::low_corner(&job.program);
-    // What was touched before it was broken off is not kept: the strokes begin anew, or heights would be missing.
-    let anew = BoardHow { map: None, from_start: true };
-    let mut survey = Survey::new(grid);
-    let mut zero = [Length::ZERO; 2];
-    while survey.next().is_some() {
-        let program = strokes(&survey, &job.program, BELOW);
-        let wanted = survey.to_do().count();
-        let played = run::play(&program, low, &args.play, anew, json)?;
-        if played.answer.exit != Exit::Done {
-            return Ok(played.answer);
-        }
-        if played.touches_um.len() != wanted {
-            return Err(Refusal::content(Diagnostic::error("level.stopped")));
-        }
-        for height_um in played.touches_um {
-            survey.touch(mm(height_um / 1e3)).map_err(Refusal::content)?;
-        }
-        zero = played.zero;
-    }
-    let heights = survey.done().unwrap_or_default();
     let now = SystemTime::now().duration_since(SystemTime::UNIX_EPOCH);
-    let measured_s = now.map_or(0, |since| since.as_secs());
-    let map = HeightMap { grid, heights, job: key_of(&job.program), zero, homed: true, measured_s };
-    height_map::maps().keep(&map).map_err(Refusal::surroundings)?;
-    Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })
+    let now_s = now.map_or(0, |since| since.as_secs());
+    let job_key = key_of(&job.program);
+    let ask = Ask::Survey { grid, job: job_key, clear_um: CLEAR_UM, depth_um: DEPTH_UM, now_s };
+    run::touch(&args.play, job::low_corner(&job.program), ask, json)
 }

@@ -11,17 +11,16 @@ use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::job::Program;
-use annulus_core::level::HeightMap;
+use annulus_core::level::key_of;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
-use annulus_core::units::Length;
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, DrilledReport, RowVerdict, SlipReport, Status, Tell, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
+use tokio::runtime::Runtime;
 use tokio::sync::broadcast::{Receiver, error::RecvError};
 
 /// Arguments of `annulus run`.
@@ -39,11 +38,11 @@ pub(crate) struct RunArgs {
 
 /// What is asked of a board that may have been begun before.
 #[derive(Clone, Copy)]
-pub(super) struct BoardHow<'a> {
-    /// The map that it has to lie under.
-    pub(super) map: Option<&'a HeightMap>,
+struct BoardHow {
+    /// It follows the height map that was kept.
+    level: bool,
     /// It is begun anew even though it was interrupted.
-    pub(super) from_start: bool,
+    from_start: bool,
 }
 
 /// What is played on the drill of this computer, and how.
@@ -74,16 +73,6 @@ pub(super) fn seconds(text: &str) -> Result<Duration, String> {
     found.map(Duration::from_secs_f64).ok_or_else(|| format!("give seconds from 0 to {DAY_S}"))
 }
 
-/// What came of a program.
-pub(super) struct Played {
-    /// How it ended.
-    pub(super) answer: Answer,
-    /// Where its strokes ended on a sensor, over the work zero, µm, in their order.
-    pub(super) touches_um: Vec<f64>,
-    /// Its work zero in machine coordinates.
-    pub(super) zero: [Length; 2],
-}
-
 /// Runs the command.
 pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let PlayArgs { job: wanted, .. } = &args.play;
@@ -98,43 +87,41 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     }
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
-    let (program, map) = if args.level {
-        let (program, map, most) = super::height_map::followed(&job.program)?;
-        super::say(format_args!("Depth follows the board, by up to {:.3} mm.", most.mm()));
-        (program, Some(map))
-    } else {
-        (job.program, None)
-    };
-    let how = BoardHow { map: map.as_ref(), from_start: args.from_start };
-    let mut answer = play(&program, low, &args.play, how, json)?.answer;
+    let how = BoardHow { level: args.level, from_start: args.from_start };
+    let (drill, operator, runtime) = opened(&args.play, how.level, json)?;
+    let bytes = program::encode(&job.program);
+    let level_key = key_of(&job.program);
+    let played = runtime.block_on(operator.drill_all((&bytes, &level_key), low, &wanted.accept, how));
+    drill.shutdown();
+    let mut answer = played?;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
     Ok(answer)
 }
 
-/// Plays a program on the drill of this computer.
-pub(super) fn play(
-    program: &Program,
-    low: Point,
-    args: &PlayArgs,
-    how: BoardHow<'_>,
-    json: bool,
-) -> Result<Played, Refusal> {
+/// The drill of this computer, and who stands at it. Jobs follow the height map that was kept, or none.
+fn opened(args: &PlayArgs, level: bool, json: bool) -> Result<(Drill, Operator, Runtime), Refusal> {
     let known = machine_file::named(args.job.on.name())?;
     if known.machine.output != Output::Virtual {
         return Err(Refusal::usage(diagnostic("run.needs_page")));
     }
     let faults = faults::read(args.fault.iter().map(String::as_str)).map_err(Refusal::usage)?;
-    let bytes = program::encode(program);
     let no_runtime =
         |error: std::io::Error| Refusal::surroundings(diagnostic("run.no_runtime").with("reason", error));
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().map_err(no_runtime)?;
     let signals = runtime.block_on(async { Signals::new() }).map_err(no_runtime)?;
-    let drill = Drill::open_with(&machine_file::data_folder(), known.machine, args.speed, faults)?;
+    let open = if level { Drill::open_with } else { Drill::open_flat };
+    let drill = open(&machine_file::data_folder(), known.machine, args.speed, faults)?;
     drill.keep_settings_in(known.path);
     let operator = Operator::new(&drill, signals, json, args.confirm_tools);
-    let played = runtime.block_on(operator.drill_all(&bytes, low, &args.job.accept, how));
+    Ok((drill, operator, runtime))
+}
+
+/// Has the board touched as `ask` says, the machine's corner its work zero; the map is kept.
+pub(super) fn touch(args: &PlayArgs, low: Point, ask: Ask, json: bool) -> Result<Answer, Refusal> {
+    let (drill, operator, runtime) = opened(args, true, json)?;
+    let touched = runtime.block_on(operator.touch(low, ask, &args.job.accept));
     drill.shutdown();
-    played
+    touched
 }
 
 fn diagnostic(code: &str) -> Diagnostic {
@@ -142,8 +129,8 @@ fn diagnostic(code: &str) -> Diagnostic {
 }
 
 /// Stands in for the person at the machine.
-struct Operator<'a> {
-    drill: &'a Drill,
+struct Operator {
+    drill: Drill,
     tells: Receiver<Tell>,
     bar: ProgressBar,
     signals: Signals,
@@ -153,25 +140,23 @@ struct Operator<'a> {
     change: Duration,
     /// Since when one is waited for.
     asked: Option<Instant>,
-    touches_um: Vec<f64>,
 }
 
-impl<'a> Operator<'a> {
-    fn new(drill: &'a Drill, signals: Signals, json: bool, change: Duration) -> Self {
+impl Operator {
+    fn new(drill: &Drill, signals: Signals, json: bool, change: Duration) -> Self {
         let shown = std::io::stderr().is_terminal() && !json;
         let bar = if shown { ProgressBar::new(0) } else { ProgressBar::hidden() };
         if let Ok(style) = ProgressStyle::with_template("{bar:40} {pos}/{len} holes and toolpaths  {msg}") {
             bar.set_style(style);
         }
         Self {
-            drill,
+            drill: drill.clone(),
             tells: drill.watch(),
             bar,
             signals,
             interrupted: false,
             change,
             asked: None,
-            touches_um: Vec::new(),
         }
     }
 
@@ -195,25 +180,26 @@ impl<'a> Operator<'a> {
 
     async fn drill_all(
         mut self,
-        bytes: &[u8],
+        (bytes, level_key): (&[u8], &str),
         low: Point,
         accept: &[String],
-        how: BoardHow<'_>,
-    ) -> Result<Played, Refusal> {
+        how: BoardHow,
+    ) -> Result<Answer, Refusal> {
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         self.may_begin(accept)?;
-        let offer = self.drill.greeting().into_iter().find_map(|tell| match tell {
+        let greeting = self.drill.greeting();
+        if how.level {
+            follows(&greeting, level_key)?;
+        }
+        let offer = greeting.into_iter().find_map(|tell| match tell {
             Tell::Interrupted { job, next_leg, holes_done, toolpaths_done, .. } if job == key => {
                 Some((next_leg, done(holes_done, toolpaths_done)))
             }
             _ => None,
         });
-        self.ask(Ask::Home)?;
-        let homed = self.settle().await;
-        if self.interrupted || homed.state != State::Ready {
-            let answer = self.answer(ending_of(&homed), (0, 0), "", &homed);
-            return Ok(Played { answer, touches_um: Vec::new(), zero: [Length::ZERO; 2] });
+        if let Some(answer) = self.home().await? {
+            return Ok(answer);
         }
         let from_leg = match offer.filter(|_| !how.from_start) {
             Some((leg, done)) => {
@@ -226,17 +212,44 @@ impl<'a> Operator<'a> {
                 0
             }
         };
-        let zero = self.status().and_then(|status| status.zero_mm).unwrap_or_default().map(Length::from_mm);
-        if let Some(why) = how.map.and_then(|map| map.refused(&map.job, zero, true)) {
-            return Err(Refusal::content(why));
-        }
         let digest = self.arm(&key, from_leg)?;
         self.ask(Ask::Start { job: key.clone(), stream_digest: digest.clone(), from_leg })?;
         let (ending, done) = self.until_ended(&key).await;
         self.bar.finish_and_clear();
         let rested = self.settle().await;
-        let answer = self.answer(ending, done, &digest, &rested);
-        Ok(Played { answer, touches_um: self.touches_um, zero })
+        Ok(self.answer(ending, done, &digest, &rested))
+    }
+
+    /// Homes; an answer where that is all there is to say.
+    async fn home(&mut self) -> Result<Option<Answer>, Refusal> {
+        self.ask(Ask::Home)?;
+        let homed = self.settle().await;
+        let is_over = self.interrupted || homed.state != State::Ready;
+        Ok(is_over.then(|| self.answer(ending_of(&homed), (0, 0), "", &homed)))
+    }
+
+    /// Touches the board; the map that is kept then.
+    async fn touch(mut self, low: Point, ask: Ask, accept: &[String]) -> Result<Answer, Refusal> {
+        self.may_begin(accept)?;
+        if let Some(answer) = self.home().await? {
+            return Ok(answer);
+        }
+        self.make_room(low).await?;
+        self.ask(Ask::SetZero)?;
+        let begun_s = if let Ask::Survey { now_s, .. } = ask { now_s } else { 0 };
+        self.ask(ask)?;
+        let rested = self.settle().await;
+        if self.interrupted || rested.alarm.is_some() {
+            return Ok(self.answer(ending_of(&rested), (0, 0), "", &rested));
+        }
+        match self.drill.map().filter(|map| map.measured_s == begun_s) {
+            Some(map) => Ok(Answer {
+                object: super::height_map::object(&map),
+                text: super::height_map::text(&map),
+                exit: Exit::Done,
+            }),
+            None => Err(Refusal::content(diagnostic("level.stopped"))),
+        }
     }
 
     /// Goes so far from the corner of the machine that what lies below the work zero is in the range too.
@@ -255,7 +268,10 @@ impl<'a> Operator<'a> {
     /// Arms the job, to begin at `from_leg`; the first failed row of the pre-flight refuses it.
     fn arm(&self, key: &str, from_leg: u32) -> Result<String, Refusal> {
         for tell in self.ask(Ask::Arm { job: key.to_owned(), from_leg })? {
-            if let Tell::Armed { stream_digest, checks, .. } = tell {
+            if let Tell::Armed { stream_digest, checks, levelled, .. } = tell {
+                if let Some(row) = checks.iter().find(|row| levelled && row.finding.code == "level.follows") {
+                    super::say(row.finding.message("en"));
+                }
                 let failed = checks.into_iter().find(|row| row.verdict == RowVerdict::Fail);
                 return failed.map_or(Ok(stream_digest), |row| Err(Refusal::content(row.finding)));
             }
@@ -311,7 +327,6 @@ impl<'a> Operator<'a> {
                     let left = Duration::from_secs_f64(status.left_s.max(0.0));
                     self.bar.set_message(format!("{} left", HumanDuration(left)));
                 }
-                Some(Tell::Touched { height_um, .. }) => self.touches_um.push(height_um),
                 Some(_) => {}
                 None => return (Ending::Alarm, (0, 0)),
             }
@@ -369,6 +384,19 @@ impl<'a> Operator<'a> {
             text += &format!("{refusal}\n");
         }
         Answer { object, text, exit }
+    }
+}
+
+/// Refused where there is no height map to follow, or none of this job.
+fn follows(greeting: &[Tell], level_key: &str) -> Result<(), Refusal> {
+    let report = greeting.iter().find_map(|tell| match tell {
+        Tell::HeightMap(report) if report.grid.is_some() => Some(report),
+        _ => None,
+    });
+    match report {
+        None => Err(Refusal::content(diagnostic("level.none_kept"))),
+        Some(report) if report.job != level_key => Err(Refusal::content(diagnostic("level.other_job"))),
+        Some(_) => Ok(()),
     }
 }
 

@@ -23,11 +23,6 @@ impl Maps {
         Self { path: folder.join("height-map.json") }
     }
 
-    /// The one of the drill of this computer.
-    pub(crate) fn of_drill(folder: &Path) -> Self {
-        Self { path: folder.join("drill-height-map.json") }
-    }
-
     /// The map that was kept; an error where there is none, or where it cannot be believed.
     pub(crate) fn kept(&self) -> Result<HeightMap, Diagnostic> {
         let none = || Diagnostic::error("level.none_kept");

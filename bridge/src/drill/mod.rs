@@ -21,13 +21,14 @@ use crate::own;
 use crate::refusal::Refusal;
 use annulus_core::control::Timing;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::level::HeightMap;
 use annulus_core::machine::{Machine, Output};
 use annulus_core::virtual_drill::{DrilledBoard, Faults};
 use annulus_core::wire::{Ask, Tell};
 pub(crate) use annulus_drill::Ticket;
 use annulus_drill::executor::Shared;
 use annulus_drill::journal::Contents;
-use annulus_drill::{Message, Owner, Parts, Tickets, line, prepare};
+use annulus_drill::{KeptSurface, Message, Owner, Parts, Tickets, line, prepare};
 use outside::Here;
 use recorder::Recorder;
 use std::fs::{self, OpenOptions};
@@ -84,6 +85,26 @@ impl Drill {
         speed: f64,
         faults: Faults,
     ) -> Result<Self, Refusal> {
+        Self::open_on(folder, machine, speed, faults, store::load_surface(folder))
+    }
+
+    /// The same with jobs that follow no height map, whatever is kept.
+    pub(crate) fn open_flat(
+        folder: &Path,
+        machine: Machine,
+        speed: f64,
+        faults: Faults,
+    ) -> Result<Self, Refusal> {
+        Self::open_on(folder, machine, speed, faults, None)
+    }
+
+    fn open_on(
+        folder: &Path,
+        machine: Machine,
+        speed: f64,
+        faults: Faults,
+        surface: Option<KeptSurface>,
+    ) -> Result<Self, Refusal> {
         if !(speed.is_finite() && (0.01..=1e6).contains(&speed)) {
             let why = Diagnostic::error("control.speed_range").with("speed", speed);
             return Err(Refusal::usage(why));
@@ -100,7 +121,7 @@ impl Drill {
             journal::open(&folder.join(JOURNAL), used).map_err(Refusal::surroundings)?;
         own::mend(&folder.join(JOURNAL)).map_err(unwritable)?;
         let damaged = contents.damage.as_ref().map(|damage| damage.told(holes));
-        Self::assemble(folder, machine, speed, faults, (journal, contents, damaged))
+        Self::assemble(folder, machine, speed, faults, (journal, contents, surface, damaged))
     }
 
     fn assemble(
@@ -108,7 +129,7 @@ impl Drill {
         machine: Machine,
         speed: f64,
         faults: Faults,
-        (journal, contents, alarm): (Journal, Contents, Option<Diagnostic>),
+        (journal, contents, surface, alarm): (Journal, Contents, Option<KeptSurface>, Option<Diagnostic>),
     ) -> Result<Self, Refusal> {
         let (messages, inbox) = channel();
         let record = drilled_record(&folder.join(RECORD), messages.clone())
@@ -141,6 +162,7 @@ impl Drill {
             seed: u64::from(std::process::id()),
             record,
             contents,
+            surface,
             alarm,
             tickets: Arc::clone(&tickets),
             shared,
@@ -240,6 +262,11 @@ impl Drill {
         let prepared = prepare::prepare(job, &bytes, from_leg, &context)?;
         self.send(|reply| Message::Prepared { prepared: Box::new(prepared), reply })
             .unwrap_or_else(|| Err(gone()))
+    }
+
+    /// The height map that is kept.
+    pub(crate) fn map(&self) -> Option<HeightMap> {
+        store::load_surface(&self.folder).map(|surface| surface.map)
     }
 
     /// Everything that happens: `Status` 10 times a second and after every change, `Armed`, `Ended`,

@@ -5,6 +5,7 @@
 
 use super::RECORD;
 use super::recorder::Recorder;
+use super::store;
 use crate::adapter;
 use crate::executor::{self, Heard, clock, process};
 use crate::machine_file;
@@ -15,7 +16,7 @@ use annulus_core::pins::Pins;
 use annulus_core::wire::Tell;
 use annulus_drill::executor::{Seat, Shared};
 use annulus_drill::journal::Record;
-use annulus_drill::{Message, Outside};
+use annulus_drill::{KeptSurface, Message, Outside};
 use std::fs;
 use std::io::{Read, Seek, SeekFrom};
 use std::path::PathBuf;
@@ -66,6 +67,10 @@ impl Outside for Here {
     fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic> {
         let path = self.settings.lock().unwrap_or_else(PoisonError::into_inner).clone();
         machine_file::save(&path, machine)
+    }
+
+    fn keep_surface(&self, surface: Option<&KeptSurface>) -> Result<(), Diagnostic> {
+        store::keep_surface(&self.folder, surface)
     }
 
     fn record_length(&self) -> Option<u64> {

@@ -1,11 +1,12 @@
-//! Uploaded programs, kept by their SHA-256.
+//! Uploaded programs, kept by their SHA-256; and the height map of the board that lies on the drill.
 //!
-//! Comes in: keys and bytes. Goes out: bytes. A file is there whole or not at all. Does not know what is running.
+//! Comes in: keys and bytes, maps. Goes out: the same. A file is there whole or not at all. Does not know what is running.
 
 use crate::machine_file::write_own;
 use crate::own;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::wire::program;
+use annulus_drill::KeptSurface;
 use std::fs::{self, OpenOptions};
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -37,6 +38,34 @@ pub(super) fn load(folder: &Path, key: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::new();
     own::open(&path_of(folder, key)?, OpenOptions::new().read(true)).ok()?.read_to_end(&mut bytes).ok()?;
     (program::key(&bytes) == key).then_some(bytes)
+}
+
+/// Largest height map that is read, bytes.
+const LARGEST_MAP: u64 = 256 * 1024;
+
+fn surface_file(folder: &Path) -> PathBuf {
+    folder.join("drill-height-map.json")
+}
+
+/// Keeps the height map of the board, or forgets the one that there is.
+pub(super) fn keep_surface(folder: &Path, surface: Option<&KeptSurface>) -> Result<(), Diagnostic> {
+    let path = surface_file(folder);
+    let kept = match surface {
+        Some(surface) => write_own(&path, &serde_json::to_vec(surface).unwrap_or_default()),
+        None if path.exists() => fs::remove_file(&path),
+        None => Ok(()),
+    };
+    let unkept =
+        |error| Diagnostic::error("level.not_kept").with("file", path.display()).with("reason", error);
+    kept.map_err(unkept)
+}
+
+/// The height map that was kept; one that cannot be believed is none.
+pub(super) fn load_surface(folder: &Path) -> Option<KeptSurface> {
+    let path = surface_file(folder);
+    let small = fs::metadata(&path).is_ok_and(|file| file.len() <= LARGEST_MAP);
+    let bytes = fs::read(&path).ok().filter(|_| small)?;
+    serde_json::from_slice(&bytes).ok().filter(KeptSurface::is_whole)
 }
 
 /// Whether any program was ever kept in `folder`.

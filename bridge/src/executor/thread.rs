@@ -101,6 +101,7 @@ mod tests {
                 id,
                 segments,
                 follows,
+                surface_steps: surface,
                 needs_durable: 0,
                 lift_to: Some(0),
                 granted: false,

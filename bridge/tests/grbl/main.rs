@@ -10,6 +10,7 @@ mod cam;
 mod chance;
 mod clock;
 mod damage;
+mod edge;
 mod firmware;
 mod jobs;
 mod judge;

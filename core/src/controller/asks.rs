@@ -115,6 +115,19 @@ pub enum EngineAsk {
         /// How far up afterwards, mm.
         up_mm: f64,
     },
+    /// Go along an axis until the probe meets the board's edge, at most so far: the edge becomes work zero of the axis.
+    Edge {
+        /// 0 X, 1 Y.
+        axis: u8,
+        /// How far at most, mm, signed.
+        reach_mm: f64,
+        /// How fast, mm/min.
+        mm_per_min: f64,
+        /// Half the diameter of the tool, mm.
+        radius_mm: f64,
+        /// How far off the edge afterwards, mm.
+        back_mm: f64,
+    },
     /// Touch the board at every place of a grid; what comes of it is told.
     Survey(SurveyStart),
     /// Run a job from a section on.

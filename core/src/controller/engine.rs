@@ -58,6 +58,11 @@ pub(super) enum Meaning {
         plate_mm: f64,
         up_mm: f64,
     },
+    Edge {
+        axis: usize,
+        radius_mm: f64,
+        back_mm: f64,
+    },
     /// A line of a survey; the words before it have no answer of their own.
     Survey(Option<SurveyStep>),
     /// A line of a job: its text, how long it may wait.

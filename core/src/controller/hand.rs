@@ -61,6 +61,19 @@ impl Controller {
                 self.send(&down, Meaning::Probe { plate_mm, up_mm });
                 self.set(EnginePhase::Probing);
             }
+            EngineAsk::Edge { axis, reach_mm, mm_per_min, radius_mm, back_mm }
+                if axis < 2 && self.phase == EnginePhase::Ready && self.idle() =>
+            {
+                let axis = usize::from(axis);
+                // As seen from the edge: the tool stands before it, and goes off the other way.
+                let side = if reach_mm < 0.0 { 1.0 } else { -1.0 };
+                self.probed = None;
+                let text = format!("G91G38.2{}{}F{}", AXES[axis], number(reach_mm), number(mm_per_min));
+                self.send("G21G94", Meaning::Jog);
+                let (radius_mm, back_mm) = (side * radius_mm, side * back_mm);
+                self.send(&text, Meaning::Edge { axis, radius_mm, back_mm });
+                self.set(EnginePhase::Probing);
+            }
             EngineAsk::Start(start) if self.phase == EnginePhase::Ready => self.begin(&start),
             EngineAsk::ToolReady if self.phase == EnginePhase::ToolChange && self.idle() => {
                 match self.place() {
@@ -207,7 +220,8 @@ impl Controller {
             Meaning::Home => self.homed(),
             Meaning::Unlock => self.set(EnginePhase::Ready),
             // It is to come to rest: what the touch was for is over.
-            Meaning::Probe { .. } if self.phase != EnginePhase::Probing => {}
+            Meaning::Probe { .. } | Meaning::Edge { .. } if self.phase != EnginePhase::Probing => {}
+            Meaning::Edge { axis, radius_mm, back_mm } => self.met_edge(axis, radius_mm, back_mm),
             Meaning::Probe { plate_mm, up_mm } => {
                 if self.probed != Some(true) {
                     self.found(Diagnostic::error("grbl.alarm_5").with("number", 5));
@@ -222,6 +236,21 @@ impl Controller {
             Meaning::Survey(Some(step)) => self.survey_answered(step),
             _ => {}
         }
+    }
+
+    /// The probe met an edge, or did not; the tool's axis stands so far from it, signed, and goes off again.
+    fn met_edge(&mut self, axis: usize, radius_mm: f64, back_mm: f64) {
+        let (true, Some(place)) = (self.probed == Some(true), self.probed_at_mm) else {
+            self.found(Diagnostic::error("grbl.alarm_5").with("number", 5));
+            return self.rest();
+        };
+        let edge_mm = place[axis] - radius_mm;
+        self.send(&format!("G21G10L2P1{}{}", AXES[axis], number(edge_mm)), Meaning::Written);
+        self.read_zero(core::array::from_fn(|own| (own == axis).then_some(edge_mm)));
+        let text = format!("$J=G91G21{}{}F{}", AXES[axis], number(back_mm), number(LIFT_MM_PER_MIN));
+        self.send("G90", Meaning::Jog);
+        self.send(&text, Meaning::Jog);
+        self.set(EnginePhase::Jogging);
     }
 
     /// Asks for the stored places, to see whether the zero is where it was wanted.

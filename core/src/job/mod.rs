@@ -294,6 +294,8 @@ pub enum Stage {
     Offset,
     /// A short move by hand.
     Jog,
+    /// Slowly towards a board or a plate, to where the contact closes.
+    Touch,
 }
 
 /// What is switched before a piece of motion.

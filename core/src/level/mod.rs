@@ -15,12 +15,10 @@
 mod along;
 mod follow;
 mod grid;
-mod strokes;
 mod survey;
 
 pub use follow::{Correction, FollowedCourse, Follower, Levelled, TOLERANCE, level};
 pub use grid::ProbeGrid;
-pub use strokes::strokes;
 pub use survey::Survey;
 
 use crate::diagnostic::Diagnostic;

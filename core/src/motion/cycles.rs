@@ -14,7 +14,7 @@
 use super::timeline::Timeline;
 use super::writer::{Writer, installed};
 use crate::diagnostic::Diagnostic;
-use crate::job::{Gate, Otherwise, Stage, Switching};
+use crate::job::{Gate, Input, Otherwise, Stage, Switching};
 use crate::machine::{AXES, HomeEnd, Machine, Steps};
 use crate::units::{Length, TICK_HZ};
 
@@ -78,12 +78,7 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic>
         writer.line(stage, to, speed, gate)?;
     }
     let mut timeline = writer.done();
-    for planned in &mut timeline.moves {
-        if let Some(gate) = &mut planned.gate {
-            let us = planned.duration_ticks / 10 + GRACE_US;
-            gate.deadline_us = u32::try_from(us).unwrap_or(u32::MAX);
-        }
-    }
+    give_grace(&mut timeline);
     Ok(timeline)
 }
 
@@ -174,6 +169,32 @@ pub fn jog(
     }
     writer.line(Stage::Jog, to, speed_mm_per_s, None)?;
     Ok(writer.done())
+}
+
+/// From rest at `from` straight towards `to` at most, to where the contact closes; `otherwise` says what it means that it does not.
+/// Without that it goes all the way, off what it touches.
+pub fn touch(
+    machine: &Machine,
+    (from, to): (Steps, Steps),
+    speed_mm_per_s: f64,
+    otherwise: Option<Otherwise>,
+) -> Result<Timeline, Diagnostic> {
+    let gate = otherwise.map(|otherwise| Gate { input: Input::Contact, deadline_us: 0, otherwise });
+    let mut writer = Writer::new(machine, from);
+    writer.line(Stage::Touch, to, speed_mm_per_s, gate)?;
+    let mut timeline = writer.done();
+    give_grace(&mut timeline);
+    Ok(timeline)
+}
+
+/// Every gated move may take its planned time and a little more.
+fn give_grace(timeline: &mut Timeline) {
+    for planned in &mut timeline.moves {
+        if let Some(gate) = &mut planned.gate {
+            let us = planned.duration_ticks / 10 + GRACE_US;
+            gate.deadline_us = u32::try_from(us).unwrap_or(u32::MAX);
+        }
+    }
 }
 
 /// What is left of a planned straight move when its axes stand at `from` instead of at its start, because a sensor

@@ -210,8 +210,8 @@ pub async fn play_by_turns(
         feed_override,
         moving: false,
         stepped: [(start, 0); AXES],
-        // Milling is meant to move in the board.
-        plane: if segment.stage == Stage::Mill { Plane::Done } else { Plane::Before },
+        // Milling is meant to move in the board, and an edge is touched and left again.
+        plane: if matches!(segment.stage, Stage::Mill | Stage::Touch) { Plane::Done } else { Plane::Before },
         end: None,
         line,
         pins,

@@ -32,6 +32,7 @@ pub use rules::{Standing, after};
 pub use run::{Harm, Mode, QueueAction, QueueReport, QueueRun, Rest, RowResult, RowState, late};
 pub use text::{QueueRow, print, read, read_row};
 pub use words::{Argument, ArgumentKind, ArgumentValue, Axes, WORDS, Word, WorkCommand};
+pub use work::travel;
 
 /// The longest text of a queue, in bytes: one frame of the wire has room for it.
 pub const LONGEST_TEXT: usize = 24_000;

@@ -22,7 +22,7 @@ fn rest(end: Steps, duration_ticks: u64, effect: Switching) -> Segment {
 
 /// X and Y in a straight line. An axis with play that goes down comes up through it at the end, as it does by hand: rows say
 /// where the bit is to be, not its motor.
-pub(super) fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Segment>, Diagnostic> {
+pub fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Segment>, Diagnostic> {
     let mut beyond = to;
     for axis in (0..2).filter(|axis| to[*axis] < from[*axis]) {
         beyond[axis] -= machine.axis(axis).scale.steps(machine.axis(axis).backlash);

@@ -125,6 +125,7 @@ const fn stage_tag(stage: Stage) -> u8 {
         Stage::Jog => 10,
         Stage::NextHole => 11,
         Stage::Mill => 12,
+        Stage::Touch => 13,
     }
 }
 

@@ -90,6 +90,8 @@ pub struct MountedBit {
     /// Why it makes no more holes, if so.
     pub broken: Option<Breakage>,
     inside: bool,
+    /// Over the edge of the board.
+    beside: bool,
     through: bool,
     /// Moved sideways since it went in.
     dragged: bool,
@@ -120,6 +122,7 @@ impl MountedBit {
             holes: 0,
             broken: None,
             inside: false,
+            beside: false,
             through: false,
             dragged: false,
             deepest: board.0,
@@ -144,9 +147,14 @@ impl MountedBit {
         self.board = (self.flat.0 + steps, self.flat.1 + steps);
     }
 
-    /// Whether the tip at `z` is below the board's surface.
+    /// It is over the edge of the board from now on, or over the board again.
+    pub fn beside(&mut self, beside: bool) {
+        self.beside = beside;
+    }
+
+    /// Whether the tip at `z` is below the board's surface and not beside it.
     pub fn touches(&self, z: i64) -> bool {
-        z < self.board.0
+        z < self.board.0 && !self.beside
     }
 
     /// The fastest it cuts, steps per second; none when it never holds the motor back.
@@ -189,8 +197,8 @@ impl MountedBit {
 
     /// The tip went up or down. Gives the depth in steps when a hole just came through.
     pub fn moved(&mut self, tip: Tip) -> Option<i64> {
-        let inside = self.touches(tip.z);
-        self.inside = inside;
+        let below = tip.z < self.board.0;
+        self.inside = self.touches(tip.z);
         if tip.z < self.deepest {
             self.deepest = tip.z;
             // Out of its own hole it comes whole, turning or not.
@@ -204,7 +212,7 @@ impl MountedBit {
         } else {
             self.measured = None;
         }
-        if !inside {
+        if !below {
             (self.through, self.dragged) = (false, false);
         } else if tip.z <= self.board.1 && !self.through {
             self.through = true;

@@ -91,6 +91,12 @@ pub const FAULTS: &[FaultRow] = &[
         put: || Faults { stuck_off: Input::Contact.bit(), ..none() },
     },
     FaultRow {
+        name: "contact-closed",
+        after: 0,
+        seen: Some("control.end_sensor"),
+        put: || Faults { stuck_on: Input::Contact.bit(), ..none() },
+    },
+    FaultRow {
         name: "board-not-flat",
         after: 0,
         seen: Some("control.board_differs"),

@@ -38,6 +38,9 @@ use crate::units::Length;
 /// Way beyond the end sensors before an axis hits its hard stop.
 const OVERTRAVEL: Length = Length::from_um(8_000);
 
+/// So far inside of its travel the board ends that lies on it.
+const RIM: Length = Length::from_um(200);
+
 /// Most slips that are remembered; what later ones lost is counted with the last.
 const MOST_SLIPS: usize = 64;
 
@@ -141,6 +144,8 @@ pub struct VirtualDrill {
     /// First step of X, Y and the spindles at which their sensors are on: low end, high end.
     edges: [(i64, i64); 3],
     steps_per_mm: [f64; 3],
+    /// The first and the last step of X and Y over the board.
+    board: [(i64, i64); 2],
     switches: Switches,
     /// One for each spindle.
     bits: Vec<MountedBit>,
@@ -218,6 +223,10 @@ impl VirtualDrill {
             tables,
             edges,
             steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
+            board: [0, 1].map(|axis: usize| {
+                let steps = |at: Length| axes[axis].scale.steps(at);
+                (steps(axes[axis].min + RIM), steps(axes[axis].max - RIM))
+            }),
             switches: Switches::new(seed, bouncing, faults.glitches),
             bits: vec![bit; spindles],
             faults,
@@ -329,8 +338,11 @@ impl VirtualDrill {
         }
     }
 
-    /// The board under the bits is as high as it lies there.
+    /// The board under the bits is as high as it lies there, where there is any.
     fn lie_under(&mut self) {
+        let over = |axis: usize| (self.board[axis].0..=self.board[axis].1).contains(&self.tables[axis].at);
+        let beside = !(over(0) && over(1));
+        self.bits.iter_mut().for_each(|bit| bit.beside(beside));
         let Some(uneven) = self.faults.uneven else { return };
         let [x, y, _] = self.tip(0, 0).mm;
         let steps = libm::round(uneven.raised_mm(x, y) * self.steps_per_mm[2]) as i64;

@@ -224,16 +224,28 @@ pub enum Ask {
         /// Each `NAME` or `NAME@HOLES`.
         faults: Vec<String>,
     },
-    /// The tip touches the board here: this height becomes zero of Z. Controllers of the GRBL family alone.
+    /// The tip touches the board here: this height becomes zero of Z.
     SetHeight,
-    /// The same where the probe finds the board, at most so far below; controllers alone.
+    /// The same where the contact finds the board, or a plate on it, at most so far below.
     Probe {
         /// How far down at most, µm.
         depth_um: u32,
         /// Thickness of the plate that the tip meets, µm; 0 for the bare copper.
         plate_um: u32,
     },
-    /// Touch the board at every place of this grid, for its height map; controllers alone.
+    /// The tip stands beside the board, below its surface, and goes along an axis to where the contact finds its edge: that becomes
+    /// work zero of the axis.
+    Edge {
+        /// 0 X, 1 Y.
+        axis: u8,
+        /// Upwards in its numbers.
+        up: bool,
+        /// How far at most, µm.
+        reach_um: u32,
+        /// Diameter of the tool, µm: half of it is between its axis and the edge.
+        tool_um: u32,
+    },
+    /// Touch the board at every place of this grid, for its height map.
     Survey {
         /// Where, work coordinates.
         grid: ProbeGrid,
@@ -246,7 +258,7 @@ pub enum Ask {
         /// What time it is, seconds since 1970.
         now_s: u64,
     },
-    /// Forget the height map; controllers alone.
+    /// Forget the height map.
     ForgetHeightMap,
     /// Unlock without homing: the position stays unknown, and moves by hand are allowed. Controllers alone.
     Unlock,
@@ -268,6 +280,7 @@ impl Ask {
             | Self::Output { .. }
             | Self::SetHeight
             | Self::Probe { .. }
+            | Self::Edge { .. }
             | Self::Survey { .. }
             | Self::ForgetHeightMap
             | Self::Unlock
@@ -348,6 +361,9 @@ pub enum Tell {
         job: String,
         /// SHA-256 of its step stream as the bridge computed it.
         stream_digest: String,
+        /// Its depth follows the height map that there is; so do the steps of which that is the digest.
+        #[serde(default)]
+        levelled: bool,
         /// Pre-flight, row by row.
         checks: Vec<PreflightRow>,
     },
@@ -412,7 +428,7 @@ pub enum Tell {
         /// Height of the tip over the work zero, µm.
         height_um: f64,
     },
-    /// What is known of the surface of the board; when a page comes and after every change. Controllers alone.
+    /// What is known of the surface of the board; when a page comes and after every change.
     HeightMap(Box<HeightMapReport>),
     /// An ask was refused; nothing changed.
     Refused {
@@ -472,6 +488,7 @@ mod tests {
             (Ask::SetHeight, Scope::Jog, true),
             (Ask::Unlock, Scope::Jog, true),
             (Ask::Probe { depth_um: 1, plate_um: 0 }, Scope::Jog, true),
+            (Ask::Edge { axis: 0, up: true, reach_um: 1, tool_um: 1 }, Scope::Jog, true),
         ];
         for (ask, scope, needs_control) in rows {
             assert_eq!((ask.scope(), ask.needs_control()), (scope, needs_control), "{ask:?}");

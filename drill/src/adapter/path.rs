@@ -54,7 +54,7 @@ pub(super) fn rule(segment: &Segment, motors: &Motors) -> Rule {
 }
 
 /// Sensors that must stay off all through a segment, one bit each: those in the direction of motion; and the contact where
-/// the plane moves outside the board.
+/// the plane moves outside the board and touches nothing on purpose.
 pub(super) fn guard(segment: &Segment) -> u32 {
     const ENDS: [[Input; 2]; 3] =
         [[Input::XMin, Input::XMax], [Input::YMin, Input::YMax], [Input::ZBottom, Input::ZTop]];
@@ -62,7 +62,7 @@ pub(super) fn guard(segment: &Segment) -> u32 {
     for run in &segment.runs {
         for axis in (0..machine::AXES).filter(|axis| run.axes >> axis & 1 == 1) {
             guard |= ENDS[axis.min(2)][usize::from(run.forward)].bit();
-            if axis < 2 && segment.stage != Stage::Mill {
+            if axis < 2 && !matches!(segment.stage, Stage::Mill | Stage::Touch) {
                 guard |= Input::Contact.bit();
             }
         }

@@ -26,6 +26,7 @@ use crate::owner::{Message, Owner, Parts, board};
 use crate::prepare::{at_feed, prepare};
 use crate::programs::Programs;
 use crate::recording::Recording;
+use crate::surface::KeptSurface;
 use crate::ticket::{Ticket, Tickets};
 use annulus_core::chance::Chance;
 use annulus_core::diagnostic::Diagnostic;
@@ -99,6 +100,7 @@ impl<F: Files> Alone<F> {
     fn with(mut files: F, letters: Letters, speed: f64, seed: u64, time: Time) -> Result<Self, Diagnostic> {
         let output = if letters.plugged.is_some() { Output::Adapter } else { Output::Virtual };
         let machine = machine_in(&mut files, output);
+        let surface = surface_in(&mut files);
         let drilled = files.read(File::Drilled).unwrap_or_default();
         let mut drilled = String::from_utf8_lossy(&drilled).into_owned();
         let (mut slots, contents, program) = Slots::open(files)?;
@@ -121,6 +123,7 @@ impl<F: Files> Alone<F> {
             seed,
             record: record(&letters),
             contents,
+            surface,
             alarm,
             tickets: Arc::clone(&tickets),
             shared: Arc::clone(&shared),
@@ -270,16 +273,20 @@ impl<F: Files> Alone<F> {
     fn clear_up(&mut self) {
         loop {
             self.write_drilled();
-            let (tells, settings, record) = {
+            let (tells, settings, surface, record) = {
                 let mut left = self.letters.left();
-                (std::mem::take(&mut left.tells), left.settings.take(), left.records.pop_front())
+                let tells = std::mem::take(&mut left.tells);
+                (tells, left.settings.take(), left.surface.take(), left.records.pop_front())
             };
-            if record.is_none() && settings.is_none() && tells.is_empty() {
+            if record.is_none() && settings.is_none() && surface.is_none() && tells.is_empty() {
                 return;
             }
             tells.iter().for_each(|tell| self.line.tell(tell));
             if let Some(machine) = settings {
-                self.keep_settings(&machine);
+                self.keep(File::Settings, &sealed(&machine::read(&machine)));
+            }
+            if let Some(surface) = surface {
+                self.keep(File::Surface, &sealed(&surface));
             }
             if let Some(record) = record {
                 let messages = &self.messages;
@@ -301,8 +308,8 @@ impl<F: Files> Alone<F> {
         }
     }
 
-    fn keep_settings(&mut self, machine: &Machine) {
-        if let Err(reason) = self.slots.files.write(File::Settings, &sealed(&machine::read(machine))) {
+    fn keep(&mut self, file: File, bytes: &[u8]) {
+        if let Err(reason) = self.slots.files.write(file, bytes) {
             let why = Diagnostic::error("journal.cannot_write").with("reason", reason);
             let _ = self.messages.send(Message::CannotRecord(why));
         }
@@ -317,6 +324,12 @@ fn machine_in(files: &mut impl Files, output: Output) -> Machine {
     let machine =
         machine::apply(&machine::virtual_drill(), &settings).unwrap_or_else(|_| machine::virtual_drill());
     Machine { output, ..machine }
+}
+
+/// The height map that was kept last; one that cannot be believed is none.
+fn surface_in(files: &mut impl Files) -> Option<KeptSurface> {
+    let bytes = files.read(File::Surface).unwrap_or_default();
+    unsealed::<Option<KeptSurface>>(&bytes).ok().flatten().filter(KeptSurface::is_whole)
 }
 
 /// Plays what is ordered until the end.

@@ -8,6 +8,7 @@ use crate::executor::{Instruction as Order, Seat, Shared, Time};
 use crate::journal::Record;
 use crate::outside::Outside;
 use crate::place::{Next, Orders, Place};
+use crate::surface::KeptSurface;
 use annulus_core::control::{Lateness, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Machine, Output, is_adapter_wiring};
@@ -25,6 +26,8 @@ pub(super) struct Left {
     pub(super) records: VecDeque<Record>,
     /// Changed settings.
     pub(super) settings: Option<Machine>,
+    /// Another height map, or none any more.
+    pub(super) surface: Option<Option<KeptSurface>>,
     /// The drilled-board record, as long as it is known.
     pub(super) drilled: String,
     /// An executor that nobody plays yet.
@@ -166,6 +169,11 @@ impl Outside for Letters {
 
     fn keep_settings(&self, machine: &Machine) -> Result<(), Diagnostic> {
         self.left().settings = Some(machine.clone());
+        Ok(())
+    }
+
+    fn keep_surface(&self, surface: Option<&KeptSurface>) -> Result<(), Diagnostic> {
+        self.left().surface = Some(surface.cloned());
         Ok(())
     }
 

@@ -2,6 +2,7 @@
 
 mod deaths;
 mod port;
+mod touch;
 mod world;
 
 use super::*;

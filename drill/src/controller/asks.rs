@@ -23,6 +23,8 @@ const FURTHEST_MM: f64 = 300.0;
 const PROBE_MM_PER_MIN: f64 = 60.0;
 const DEEPEST_PROBE_MM: f64 = 50.0;
 const PROBE_UP_MM: f64 = 2.0;
+/// How far the tip goes off an edge that it touched, mm.
+const EDGE_BACK_MM: f64 = 1.0;
 
 fn refusal<T>(code: &str) -> Result<T, Diagnostic> {
     Err(Diagnostic::error(code))
@@ -37,6 +39,7 @@ impl<F: Files> Station<F> {
             Ask::SetHeight => self.set_height(),
             Ask::UndoZero => self.undo_zero(),
             Ask::Probe { depth_um, plate_um } => self.probe(depth_um, plate_um),
+            Ask::Edge { axis, up, reach_um, tool_um } => self.edge((axis, up), reach_um, tool_um),
             Ask::Survey { grid, job, clear_um, depth_um, now_s } => {
                 self.survey(SurveyWish { grid, job, clear_um, depth_um, now_s })
             }
@@ -178,6 +181,33 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
+    fn edge(&mut self, (axis, up): (u8, bool), reach_um: u32, tool_um: u32) -> Result<(), Diagnostic> {
+        if self.state() == State::NotHomed {
+            return refusal("control.not_homed");
+        }
+        // The zero of a job in work stays where it is.
+        if self.work.is_some() {
+            return refusal("control.busy");
+        }
+        let mm = |um: u32| f64::from(um) / 1e3;
+        let reach_mm = mm(reach_um);
+        if axis > 1 || !(0.0..=DEEPEST_PROBE_MM).contains(&reach_mm) || mm(tool_um) > DEEPEST_PROBE_MM {
+            return refusal("touch.bad");
+        }
+        let before = self.attended.controller().zero_mm;
+        self.engine_asked(grbl::EngineAsk::Edge {
+            axis,
+            reach_mm: if up { reach_mm } else { -reach_mm },
+            mm_per_min: PROBE_MM_PER_MIN,
+            radius_mm: mm(tool_um) / 2.0,
+            back_mm: EDGE_BACK_MM,
+        })?;
+        // The way off the edge is no move that somebody has to go on wanting.
+        self.hand.until = None;
+        (self.hand.zero_asked, self.hand.zero_before_mm) = (None, before);
+        Ok(())
+    }
+
     fn feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
         if !(10..=200).contains(&percent) {
             return Err(Diagnostic::error("control.bad_feed_override").with("percent", percent));
@@ -213,7 +243,9 @@ impl<F: Files> Station<F> {
         checks.extend(level);
         let from_leg = from_leg as u32;
         self.armed = Some(Armed { order, from_leg, start, refused });
-        Ok(Tell::Armed { job: job.to_owned(), stream_digest: String::new(), checks })
+        // There are no steps of ours whose digest could follow anything.
+        let levelled = false;
+        Ok(Tell::Armed { job: job.to_owned(), stream_digest: String::new(), levelled, checks })
     }
 
     /// Begins the job that was compared. It is durable before the first line is sent.

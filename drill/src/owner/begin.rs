@@ -12,7 +12,7 @@
 use super::moves::{Work, ruler};
 use super::{Message, Owner, diagnostic, zero_of};
 use crate::journal::{JobRecord, Record};
-use crate::prepare::{Context, Prepared};
+use crate::prepare::{Broken, Context, Prepared};
 use crate::ticket::Ticket;
 use annulus_core::control::{Action, Ending, Event, step};
 use annulus_core::diagnostic::Diagnostic;
@@ -57,7 +57,13 @@ impl Owner {
             safe_hz: self.timing.as_ref().map(|timing| timing.safe_hz),
             spindle_answers: self.spindle_answers(),
             wear: self.wear.clone(),
-            offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, zero_of(job, &self.machine))),
+            offer: offer.map(|(job, progress)| Broken {
+                key: job.key.clone(),
+                next_leg: progress.done,
+                zero_steps: zero_of(job, &self.machine),
+                levelled: job.levelled.clone(),
+            }),
+            surface: self.surface.clone(),
         }
     }
 
@@ -133,6 +139,7 @@ impl Owner {
             zero: plane,
             ruler: Some(ruler(&self.machine)),
             stream_digest: prepared.digest.clone(),
+            levelled: prepared.follows.as_ref().map(|surface| surface.map.key()),
             holes_total: u32::try_from(prepared.program.hole_count()).unwrap_or(u32::MAX),
             toolpaths_total: u32::try_from(prepared.program.toolpath_count()).unwrap_or(u32::MAX),
             record_from: taken_up

@@ -68,6 +68,7 @@ impl Owner {
         self.tell(self.machine_tell());
         self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
         self.tell(self.outputs_tell());
+        self.tell(self.surface_tell());
         Ok(())
     }
 

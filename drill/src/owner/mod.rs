@@ -13,7 +13,9 @@ mod moves;
 mod outputs;
 mod queue;
 mod status;
+mod survey;
 mod tools;
+mod touch;
 
 use self::begin::Starting;
 use self::board::Judged;
@@ -22,10 +24,13 @@ use self::moves::{Doing, Work, ruler};
 use self::outputs::ManualOutputs;
 use self::queue::Lab;
 use self::status::HEARTBEAT;
+use self::survey::SurveyWish;
+use self::touch::Touching;
 use crate::executor::{Executor, Report, Shared, Time};
 use crate::journal::{Contents, Damage, JobRecord, Progress, Record, WorkZero};
 use crate::outside::Outside;
 use crate::prepare::{Context, Prepared};
+use crate::surface::KeptSurface;
 use crate::ticket::{Ticket, Tickets};
 use annulus_core::control::{Action, Event, Session, State, Timing, Trust, step};
 use annulus_core::diagnostic::Diagnostic;
@@ -96,6 +101,8 @@ pub struct Parts {
     pub record: DrilledBoard,
     /// What the journal held.
     pub contents: Contents,
+    /// The height map that was kept.
+    pub surface: Option<KeptSurface>,
     /// What stands as an alarm from the beginning.
     pub alarm: Option<Diagnostic>,
     /// What pages' asks are good for.
@@ -132,6 +139,10 @@ pub struct Owner {
     pub(crate) wear: Vec<ToolWear>,
     /// The queue of work commands.
     pub(crate) lab: Option<Lab>,
+    /// The height map of the board.
+    pub(crate) surface: Option<Arc<KeptSurface>>,
+    /// What is being touched.
+    pub(crate) touching: Option<Touching>,
     /// Outputs by hand.
     pub(crate) by_hand: ManualOutputs,
     /// The last run's board.
@@ -162,8 +173,8 @@ pub(crate) fn diagnostic(code: &str) -> Diagnostic {
 impl Owner {
     /// The drill at rest, its position unknown. Nothing moves.
     pub fn new(parts: Parts) -> Result<Self, Diagnostic> {
-        let Parts { machine, speed, faults, seed, record, contents, alarm, tickets, shared, time, outside } =
-            parts;
+        let Parts { machine, speed, faults, seed, record, contents, .. } = parts;
+        let Parts { surface, alarm, tickets, shared, time, outside, .. } = parts;
         let record = Arc::new(Mutex::new(record));
         let hands = Hands { faults, seed, record, slips: Arc::default(), board: Arc::default() };
         let (executor, timing) = hands.executor(&machine, None, shared, &*outside)?;
@@ -193,6 +204,8 @@ impl Owner {
             in_spindle: None,
             wear: contents.wear,
             lab: None,
+            surface: surface.map(Arc::new),
+            touching: None,
             by_hand: ManualOutputs::default(),
             judged: Judged::default(),
             task: 0,
@@ -280,6 +293,7 @@ impl Owner {
                 self.try_event(Event::Pause)?;
                 self.queue_hold();
             }
+            Ask::Resume if self.touching.is_some() => self.touching_goes_on()?,
             Ask::Resume if self.session.queue => self.queue_run(Mode::ToBreakpoint)?,
             Ask::Resume => self.try_event(Event::Resume)?,
             Ask::StopAfterHole => self.try_event(Event::StopAfterHole)?,
@@ -309,7 +323,14 @@ impl Owner {
             Ask::ForgetInterrupted => self.forget()?,
             Ask::Configure { changes } => self.configure(&changes)?,
             Ask::Provoke { faults } => self.provoke(&faults)?,
-            Ask::SetHeight | Ask::Probe { .. } | Ask::Survey { .. } | Ask::ForgetHeightMap | Ask::Unlock => {
+            Ask::Survey { grid, job, clear_um, depth_um, now_s } => {
+                self.survey(SurveyWish { grid, job, clear_um, depth_um, now_s })?;
+            }
+            Ask::ForgetHeightMap => self.forget_surface()?,
+            Ask::SetHeight => self.height_here()?,
+            Ask::Probe { depth_um, plate_um } => self.touch_height(depth_um, plate_um)?,
+            Ask::Edge { axis, up, reach_um, tool_um } => self.touch_edge((axis, up), reach_um, tool_um)?,
+            Ask::Unlock => {
                 return Err(diagnostic("control.controllers_alone"));
             }
             Ask::Arm { .. }
@@ -374,6 +395,7 @@ impl Owner {
                 self.jog(usize::from(axis), steps)?;
             }
             Action::Approach { .. } => self.approach()?,
+            Action::Queue if self.touching.is_some() => self.touching_begins(),
             Action::Queue => self.queue_go(),
             Action::NextLeg => self.leg(Vec::new()),
             Action::RestOfLeg => self.rest_of_leg(),
@@ -386,9 +408,11 @@ impl Owner {
                 let ruler = ruler(&self.machine);
                 let zero = self.session.zero().map(|steps| WorkZero { steps, ruler });
                 self.outside.record(Record::Zero(zero));
+                self.tell(self.surface_tell());
             }
             Action::End(ending) => {
                 self.queue_over();
+                self.touching_over(ending);
                 self.end(ending);
             }
             Action::Refuse(why) => return Err(why),

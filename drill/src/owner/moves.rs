@@ -145,6 +145,8 @@ pub(crate) enum Doing {
     Leg,
     /// Some segments of a row of the queue.
     Queue,
+    /// A move of what is being touched.
+    Touch,
     /// Up from the bottom of a hole, because the next one does not follow at once.
     Lift {
         /// That leg drilled a hole or milled a toolpath.
@@ -159,7 +161,7 @@ pub(crate) enum Doing {
 }
 
 /// A pause with an effect.
-fn rest(stage: Stage, effect: Switching, duration_ticks: u64, end: Steps) -> Segment {
+pub(crate) fn rest(stage: Stage, effect: Switching, duration_ticks: u64, end: Steps) -> Segment {
     Segment { leg: 0, mark: Mark::Prepare, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
 
@@ -215,7 +217,9 @@ impl Owner {
         if granted {
             self.executor.shared.grant();
         }
-        self.executor.give(Task { id: self.task, segments, follows, needs_durable, lift_to, granted });
+        let surface_steps = self.machine.z.scale.steps(self.machine.process.surface);
+        let id = self.task;
+        self.executor.give(Task { id, segments, follows, surface_steps, needs_durable, lift_to, granted });
     }
 
     /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported. What waits for a
@@ -501,6 +505,12 @@ impl Owner {
             (_, Ended::Starved) => {
                 self.fails(alarm("control.starved"), self.session.trust);
             }
+            (Doing::Touch, Ended::Completed | Ended::Gated(_) | Ended::Unmet(_)) if stopping => {
+                self.pending.push_back(Event::Rested);
+            }
+            // The contact ends a move beside the board: nothing was pushed, every step is counted.
+            (Doing::Touch, ended @ (Ended::Completed | Ended::Gated(_) | Ended::Unmet(_)))
+            | (Doing::Touch, ended @ Ended::Guarded(Input::Contact)) => self.touched(ended, report.inputs),
             (Doing::Homing(homing), _) => self.homed(homing, report),
             // Every step is counted: what is wrong is the spindle alone.
             (_, Ended::Spindle { trouble }) => self.fails(trouble.diagnostic(), self.session.trust),

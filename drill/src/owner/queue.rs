@@ -78,6 +78,9 @@ impl Owner {
     /// Begins the queue, or goes on.
     pub(crate) fn queue_run(&mut self, mode: Mode) -> Result<(), Diagnostic> {
         let standing = self.standing();
+        if self.touching.is_some() {
+            return Err(diagnostic("control.busy"));
+        }
         let Some(lab) = &mut self.lab else { return Err(diagnostic("control.no_queue")) };
         if self.session.queue && self.session.state == State::Pausing {
             lab.mode = mode;

@@ -87,6 +87,7 @@ impl Owner {
         tells.push(Tell::Tools(self.tools_report()));
         tells.extend(self.queue_greeting());
         tells.push(self.outputs_tell());
+        tells.push(self.surface_tell());
         tells
     }
 
@@ -220,5 +221,6 @@ fn command_name(stage: Stage) -> &'static str {
         Stage::AwaitBit => "await_bit",
         Stage::Seek | Stage::BackOff | Stage::Locate | Stage::Offset => "home",
         Stage::Jog => "jog",
+        Stage::Touch => "touch",
     }
 }

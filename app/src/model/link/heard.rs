@@ -46,8 +46,8 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         Tell::Control { yours, taken, viewers } => {
             return control(model, Control { yours, taken, viewers });
         }
-        Tell::Armed { job, stream_digest, checks } => {
-            link.armed = Some(Armed { job, stream_digest, checks });
+        Tell::Armed { job, stream_digest, levelled, checks } => {
+            link.armed = Some(Armed { job, stream_digest, levelled, checks });
         }
         Tell::Ended { job, ending, holes_done, toolpaths_done } => {
             link.interrupted = None;

@@ -68,6 +68,8 @@ pub struct Armed {
     pub job: String,
     /// Digest of the step stream as the bridge computed it.
     pub stream_digest: String,
+    /// Its depth follows the height map that there is.
+    pub levelled: bool,
     /// Row by row.
     pub checks: Vec<PreflightRow>,
 }

@@ -10,11 +10,14 @@ use crate::model::{
 };
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::geometry::Point;
+use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::Program;
+use annulus_core::level::ProbeGrid;
 use annulus_core::machine::Value;
 use annulus_core::units::Length;
-use annulus_core::wire::{Ask, MissingReport, Paired, PreflightRow, RowVerdict, Status, Tell, program};
+use annulus_core::wire::{
+    Ask, HeightMapReport, MissingReport, Paired, PreflightRow, RowVerdict, Status, Tell, program,
+};
 use std::sync::Arc;
 
 /// A model with a bridge beside it.
@@ -117,10 +120,18 @@ fn ended(ending: Ending) -> Event {
 }
 
 /// The bridge's verdict on `job`, whose steps have `digest`.
-fn armed(job: &str, digest: &str, verdict: Option<RowVerdict>) -> Event {
+fn armed(job: &str, digest: &str, levelled: bool, verdict: Option<RowVerdict>) -> Event {
     let row = |verdict| PreflightRow { finding: Diagnostic::warning("preflight.lid"), verdict };
     let checks = verdict.map(row).into_iter().collect();
-    tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), checks })
+    tell(Tell::Armed { job: job.to_owned(), stream_digest: digest.to_owned(), levelled, checks })
+}
+
+/// The height map of a board that is flat.
+fn map() -> HeightMapReport {
+    let bounds = Bounds { min: Point::default(), max: Point::from_mm(20.0, 20.0) };
+    let grid = ProbeGrid::over(bounds, Length::from_um(10_000), Length::ZERO).unwrap();
+    let heights = vec![Some(Length::ZERO); grid.count()];
+    HeightMapReport { grid: Some(grid), heights, ..HeightMapReport::default() }
 }
 
 fn controller_event(word: &str) -> Option<ControllerEvent> {
@@ -335,12 +346,14 @@ impl Line {
                 version: "1.1h".to_owned(),
                 values: vec![(110, 5_000.0)],
             }),
-            "armed-mill" => armed("own", "", None),
-            "armed" => armed("own", "digest", None),
-            "armed-other-steps" => armed("own", "other", None),
-            "armed-other-job" => armed("other", "digest", None),
-            "armed-fail" => armed("own", "digest", Some(RowVerdict::Fail)),
-            "armed-warn" => armed("own", "digest", Some(RowVerdict::Warn)),
+            "armed-mill" => armed("own", "", false, None),
+            "armed" => armed("own", "digest", false, None),
+            "armed-other-steps" => armed("own", "other", false, None),
+            "armed-other-job" => armed("other", "digest", false, None),
+            "armed-levelled" => armed("own", "digest", true, None),
+            "map" => tell(Tell::HeightMap(Box::new(map()))),
+            "armed-fail" => armed("own", "digest", false, Some(RowVerdict::Fail)),
+            "armed-warn" => armed("own", "digest", false, Some(RowVerdict::Warn)),
             _ => return None,
         })
     }

@@ -349,6 +349,10 @@ fn a_job_starts_only_when_nothing_fails_and_every_warning_was_ticked() {
             ("linked yours planned preflight uploaded armed start", " | start"),
             ("linked yours planned preflight uploaded armed start start", " | "),
             ("linked yours planned preflight uploaded armed-other-steps start", "shown | "),
+            // What follows the board there is made to follow it here, and only then compared.
+            ("linked yours planned preflight uploaded map armed-levelled start", "shown | "),
+            ("linked yours planned preflight uploaded map armed-levelled timed start", " | start"),
+            ("linked yours planned preflight uploaded armed-levelled start", "shown | "),
             ("linked yours planned preflight uploaded armed-other-job start", "shown | "),
             ("linked yours planned preflight uploaded armed-fail start", "shown | "),
             ("linked yours planned preflight uploaded armed-warn start", "shown | "),

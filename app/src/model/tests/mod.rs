@@ -21,7 +21,9 @@ mod lines_rows;
 mod link_rows;
 mod planning_rows;
 mod play_rows;
+mod second_side_rows;
 mod settings_rows;
+mod touch_off_rows;
 mod way_back_rows;
 
 /// Tells every story of `rows` and compares how things stand after it; says all that are wrong.

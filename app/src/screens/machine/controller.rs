@@ -117,7 +117,6 @@ pub(super) fn set_up(line: Link) -> impl IntoView {
                     link::ask(Ask::Probe { depth_um: PROBE_UM, plate_um: 0 });
                 }),
                 p().class("quiet").child(t!("page.controller.probe_is")),
-                super::level::level(line),
                 move || {
                     let unlock = |_| link::ask(Ask::Unlock);
                     locked.get().then(|| {

@@ -26,15 +26,10 @@ use leptos::svg::{circle, rect, svg};
 /// Hues of the lowest and of the highest height.
 const HUES_DEG: [f64; 2] = [220.0, 25.0];
 
-/// Button and dialog, where the page has a controller.
+/// Button and dialog.
 pub(super) fn level(line: Link) -> impl IntoView {
-    let chosen = Memo::new(move |_| line.controller.with(|controller| controller.chosen));
-    move || {
-        chosen.get().then(|| {
-            let show = push("button", t!("page.level.open"), |_| send(LevelEvent::Show { on: true }));
-            (show, box_of(line))
-        })
-    }
+    let show = push("button", t!("page.level.open"), |_| send(LevelEvent::Show { on: true }));
+    (show, box_of(line))
 }
 
 /// How far apart the places are to be.

@@ -17,9 +17,11 @@ mod level;
 mod offer;
 mod preflight;
 mod readouts;
+mod second_side;
 mod sensors;
 mod set_up;
 mod tool_change;
+mod touch_off;
 mod way_back;
 pub mod words;
 

@@ -69,5 +69,8 @@ pub(crate) fn set_up() -> impl IntoView {
             push_if("button small quiet", move || ready(line), t!("page.undo"), |_| link::ask(Ask::UndoZero)),
         )),
         controller::set_up(line),
+        super::touch_off::touch_off(line),
+        super::level::level(line),
+        super::second_side::second_side(line),
     ))
 }

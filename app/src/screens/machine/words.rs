@@ -127,6 +127,7 @@ pub fn stage(stage: Stage) -> &'static str {
         Stage::Locate => key!("page.stage.locate"),
         Stage::Offset => key!("page.stage.offset"),
         Stage::Jog => key!("page.stage.jog"),
+        Stage::Touch => key!("page.stage.touch"),
     }
 }
 

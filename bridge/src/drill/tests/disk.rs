@@ -52,7 +52,7 @@ impl Bench {
         let folder = tempfile::tempdir().unwrap();
         let disk = Disk(Arc::new(InMemoryBackend::new()), first);
         let journal = Journal::on(move || disk.clone()).unwrap();
-        let parts = (journal, Contents::default(), None);
+        let parts = (journal, Contents::default(), None, None);
         let drill = Drill::assemble(folder.path(), machine(), speed, Faults::default(), parts).unwrap();
         let tells = drill.watch();
         Self { drill, folder, tells }

@@ -117,6 +117,7 @@ fn higher_feeds_are_planned_to_the_same_places_and_checked() {
         spindle_answers: None,
         wear: Vec::new(),
         offer: None,
+        surface: None,
     };
     let job = prepare::prepare(&program::key(&bytes), &bytes, 0, &context).unwrap();
     let fast = prepare::at_feed(&job, 200).unwrap();

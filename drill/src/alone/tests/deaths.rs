@@ -45,6 +45,7 @@ fn tasks(program: &Program) -> VecDeque<Task> {
                 id: tasks.len() as u64 + 1,
                 segments: vec![segment],
                 follows: false,
+                surface_steps: 0,
                 needs_durable: 0,
                 lift_to: None,
                 granted: false,

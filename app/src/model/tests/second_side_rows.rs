@@ -1,0 +1,169 @@
+//! The second side: holes found by tip or camera, the fit, the job that goes along, and a camera that is not there.
+
+use super::line::status;
+use crate::engine::messages::{Answer, Request, Timed};
+use crate::model::{Effect, Event, Eye, Job, Model, SecondSideEvent, StartEvent, update};
+use annulus_core::align::{BoardFit, aligned};
+use annulus_core::control::State;
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
+use annulus_core::job::{Command, Leg, Mark, Program};
+use annulus_core::units::Length;
+use annulus_core::wire::program as bytes_of;
+use std::sync::Arc;
+
+/// How the board lies in these rows: nearly a degree, and a millimetre aside.
+const TRUTH: BoardFit = BoardFit { turn_rad: 0.016, shift_mm: [1.25, -0.5], left_over_mm: 0.0 };
+/// Where the work zero is, and what the camera sees from the spindle.
+const ZERO_MM: [f64; 2] = [40.0, 30.0];
+const CAMERA_MM: [f64; 2] = [55.5, -12.25];
+
+/// Four holes.
+fn program() -> Program {
+    let um = Length::from_um;
+    let hole = |(number, (x, y)): (u32, (f64, f64))| {
+        let rapid = Command::Rapid { to: Point::from_mm(x, y) };
+        let plunge = Command::Plunge { to: um(-1_700), feed_um_per_s: 5_000, gate: None };
+        let commands = vec![rapid, plunge, Command::Retract { to: um(2_000) }];
+        Leg { mark: Mark::Hole(number), commands }
+    };
+    let places = [(3.0, 4.0), (83.0, 4.0), (40.0, 30.0), (3.0, 64.0)];
+    Program {
+        name: "holes".to_owned(),
+        machine: String::new(),
+        origin: Point::default(),
+        bits: Vec::new(),
+        accepted: Vec::new(),
+        safe_height: um(2_000),
+        spindles: 1,
+        legs: (0..).zip(places).map(hole).collect(),
+    }
+}
+
+fn tell(model: &mut Model, event: SecondSideEvent) -> Vec<Effect> {
+    update(model, event.into())
+}
+
+/// The head is there, machine mm.
+fn stands(model: &mut Model, [x, y]: [f64; 2]) {
+    let mut now = status(State::Ready, None);
+    (now.machine_mm, now.zero_mm) = ([x, y, 0.0], Some(ZERO_MM));
+    model.link.status = Some(Arc::new(now));
+}
+
+/// A job is planned, and the block is open.
+fn begun() -> Model {
+    let mut model = Model::default();
+    let program = program();
+    let bytes = bytes_of::encode(&program);
+    let key = bytes_of::key(&bytes);
+    model.board.job = Some(Arc::new(Job { program, bytes, key, stream_digest: "planned".to_owned() }));
+    stands(&mut model, [0.0, 0.0]);
+    tell(&mut model, SecondSideEvent::Show { on: true });
+    model
+}
+
+/// Takes the hole that is sought where it really is.
+fn find(model: &mut Model, by_camera: bool) {
+    let sought = model.second_side.holes[model.second_side.aimed].planned;
+    let lies = TRUTH.moved(sought);
+    let from = if by_camera { CAMERA_MM } else { [0.0; 2] };
+    stands(model, [lies.x.mm() + ZERO_MM[0] - from[0], lies.y.mm() + ZERO_MM[1] - from[1]]);
+    tell(model, SecondSideEvent::Take { by_camera });
+}
+
+#[test]
+fn holes_are_found_by_tip_or_camera_and_the_job_goes_along() {
+    let mut model = begun();
+    let count = model.second_side.holes.len();
+    assert!(count >= 2, "{:?}", model.second_side.holes);
+    // Nobody knows where the camera looks: the crosshair takes nothing.
+    find(&mut model, true);
+    assert_eq!(model.second_side.holes[0].found_mm, None);
+    stands(&mut model, [100.0, 80.0]);
+    tell(&mut model, SecondSideEvent::Dot);
+    stands(&mut model, [100.0 - CAMERA_MM[0], 80.0 - CAMERA_MM[1]]);
+    let kept = tell(&mut model, SecondSideEvent::OnDot);
+    assert_eq!(kept, [Effect::KeepCamera { offset_mm: CAMERA_MM }]);
+    find(&mut model, true);
+    assert_eq!((model.second_side.aimed, model.second_side.fit.clone()), (1, None), "one hole tells nothing");
+    (1..count).for_each(|_| find(&mut model, false));
+    let fit = model.second_side.fit.clone().unwrap().unwrap();
+    assert!((fit.turn_rad - TRUTH.turn_rad).abs() < 1e-6 && fit.left_over_mm < 1e-4, "{fit:?}");
+    // Applied, it is made and timed before it can be opened.
+    let effects = tell(&mut model, SecondSideEvent::Apply { on: true });
+    let [Effect::Ask { number, request, .. }] = effects.as_slice() else { panic!("{effects:?}") };
+    let Request::Time(wanted) = request.as_ref() else { panic!("{request:?}") };
+    let along = aligned(&program(), &fit);
+    assert_eq!(wanted.program, bytes_of::encode(&along));
+    assert_eq!(update(&mut model, StartEvent::Open.into()), [], "it is not there yet");
+    let timed = Timed { stream_digest: "along".to_owned(), ..Timed::default() };
+    update(&mut model, Event::Answered { number: *number, answer: Ok(Answer::Timed(timed)) });
+    assert_eq!(model.start.shown.as_ref().map(|job| job.program.clone()), Some(along));
+    update(&mut model, StartEvent::Open.into());
+    let preflight = model.start.preflight.clone().unwrap();
+    assert_eq!(preflight.own_digest, "along");
+    assert_eq!(preflight.lies.map(|why| why.code).as_deref(), Some("align.lies"));
+    // Not applied any more, the job is the planned one again.
+    tell(&mut model, SecondSideEvent::Apply { on: false });
+    update(&mut model, StartEvent::Open.into());
+    let preflight = model.start.preflight.clone().unwrap();
+    assert_eq!((preflight.own_digest.as_str(), preflight.lies), ("planned", None));
+}
+
+#[test]
+fn what_does_not_fit_is_a_sentence_and_nothing_goes_along() {
+    let mut model = begun();
+    (0..model.second_side.holes.len()).for_each(|_| find(&mut model, false));
+    tell(&mut model, SecondSideEvent::Aim { hole: 1 });
+    let [x, y] = model.second_side.holes[1].found_mm.unwrap();
+    stands(&mut model, [x + 2.0, y]);
+    tell(&mut model, SecondSideEvent::Take { by_camera: false });
+    let code = |model: &Model| model.second_side.fit.clone().and_then(Result::err).map(|why| why.code);
+    assert_eq!(code(&model).as_deref(), Some("align.apart"));
+    assert_eq!(tell(&mut model, SecondSideEvent::Apply { on: true }), []);
+    assert_eq!(model.second_side.job, None);
+}
+
+#[test]
+fn a_camera_that_comes_late_is_let_go_and_one_that_is_gone_is_said() {
+    let mut model = begun();
+    assert_eq!(tell(&mut model, SecondSideEvent::Look { on: true }), [Effect::Camera { on: true }]);
+    assert_eq!(model.second_side.eye, Eye::Opening);
+    tell(&mut model, SecondSideEvent::Eye { eye: Eye::Open });
+    let gone = Eye::Blind(Diagnostic::error("camera.lost"));
+    tell(&mut model, SecondSideEvent::Eye { eye: gone.clone() });
+    assert_eq!(model.second_side.eye, gone);
+    // The way by the tip remains.
+    find(&mut model, false);
+    assert!(model.second_side.holes[0].found_mm.is_some());
+    tell(&mut model, SecondSideEvent::Look { on: true });
+    assert_eq!(tell(&mut model, SecondSideEvent::Show { on: false }), [Effect::Camera { on: false }]);
+    let late = tell(&mut model, SecondSideEvent::Eye { eye: Eye::Open });
+    assert_eq!((late, &model.second_side.eye), (vec![Effect::Camera { on: false }], &Eye::Shut));
+}
+
+#[test]
+fn another_job_has_other_holes_and_another_hole_is_one_that_is_not_sought_yet() {
+    let mut model = begun();
+    find(&mut model, false);
+    let before: Vec<_> = model.second_side.holes.iter().map(|hole| hole.planned).collect();
+    tell(&mut model, SecondSideEvent::Aim { hole: 0 });
+    tell(&mut model, SecondSideEvent::Other);
+    let now = model.second_side.holes[0];
+    assert_eq!((before.contains(&now.planned), now.found_mm), (false, None), "the one in the middle");
+    // Planned anew, deeper, its holes are the same: what was found stays. Those of another board are others.
+    find(&mut model, false);
+    let found = model.second_side.holes.clone();
+    let plan = |model: &mut Model, program: Program| {
+        let job = Job { program, bytes: Vec::new(), key: "anew".to_owned(), stream_digest: String::new() };
+        model.board.job = Some(Arc::new(job));
+        tell(model, SecondSideEvent::Apply { on: false });
+    };
+    plan(&mut model, program());
+    assert_eq!(model.second_side.holes, found);
+    let mut other = program();
+    other.legs.pop();
+    plan(&mut model, other);
+    assert!(model.second_side.holes.iter().all(|hole| hole.found_mm.is_none()));
+}

@@ -1,0 +1,208 @@
+//! The second side: holes of the board found one after the other, by the tip or under the crosshair of a camera, and how it lies.
+//!
+//! ```text
+//!  camera  ┌───┼───┐   hole 1  X 3.00 Y 4.00   found
+//!          ├───┼───┤   hole 2  X 83.0 Y 4.00   sought ◀    [Tip is over it] [Crosshair is on it]
+//!          └───┼───┘   turned by 0.31°, shifted …          [x] the job goes along
+//! ```
+//!
+//! Comes in: the holes, the fit, the camera. Goes out: wishes. The machine moves by none of it.
+
+use crate::browser::CAMERA_PICTURE;
+use crate::i18n::{advice, message, number, say, t};
+use crate::model::{Eye, SecondSideEvent, SoughtHole, second_side};
+use crate::page::link::Link;
+use crate::page::send;
+use crate::widgets::{choice, push, push_if};
+use annulus_core::align::BoardFit;
+use annulus_core::diagnostic::Diagnostic;
+use leptos::ev;
+use leptos::html::{button, details, div, input, label, li, ol, p, span, summary, video};
+use leptos::prelude::*;
+use leptos::svg::{circle, path, svg};
+use wasm_bindgen::JsCast;
+
+/// The block.
+pub(super) fn second_side(line: Link) -> impl IntoView {
+    let opened = |event: web_sys::Event| {
+        let shown = event.target().and_then(|target| target.dyn_into::<web_sys::Element>().ok());
+        send(SecondSideEvent::Show { on: shown.is_some_and(|shown| shown.has_attribute("open")) });
+    };
+    let placed =
+        move || line.status.with(|status| status.as_ref().is_some_and(|status| status.zero_mm.is_some()));
+    let by_tip = |_| send(SecondSideEvent::Take { by_camera: false });
+    let found = move || {
+        let aimed = line.aimed.get();
+        line.sought.with(|holes| holes.get(aimed).is_some_and(|hole| hole.found_mm.is_some()))
+    };
+    let any = move || line.sought.with(|holes| !holes.is_empty());
+    details().class("second-side").on(ev::toggle, opened).child((
+        summary().child(t!("page.second.title")),
+        p().child(t!("page.second.is")),
+        camera(line),
+        move || {
+            let rows = line.sought.get().into_iter().enumerate();
+            let rows = rows.map(|(index, hole)| row(line, index, hole)).collect_view();
+            if any() { ol().child(rows).into_any() } else { p().child(t!("page.second.no_job")).into_any() }
+        },
+        div().class("row").child((
+            push_if("button", move || any() && placed(), t!("page.second.tip"), by_tip),
+            push_if("button small quiet", found, t!("page.second.forget"), |_| send(SecondSideEvent::Forget)),
+            push_if("button small quiet", any, t!("page.second.other"), |_| send(SecondSideEvent::Other)),
+        )),
+        move || (!placed()).then(|| p().class("quiet").child(t!("page.second.no_zero"))),
+        move || lies(&line.sought.get(), line.board_fit.get(), zero_mm(line)),
+        along(line),
+    ))
+}
+
+fn zero_mm(line: Link) -> [f64; 2] {
+    line.status.with(|status| status.as_ref().and_then(|status| status.zero_mm)).unwrap_or_default()
+}
+
+/// A hole: chosen by a press, found or not.
+fn row(line: Link, index: usize, hole: SoughtHole) -> impl IntoView {
+    let mm = |mm: f64| number(format!("{mm:.2}"));
+    let (x, y) = (mm(hole.planned.x.mm()), mm(hole.planned.y.mm()));
+    let is_found = hole.found_mm.is_some();
+    let words = move || {
+        let place = say!("page.second.hole", n = index + 1, x = x.clone(), y = y.clone());
+        let state = if is_found { say!("page.second.found") } else { say!("page.second.sought") };
+        format!("{place}: {state}")
+    };
+    li().child(choice(
+        move || line.aimed.get() == index,
+        words,
+        move |_| send(SecondSideEvent::Aim { hole: index }),
+    ))
+}
+
+/// The camera: its picture with the crosshair, or why there is none; and where it looks, learnt once.
+fn camera(line: Link) -> impl IntoView {
+    let is_open = move || line.eye.with(|eye| *eye == Eye::Open);
+    let wanted = move || line.eye.with(|eye| matches!(eye, Eye::Open | Eye::Opening));
+    let word = move || if wanted() { say!("page.second.shut") } else { say!("page.second.look") };
+    let ready = move || is_open() && line.camera_mm.get().is_some();
+    let take = move |_| {
+        if ready() {
+            send(SecondSideEvent::Take { by_camera: true });
+        }
+    };
+    let cross = svg()
+        .attr("viewBox", "-50 -50 100 100")
+        .attr("aria-hidden", "true")
+        .child((path().attr("d", "M-50 0H-4M4 0H50M0 -50V-4M0 4V50"), circle().attr("r", 12)));
+    let blind = move || match line.eye.get() {
+        Eye::Blind(why) => Some(p().class("refused").attr("role", "alert").child(format!(
+            "{} {}",
+            message(&why),
+            advice(&why)
+        ))),
+        Eye::Shut | Eye::Opening | Eye::Open => None,
+    };
+    // The picture stays where it is: the stream is put into it from outside.
+    let picture = button()
+        .attr("type", "button")
+        .class(move || if is_open() { "camera" } else { "camera shut" })
+        .attr("aria-label", t!("page.second.crosshair"))
+        .prop("disabled", move || !ready())
+        .on(ev::click, take)
+        .child((
+            video()
+                .attr("id", CAMERA_PICTURE)
+                .attr("autoplay", "")
+                .attr("playsinline", "")
+                .prop("muted", true),
+            cross,
+        ));
+    div().child((
+        push("button", word, move |_| send(SecondSideEvent::Look { on: !wanted() })),
+        blind,
+        picture,
+        move || is_open().then(|| learnt(line)),
+    ))
+}
+
+/// Where the camera looks: learnt with a dot.
+fn learnt(line: Link) -> impl IntoView {
+    let mm = |mm: f64| number(format!("{mm:.2}"));
+    let says = move || match (line.camera_mm.get(), line.dot_mm.get()) {
+        (Some([x, y]), _) => say!("page.second.offset", x = mm(x), y = mm(y)),
+        (None, None) => say!("page.second.make_dot"),
+        (None, Some(_)) => say!("page.second.find_dot"),
+    };
+    let has_dot = move || line.dot_mm.get().is_some();
+    let known = move || line.camera_mm.get().is_some();
+    (
+        p().attr("role", "status").child(says),
+        div().class("row").child((
+            push_if("button", known, t!("page.second.crosshair"), |_| {
+                send(SecondSideEvent::Take { by_camera: true });
+            }),
+            push("button small quiet", t!("page.second.dot"), |_| send(SecondSideEvent::Dot)),
+            push_if("button small quiet", has_dot, t!("page.second.on_dot"), |_| {
+                send(SecondSideEvent::OnDot)
+            }),
+        )),
+    )
+}
+
+/// How the board lies, or why that cannot be told, with a picture: planned places as rings, found ones as crosses.
+fn lies(
+    holes: &[SoughtHole],
+    fit: Option<Result<BoardFit, Diagnostic>>,
+    zero_mm: [f64; 2],
+) -> Option<AnyView> {
+    let told = match &fit {
+        None => return None,
+        Some(Ok(fit)) => p().attr("role", "status").child(message(&second_side::told(fit))).into_any(),
+        Some(Err(why)) => {
+            let words = format!("{} {}", message(why), advice(why));
+            p().class("refused").attr("role", "alert").child(words).into_any()
+        }
+    };
+    let planned = |hole: &SoughtHole| [hole.planned.x.mm(), hole.planned.y.mm()];
+    let found = |hole: &SoughtHole| hole.found_mm.map(|[x, y]| [x - zero_mm[0], y - zero_mm[1]]);
+    let places: Vec<[f64; 2]> =
+        holes.iter().flat_map(|hole| [Some(planned(hole)), found(hole)]).flatten().collect();
+    let span = |axis: usize| {
+        let along = || places.iter().map(|place| place[axis]);
+        (along().fold(f64::MAX, f64::min), along().fold(f64::MIN, f64::max))
+    };
+    let ((left, right), (front, back)) = (span(0), span(1));
+    let dot = ((right - left) + (back - front)).max(1.0) * 0.025;
+    let rings = holes.iter().map(|hole| {
+        let [x, y] = planned(hole);
+        circle().attr("cx", x).attr("cy", -y).attr("r", dot)
+    });
+    let crosses = holes.iter().filter_map(found).map(|[x, y]| {
+        let arms = format!("M{} {}h{}m{} {}v{}", x - dot, -y, 2.0 * dot, -dot, -dot, 2.0 * dot);
+        path().attr("d", arms)
+    });
+    let frame = format!(
+        "{} {} {} {}",
+        left - 3.0 * dot,
+        -back - 3.0 * dot,
+        right - left + 6.0 * dot,
+        back - front + 6.0 * dot
+    );
+    let picture = svg()
+        .attr("class", "lies")
+        .attr("viewBox", frame)
+        .attr("aria-hidden", "true")
+        .child((rings.collect_view(), crosses.collect_view()));
+    Some((told, picture).into_any())
+}
+
+/// Whether the job goes along.
+fn along(line: Link) -> impl IntoView {
+    let good = move || line.board_fit.with(|fit| matches!(fit, Some(Ok(_))));
+    label().class("tick").child((
+        input()
+            .attr("type", "checkbox")
+            .prop("disabled", move || !good())
+            .prop("checked", move || line.goes_along.get() && good())
+            .on(ev::change, move |event| send(SecondSideEvent::Apply { on: event_target_checked(&event) })),
+        span().child(t!("page.second.along")),
+    ))
+}

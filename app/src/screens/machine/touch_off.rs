@@ -1,0 +1,140 @@
+//! Touching off, one step after the other, beside the pad that moves by hand.
+//!
+//! ```text
+//!  [↘][ ↓ ][↙]    places of the board as one looks down at it: corners, edges, in the middle its height
+//!  [→][ ⊙ ][←]    the arrow is the way of the tip
+//!  [↗][ ↑ ][↖]
+//! ```
+//!
+//! Comes in: what is chosen, how the machine stands. Goes out: wishes. The machine moves by *Touch* alone.
+
+use crate::i18n::{say, t};
+use crate::model::{TouchOffEvent, TouchTarget, TouchedPart};
+use crate::page::link::Link;
+use crate::page::send;
+use crate::widgets::push_if;
+use annulus_core::control::State;
+use leptos::ev;
+use leptos::html::{button, details, div, input, label, p, span, summary};
+use leptos::prelude::*;
+use leptos::svg::{circle, path, rect, svg};
+
+/// The block.
+pub(super) fn touch_off(line: Link) -> impl IntoView {
+    let touch = line.touch_off;
+    let target = Memo::new(move |_| touch.with(|touch| touch.target));
+    let next = Memo::new(move |_| touch.with(|touch| touch.next()));
+    let rows = [1, 0, -1].map(|y| [-1, 0, 1].map(|x| place(target, TouchTarget { x, y })).collect_view());
+    let heights = move || target.get() == TouchTarget::default();
+    let measure = move || if heights() { plate(line).into_any() } else { tool(line).into_any() };
+    let ready = move || {
+        line.may_act()
+            && line.state() == Some(State::Ready)
+            && touch.with(|touch| touch.wish(false).is_some())
+    };
+    let word = move || match next.get() {
+        Some(TouchedPart::Edge { axis: 0, .. }) => say!("page.touch.touch_x"),
+        Some(TouchedPart::Edge { .. }) => say!("page.touch.touch_y"),
+        _ => say!("page.touch.touch_z"),
+    };
+    details().class("touch-off").child((
+        summary().child(t!("page.touch.title")),
+        div()
+            .class("places")
+            .attr("role", "group")
+            .attr("aria-label", t!("page.touch.which"))
+            .child(Vec::from(rows)),
+        move || picture(target.get(), next.get()),
+        p().attr("role", "status").child(move || step(next.get())),
+        measure,
+        push_if("button", ready, word, |_| send(TouchOffEvent::Touch)),
+    ))
+}
+
+/// A place of the board to choose.
+fn place(target: Memo<TouchTarget>, own: TouchTarget) -> impl IntoView {
+    const ARROWS: [[&str; 3]; 3] = [["↗", "↑", "↖"], ["→", "⊙", "←"], ["↘", "↓", "↙"]];
+    let index = |side: i8| usize::from((side + 1).unsigned_abs());
+    let arrow = ARROWS[index(own.y)][index(own.x)];
+    let name = move || match (own.x, own.y) {
+        (0, 0) => say!("page.touch.height"),
+        (-1, 0) => say!("page.touch.left"),
+        (1, 0) => say!("page.touch.right"),
+        (0, -1) => say!("page.touch.front"),
+        (0, 1) => say!("page.touch.back"),
+        (-1, -1) => say!("page.touch.front_left"),
+        (1, -1) => say!("page.touch.front_right"),
+        (-1, 1) => say!("page.touch.back_left"),
+        _ => say!("page.touch.back_right"),
+    };
+    button()
+        .attr("type", "button")
+        .class("button small")
+        .attr("aria-label", name)
+        .attr("title", name)
+        .attr("aria-pressed", move || if target.get() == own { "true" } else { "false" })
+        .on(ev::click, move |_| send(TouchOffEvent::Target { target: own }))
+        .child(arrow)
+}
+
+/// What is to be done before the next step.
+fn step(next: Option<TouchedPart>) -> String {
+    match next {
+        None => say!("page.touch.done"),
+        Some(TouchedPart::Height) => say!("page.touch.over"),
+        Some(TouchedPart::Edge { axis: 0, up: true }) => say!("page.touch.beside_left"),
+        Some(TouchedPart::Edge { axis: 0, up: false }) => say!("page.touch.beside_right"),
+        Some(TouchedPart::Edge { up: true, .. }) => say!("page.touch.beside_front"),
+        Some(TouchedPart::Edge { up: false, .. }) => say!("page.touch.beside_back"),
+    }
+}
+
+/// The board from above, the tip where it has to stand, and its way.
+fn picture(target: TouchTarget, next: Option<TouchedPart>) -> impl IntoView + use<> {
+    let middle = [60.0 + 40.0 * f64::from(target.x), 40.0 - 25.0 * f64::from(target.y)];
+    let (tip, way) = match next {
+        Some(TouchedPart::Edge { axis: 0, up }) => {
+            let out = if up { -1.0 } else { 1.0 };
+            ([middle[0] + 16.0 * out, 40.0 - 15.0 * f64::from(target.y)], [-10.0 * out, 0.0])
+        }
+        Some(TouchedPart::Edge { up, .. }) => {
+            let out = if up { 1.0 } else { -1.0 };
+            ([60.0 + 28.0 * f64::from(target.x), middle[1] + 13.0 * out], [0.0, -8.0 * out])
+        }
+        _ => (middle, [0.0, 0.0]),
+    };
+    let shaft = format!("M{} {}l{} {}", tip[0], tip[1], way[0], way[1]);
+    svg().attr("class", "touched-board").attr("viewBox", "0 0 120 80").attr("aria-hidden", "true").child((
+        rect().attr("x", 20).attr("y", 15).attr("width", 80).attr("height", 50),
+        path().attr("d", shaft),
+        circle().attr("cx", tip[0]).attr("cy", tip[1]).attr("r", 4),
+    ))
+}
+
+fn length(
+    name: impl Fn() -> String + Send + Sync + 'static,
+    shown: impl Fn() -> String + Send + Sync + 'static,
+    typed: fn(String) -> TouchOffEvent,
+) -> impl IntoView {
+    label().class("setting").child((
+        span().child(name),
+        span().class("with-unit").child((
+            input()
+                .attr("type", "text")
+                .attr("inputmode", "decimal")
+                .prop("value", shown)
+                .on(ev::input, move |event| send(typed(event_target_value(&event)))),
+            span().child("mm"),
+        )),
+    ))
+}
+
+fn tool(line: Link) -> impl IntoView {
+    let shown = move || line.touch_off.with(|touch| touch.tool.clone());
+    length(t!("page.touch.tool"), shown, |text| TouchOffEvent::Tool { text })
+}
+
+fn plate(line: Link) -> impl IntoView {
+    let shown = move || line.touch_off.with(|touch| touch.plate.clone());
+    length(t!("page.touch.plate"), shown, |text| TouchOffEvent::Plate { text })
+}

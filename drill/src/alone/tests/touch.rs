@@ -1,0 +1,298 @@
+//! A board that lies askew and bows is touched by the drill's own contact, and jobs follow it: what is drilled says how deep (N17).
+
+use super::*;
+use annulus_core::job::{Command, touched};
+use annulus_core::level::{ProbeGrid, key_of};
+use annulus_core::virtual_drill::UnevenBoard;
+use annulus_core::wire::HeightMapReport;
+
+/// How deep a hole may be beside what was planned, mm: two steps, a touch that is found one late, what lies between the places.
+const TOLERANCE_MM: f64 = 0.015;
+const THICK_MM: f64 = 1.6;
+
+/// Twelve holes over 20 by 30 mm, so deep.
+fn deep(depth_mm: f64) -> Program {
+    let mut program = holes(24);
+    for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
+        if let Command::Plunge { to, .. } = command {
+            *to = Length::from_mm(-depth_mm);
+        }
+    }
+    program
+}
+
+fn wish(program: &Program) -> Ask {
+    let bounds = touched(program).unwrap();
+    let grid = ProbeGrid::over(bounds, Length::from_mm(5.0), Length::from_mm(0.5)).unwrap();
+    Ask::Survey { grid, job: key_of(program), clear_um: 1_000, depth_um: 2_000, now_s: 1_764_000_000 }
+}
+
+/// On a board that is not flat, homed, the zero not in the corner.
+fn askew(files: &Memory) -> Bench {
+    let mut bench = Bench::open(files);
+    bench.ask(&Ask::Provoke { faults: vec!["board-not-flat".to_owned()] });
+    bench.home();
+    bench
+}
+
+fn ready_askew(files: &Memory) -> Bench {
+    let mut bench = askew(files);
+    bench.ask(&Ask::SetZero);
+    bench.turn(Duration::from_millis(200));
+    bench
+}
+
+impl Bench {
+    fn report(&self) -> HeightMapReport {
+        let mut told = self.heard.iter().rev();
+        let report =
+            told.find_map(|tell| if let Tell::HeightMap(report) = tell { Some(report) } else { None });
+        report.unwrap().as_ref().clone()
+    }
+
+    /// Moves by hand, as somebody who goes on wanting it.
+    fn by_hand(&mut self, axis: u8, distance_um: i32) {
+        self.ask(&Ask::Jog { axis, distance_um });
+        for _ in 0..20 {
+            self.ask(&Ask::JogOn);
+            self.turn(TURN);
+        }
+        self.until(|status| status.state == State::Ready);
+        self.turn(Duration::from_millis(200));
+    }
+
+    /// Touches the board for `program`.
+    fn survey(&mut self, program: &Program) -> HeightMapReport {
+        self.ask(&wish(program));
+        assert_eq!(self.status().state, State::Running, "{:?}", self.refused());
+        self.until(|status| matches!(status.state, State::Ready | State::Alarm));
+        self.report()
+    }
+
+    /// Has it checked: its key, whether it follows the map, and what of the rows is about that.
+    fn armed(&mut self, program: &Program, from_leg: u32) -> (String, bool, Vec<String>) {
+        let bytes = program::encode(program);
+        let key = program::key(&bytes);
+        self.drill.upload(&key, bytes).unwrap();
+        self.ask(&Ask::Arm { job: key.clone(), from_leg });
+        let armed = self.heard.iter().rev().find_map(|tell| match tell {
+            Tell::Armed { levelled, checks, .. } => Some((*levelled, checks.clone())),
+            _ => None,
+        });
+        let (levelled, checks) = armed.unwrap();
+        let codes = checks.into_iter().map(|row| row.finding.code);
+        (key, levelled, codes.filter(|code| code.starts_with("level.")).collect())
+    }
+
+    /// Drills it: how many holes came through, by the drilled-board record.
+    fn through(&mut self, files: &Memory, program: &Program) -> usize {
+        let recorded =
+            || String::from_utf8(files.clone().read(File::Drilled).unwrap()).unwrap().lines().count();
+        let before = recorded();
+        self.start(program, 0);
+        self.finish();
+        self.until(|status| matches!(status.state, State::Ready | State::Alarm) && status.stage.is_none());
+        self.ask(&Ask::AcknowledgeAlarm);
+        recorded() - before
+    }
+}
+
+#[test]
+fn every_hole_is_as_deep_below_the_board_as_planned_and_without_its_map_it_is_not() {
+    let files = Memory::default();
+    let (just_through, just_not) = (deep(THICK_MM + TOLERANCE_MM), deep(THICK_MM - TOLERANCE_MM));
+    let mut bench = ready_askew(&files);
+    assert_eq!(bench.report(), HeightMapReport::default());
+    assert!(bench.through(&files, &just_through) < 6, "as it lies");
+    let report = bench.survey(&just_through);
+    assert_eq!((report.goes, report.refused, bench.status().alarm.clone()), (false, None, None));
+    let (grid, zero) = (report.grid.unwrap(), bench.status().zero_mm.unwrap());
+    for (index, height) in report.heights.iter().enumerate() {
+        let place = grid.nth(index);
+        let wanted = UnevenBoard::BOWED.raised_mm(place.x.mm() + zero[0], place.y.mm() + zero[1]);
+        assert!((height.unwrap().mm() - wanted).abs() < 0.006, "{index}: {height:?} not {wanted}");
+    }
+    let (_, levelled, codes) = bench.armed(&just_through, 0);
+    assert_eq!((levelled, codes), (true, vec!["level.follows".to_owned()]));
+    assert_eq!(bench.through(&files, &just_through), 24);
+    assert_eq!(bench.through(&files, &just_not), 0);
+    bench.ask(&Ask::ForgetHeightMap);
+    assert_eq!(bench.report(), HeightMapReport::default());
+    assert!(bench.through(&files, &just_through) < 6, "without its map");
+}
+
+#[test]
+fn a_map_outlives_its_page_and_is_refused_by_another_zero_another_job_and_another_height() {
+    let (files, program) = (Memory::default(), deep(1.62));
+    let mut bench = ready_askew(&files);
+    let report = bench.survey(&program);
+    drop(bench);
+    let mut again = askew(&files);
+    assert_eq!(again.report().heights, report.heights);
+    assert_eq!(again.armed(&program, 0).2, ["level.follows"]);
+    let mut other = program.clone();
+    other.origin.x += Length::from_mm(1.0);
+    let (_, levelled, codes) = again.armed(&other, 0);
+    assert_eq!((levelled, codes), (false, vec!["level.not_used".to_owned()]));
+    again.by_hand(0, 500);
+    again.ask(&Ask::SetZero);
+    assert_eq!(again.armed(&program, 0).2, ["level.other_zero"]);
+    assert_eq!(again.report().refused.map(|why| why.code).as_deref(), Some("level.other_zero"));
+    again.ask(&Ask::UndoZero);
+    assert_eq!(again.armed(&program, 0).2, ["level.follows"]);
+    let changes = vec![("stroke.surface".to_owned(), Value::Number(-29.5))];
+    again.ask(&Ask::Configure { changes });
+    again.home();
+    assert_eq!(again.armed(&program, 0).2, ["level.other_height"]);
+}
+
+#[test]
+fn a_job_that_was_broken_off_goes_on_with_its_map_alone() {
+    let (files, program) = (Memory::default(), deep(1.62));
+    let mut bench = ready_askew(&files);
+    bench.survey(&program);
+    bench.start(&program, 0);
+    bench.until(|status| status.state == State::ToolChange);
+    bench.ask(&Ask::ToolChanged);
+    bench.until(|status| status.holes_done >= 5);
+    drop(bench);
+    let mut again = askew(&files);
+    let (_, leg) = again.offer().unwrap();
+    let (key, levelled, codes) = again.armed(&program, leg);
+    assert_eq!((levelled, codes), (true, vec!["level.follows".to_owned()]));
+    again.ask(&Ask::ForgetHeightMap);
+    assert_eq!(again.armed(&program, leg).2, ["level.other_map"]);
+    again.ask(&Ask::Start { job: key, stream_digest: String::new(), from_leg: leg });
+    assert_eq!(again.refused(), Some("control.not_armed"));
+}
+
+#[test]
+fn a_contact_that_is_missing_or_closed_ends_it_with_a_sentence_and_leaves_no_map() {
+    let program = deep(1.62);
+    let mut bench = Bench::open(&Memory::default());
+    bench.ask(&Ask::Provoke { faults: vec!["contact-missing".to_owned()] });
+    bench.home();
+    bench.ask(&Ask::SetZero);
+    let report = bench.survey(&program);
+    let ends = |bench: &Bench| bench.status().alarm.as_ref().map(|why| why.code.clone());
+    assert_eq!((ends(&bench).as_deref(), report.grid), (Some("level.no_board"), None));
+    assert_eq!(bench.status().trust, Trust::Trusted);
+    // The tip is in the board already: the contact cannot say where it begins.
+    let mut bench = ready(&Memory::default());
+    bench.by_hand(2, -31_000);
+    bench.ask(&Ask::Probe { depth_um: 5_000, plate_um: 0 });
+    bench.until(|status| status.state == State::Alarm);
+    assert_eq!(ends(&bench).as_deref(), Some("level.contact_closed"));
+    assert_eq!(bench.status().trust, Trust::Trusted);
+}
+
+#[test]
+fn it_pauses_with_the_tip_up_stops_at_once_and_is_refused_where_nobody_knows_the_place() {
+    let (files, program) = (Memory::default(), deep(1.62));
+    let mut bench = askew(&files);
+    bench.ask(&wish(&program));
+    assert_eq!(bench.refused(), Some("preflight.no_zero"));
+    bench.ask(&Ask::SetZero);
+    bench.ask(&wish(&program));
+    while bench.report().done < 3 {
+        bench.turn(TURN);
+    }
+    bench.ask(&wish(&program));
+    assert_eq!(bench.refused(), Some("control.busy"));
+    bench.ask(&Ask::Pause);
+    let height = bench.until(|status| status.state == State::Paused).work_mm[2];
+    assert!(height > 0.5, "{height}");
+    bench.ask(&Ask::QueueRun { mode: annulus_core::queue::Mode::ToEnd });
+    assert_eq!(bench.refused(), Some("control.busy"));
+    bench.ask(&Ask::Resume);
+    let done = bench.report().done;
+    while bench.report().done < done + 2 {
+        bench.turn(TURN);
+    }
+    bench.ask(&Ask::Stop);
+    let rests = bench.until(|status| status.state == State::Ready).steps;
+    assert_eq!((bench.report().grid, bench.report().goes), (None, false));
+    assert_eq!(bench.refused(), Some("level.stopped"));
+    (0..200).for_each(|_| bench.turn(TURN));
+    assert_eq!(bench.status().steps, rests);
+    bench.ask(&Ask::Provoke { faults: Vec::new() });
+    bench.ask(&wish(&program));
+    assert_eq!(bench.refused(), Some("control.not_homed"));
+}
+
+#[test]
+fn a_plate_on_the_board_sets_its_height_and_a_map_goes_along() {
+    let (files, program) = (Memory::default(), deep(1.62));
+    let mut bench = ready_askew(&files);
+    bench.ask(&Ask::Probe { depth_um: 0, plate_um: 0 });
+    assert_eq!(bench.refused(), Some("touch.bad"));
+    // From the top, 30 mm over the board: further than it may look.
+    bench.ask(&Ask::Probe { depth_um: 5_000, plate_um: 0 });
+    let status = bench.until(|status| status.state == State::Alarm);
+    assert_eq!((status.alarm.unwrap().code.as_str(), status.trust), ("level.no_board", Trust::Trusted));
+    bench.until(|status| status.stage.is_none());
+    bench.ask(&Ask::AcknowledgeAlarm);
+    bench.survey(&program);
+    bench.by_hand(0, 12_000);
+    let (at, before) = (bench.status().work_mm, virtual_drill().process.surface);
+    let surface = |bench: &Bench| {
+        let told = bench.heard.iter().rev().find_map(|tell| match tell {
+            Tell::Machine { settings, .. } => {
+                settings.iter().find(|(key, _)| key == "stroke.surface").map(|(_, value)| value.clone())
+            }
+            _ => None,
+        });
+        let Some(Value::Number(mm)) = told else { panic!("{told:?}") };
+        mm
+    };
+    // What is touched there is the board as its map says: the surface stays where it is, less the plate.
+    bench.ask(&Ask::Probe { depth_um: 45_000, plate_um: 1_500 });
+    bench.until(|status| status.state == State::Ready);
+    assert!((surface(&bench) - (before.mm() - 1.5)).abs() < 0.006, "{} {at:?}", surface(&bench));
+    assert_eq!(
+        (bench.status().trust, bench.armed(&program, 0).2),
+        (Trust::Trusted, vec!["level.follows".to_owned()])
+    );
+    bench.ask(&Ask::ForgetHeightMap);
+    bench.ask(&Ask::Probe { depth_um: 45_000, plate_um: 0 });
+    bench.until(|status| status.state == State::Ready);
+    let zero = bench.status().zero_mm.unwrap();
+    let lies = UnevenBoard::BOWED.raised_mm(at[0] + zero[0], at[1] + zero[1]);
+    assert!((surface(&bench) - (before.mm() + lies)).abs() < 0.006, "{}", surface(&bench));
+}
+
+#[test]
+fn edges_are_found_from_either_side_half_a_tool_taken_off() {
+    let mut bench = ready(&Memory::default());
+    let machine = virtual_drill();
+    // The board on the virtual drill ends 0.2 mm inside of its travel.
+    for (axis, settings) in [(0_usize, &machine.x), (1, &machine.y)] {
+        for up in [true, false] {
+            bench.ask(&Ask::SetZero);
+            let end = if up { settings.min } else { settings.max };
+            // The other axis over the board.
+            let over = 50.0 - bench.status().machine_mm[1 - axis];
+            bench.by_hand(1 - axis as u8, (over * 1_000.0) as i32);
+            let way = end.mm() - bench.status().machine_mm[axis];
+            bench.by_hand(axis as u8, (way * 1_000.0) as i32);
+            assert!((bench.status().machine_mm[axis] - end.mm()).abs() < 0.02);
+            bench.by_hand(2, -31_000);
+            assert!(bench.status().work_mm[2] < -0.5, "{:?}", bench.status().work_mm);
+            let before = bench.status().zero_mm.unwrap();
+            bench.ask(&Ask::Edge { axis: axis as u8, up, reach_um: 5_000, tool_um: 800 });
+            let status = bench.until(|status| matches!(status.state, State::Ready | State::Alarm));
+            bench.turn(Duration::from_millis(200));
+            assert_eq!(status.alarm, None);
+            let zero = bench.status().zero_mm.unwrap();
+            let edge = if up { end.mm() + 0.2 + 0.4 } else { end.mm() - 0.2 - 0.4 };
+            assert!((zero[axis] - edge).abs() < 0.03, "axis {axis} up {up}: {} not {edge}", zero[axis]);
+            assert!((zero[1 - axis] - before[1 - axis]).abs() < 1e-9, "the other axis stays");
+            assert!(bench.status().work_mm[2] > 1.0, "the tip is up");
+        }
+    }
+    // In the middle of nowhere there is no edge: the zero stays.
+    let zero = bench.status().zero_mm;
+    bench.ask(&Ask::Edge { axis: 0, up: false, reach_um: 3_000, tool_um: 800 });
+    let status = bench.until(|status| status.state == State::Alarm);
+    assert_eq!((status.alarm.unwrap().code.as_str(), status.zero_mm), ("touch.no_edge", zero));
+}

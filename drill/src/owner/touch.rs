@@ -1,0 +1,406 @@
+//! What the drill touches with its contact sensor, by moves of its own: a board place by place, its height or a plate on it, its edges
+//! (N17).
+//!
+//! ```text
+//!  board    rise ─▶ over ─▶ near ─▶ down ─▶ rise …    the contact ends the way over and near: something stands there
+//!  height   look ─▶ down                              look: the contact has to be open
+//!  edge     look ─▶ side ─▶ back
+//! ```
+//!
+//! Down and side go slowly, to where the contact closes and no further: the place, latched at the step. It runs and holds in the
+//! states of a queue: nothing of it is journaled, what was broken off is touched anew.
+//!
+//! Comes in: asks, reports. Goes out: tasks, the work zero, the board's surface. Does not know which height fits to which.
+
+use super::moves::{Doing, rest, segments};
+use super::survey::Surveying;
+use super::{Owner, diagnostic};
+use crate::executor::Ended;
+use crate::surface::KeptSurface;
+use annulus_core::control::{Ending, Event, State, Trust};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
+use annulus_core::job::{Input, Otherwise};
+use annulus_core::machine::{self, Output, Steps, Value, axis_name};
+use annulus_core::motion::cycles;
+use annulus_core::queue::travel;
+use annulus_core::steps::{Segment, Stage, Switching, TICK_HZ};
+use annulus_core::units::Length;
+use annulus_core::wire::Tell;
+
+/// How fast the tip goes where it is to touch, and where it may already, mm/s.
+const TOUCH_MM_PER_S: f64 = 1.0;
+const NEAR_MM_PER_S: f64 = 5.0;
+/// How long it rests before the contact is looked at, ticks: 20 ms.
+const LOOK_TICKS: u64 = TICK_HZ / 50;
+/// The furthest it looks for something, µm, the thickest plate and tool, µm, and how far it goes off an edge again.
+const FURTHEST_UM: u32 = 50_000;
+const THICKEST_UM: u32 = 50_000;
+const BACK: Length = Length::from_um(1_000);
+
+/// What is in hand.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum TouchStep {
+    Rise,
+    Over,
+    Near,
+    Look,
+    Down,
+    Side,
+    Back,
+}
+
+/// What it is for.
+pub(crate) enum TouchFor {
+    /// The height map of a board.
+    Survey(Surveying),
+    /// The height of the board, at most `depth` below the tip, with a plate on it.
+    Height { depth: Length, plate: Length },
+    /// An edge of the board.
+    Edge { axis: usize, up: bool, reach: Length, radius: Length },
+}
+
+/// Something that is being touched.
+pub(crate) struct Touching {
+    pub(super) what: TouchFor,
+    step: TouchStep,
+    /// Where the step began.
+    from: Steps,
+    /// Where the contact closed.
+    found: Option<Steps>,
+}
+
+pub(super) fn length(um: u32) -> Length {
+    Length::from_um(i64::from(um))
+}
+
+impl Owner {
+    /// Whether anything may be touched now.
+    pub(super) fn may_touch(&self) -> Result<(), Diagnostic> {
+        if self.session.queue || self.touching.is_some() {
+            return Err(diagnostic("control.busy"));
+        }
+        if self.session.trust != Trust::Trusted {
+            return Err(diagnostic("control.not_homed"));
+        }
+        let machine = &self.machine;
+        let wired = match machine.output {
+            Output::Virtual => true,
+            Output::Adapter => machine.adapter.sensor(Input::Contact).is_some(),
+            Output::Card | Output::Parallel => machine.wiring().sensor(Input::Contact) != 0,
+        };
+        if wired { Ok(()) } else { Err(diagnostic("level.no_contact")) }
+    }
+
+    pub(super) fn begin_touching(&mut self, what: TouchFor) -> Result<(), Diagnostic> {
+        self.touching = Some(Touching { what, step: TouchStep::Look, from: self.position, found: None });
+        self.try_event(Event::Queue).inspect_err(|_| self.touching = None)
+    }
+
+    /// The board is looked for below the tip.
+    pub(crate) fn touch_height(&mut self, depth_um: u32, plate_um: u32) -> Result<(), Diagnostic> {
+        self.may_touch()?;
+        if !(1..=FURTHEST_UM).contains(&depth_um) || plate_um > THICKEST_UM {
+            return Err(diagnostic("touch.bad"));
+        }
+        self.begin_touching(TouchFor::Height { depth: length(depth_um), plate: length(plate_um) })
+    }
+
+    /// An edge of the board is looked for along an axis.
+    pub(crate) fn touch_edge(
+        &mut self,
+        (axis, up): (u8, bool),
+        reach_um: u32,
+        tool_um: u32,
+    ) -> Result<(), Diagnostic> {
+        self.may_touch()?;
+        if axis > 1 || !(1..=FURTHEST_UM).contains(&reach_um) || tool_um > THICKEST_UM {
+            return Err(diagnostic("touch.bad"));
+        }
+        let (axis, reach, radius) = (usize::from(axis), length(reach_um), length(tool_um / 2));
+        self.begin_touching(TouchFor::Edge { axis, up, reach, radius })
+    }
+
+    /// The tip touches the board here.
+    pub(crate) fn height_here(&mut self) -> Result<(), Diagnostic> {
+        if self.session.trust != Trust::Trusted {
+            return Err(diagnostic("control.not_homed"));
+        }
+        self.set_surface(self.position, Length::ZERO)
+    }
+
+    /// Machine steps of a place of the board, where that is within the travel.
+    pub(super) fn steps_at(&self, place: Point) -> Result<[i64; 2], Diagnostic> {
+        let zero = self.session.zero().ok_or_else(|| diagnostic("preflight.no_zero"))?;
+        let place = [place.x, place.y];
+        let at = [0, 1].map(|axis: usize| zero[axis] + self.machine.axis(axis).scale.steps(place[axis]));
+        for axis in 0..2 {
+            if !self.travel_steps(axis).contains(&at[axis]) {
+                return Err(diagnostic("level.no_room").with("axis", axis_name(axis)));
+            }
+        }
+        Ok(at)
+    }
+
+    fn travel_steps(&self, axis: usize) -> std::ops::RangeInclusive<i64> {
+        let settings = self.machine.axis(axis);
+        settings.scale.steps(settings.min)..=settings.scale.steps(settings.max)
+    }
+
+    /// Machine steps of Z of a height over the board's surface.
+    fn z_steps(&self, height: Length) -> i64 {
+        self.machine.z.scale.steps(self.machine.process.surface + height)
+    }
+
+    /// The session lets it begin, or go on.
+    pub(crate) fn touching_begins(&mut self) {
+        self.tell(self.surface_tell());
+        let surveys =
+            matches!(self.touching.as_ref().map(|touching| &touching.what), Some(TouchFor::Survey(_)));
+        self.touch(if surveys { TouchStep::Rise } else { TouchStep::Look });
+    }
+
+    /// Goes on after a pause.
+    pub(crate) fn touching_goes_on(&mut self) -> Result<(), Diagnostic> {
+        let rests = self.session.state == State::Paused;
+        self.try_event(if rests { Event::Queue } else { Event::Resume })
+    }
+
+    /// Has the next step played.
+    fn touch(&mut self, step: TouchStep) {
+        let from = self.position;
+        let Some(touching) = &mut self.touching else { return };
+        (touching.step, touching.from) = (step, from);
+        match self.touch_moves(step).and_then(|moves| self.in_time(moves)) {
+            Ok(moves) => self.give(Doing::Touch, moves),
+            Err(why) => self.fails(why, self.session.trust),
+        }
+    }
+
+    fn touch_moves(&self, step: TouchStep) -> Result<Vec<Segment>, Diagnostic> {
+        let Some(touching) = &self.touching else { return Ok(Vec::new()) };
+        let (machine, from) = (&self.machine, self.position);
+        let look = |at: Steps| rest(Stage::Dwell, Switching::Spindle { rpm: 0 }, LOOK_TICKS, at);
+        let down_to = |z: i64| {
+            let mut to = from;
+            cycles::together(machine, 2).for_each(|axis| to[axis] = z);
+            (from, to)
+        };
+        let touch = |ways: (Steps, Steps), mm_per_s: f64, otherwise: Option<Otherwise>| {
+            Ok(segments(&cycles::touch(machine, ways, mm_per_s, otherwise)?, machine))
+        };
+        match (step, &touching.what) {
+            (TouchStep::Rise, _) => {
+                let z = from[2].max(self.clear_steps());
+                let mut moves = segments(&cycles::retract(machine, from, z)?, machine);
+                moves.push(look(down_to(z).1));
+                Ok(moves)
+            }
+            (TouchStep::Over, _) => {
+                let [x, y] = self.steps_at(self.next_place())?;
+                let mut to = from;
+                (to[0], to[1]) = (x, y);
+                let mut moves = travel(machine, from, to)?;
+                let settle_ticks = (machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64;
+                moves.push(rest(Stage::Dwell, Switching::None, settle_ticks, to));
+                Ok(moves)
+            }
+            (TouchStep::Near, _) => touch(down_to(self.clear_steps()), NEAR_MM_PER_S, Some(Otherwise::GoOn)),
+            (TouchStep::Look, _) => Ok(vec![look(from)]),
+            (TouchStep::Down, what) => {
+                let lowest = match what {
+                    TouchFor::Survey(surveying) => self.z_steps(surveying.last - surveying.depth),
+                    TouchFor::Height { depth, .. } => from[2] - machine.z.scale.steps(*depth),
+                    TouchFor::Edge { .. } => from[2],
+                };
+                let lowest = lowest.max(*self.travel_steps(2).start());
+                touch(down_to(lowest), TOUCH_MM_PER_S, Some(Otherwise::Alarm))
+            }
+            (TouchStep::Side, TouchFor::Edge { axis, up, reach, .. }) => {
+                touch(self.aside(*axis, *up, *reach), TOUCH_MM_PER_S, Some(Otherwise::Alarm))
+            }
+            (TouchStep::Back, TouchFor::Edge { axis, up, .. }) => {
+                touch(self.aside(*axis, !*up, BACK), TOUCH_MM_PER_S, None)
+            }
+            (TouchStep::Side | TouchStep::Back, _) => Ok(Vec::new()),
+        }
+    }
+
+    /// From here along an axis, not past the end of its travel.
+    fn aside(&self, axis: usize, up: bool, way: Length) -> (Steps, Steps) {
+        let (from, travel) = (self.position, self.travel_steps(axis));
+        let way = self.machine.axis(axis).scale.steps(way);
+        let mut to = from;
+        to[axis] = (from[axis] + if up { way } else { -way }).clamp(*travel.start(), *travel.end());
+        (from, to)
+    }
+
+    /// Machine steps of Z at which the tip goes from place to place.
+    fn clear_steps(&self) -> i64 {
+        let Some(TouchFor::Survey(surveying)) = self.touching.as_ref().map(|touching| &touching.what) else {
+            return self.position[2];
+        };
+        let clear = surveying.highest.max(Length::ZERO) + surveying.clear;
+        self.z_steps(clear.min(self.machine.process.safe_height))
+    }
+
+    /// The place of the board that is touched next, or where the tip is.
+    fn next_place(&self) -> Point {
+        let next = self.touching.as_ref().and_then(|touching| match &touching.what {
+            TouchFor::Survey(surveying) => surveying.survey.next(),
+            TouchFor::Height { .. } | TouchFor::Edge { .. } => None,
+        });
+        next.unwrap_or_else(|| self.place(self.position))
+    }
+
+    /// A place of the machine in work coordinates.
+    fn place(&self, at: Steps) -> Point {
+        let zero = self.session.zero().unwrap_or_default();
+        let [x, y] = [0, 1].map(|axis: usize| self.machine.axis(axis).scale.length(at[axis] - zero[axis]));
+        Point::new(x, y)
+    }
+
+    /// A step came to its end.
+    pub(crate) fn touched(&mut self, ended: Ended, inputs: u32) {
+        let Some(touching) = &self.touching else { return };
+        let (step, from) = (touching.step, touching.from);
+        let closed = inputs & Input::Contact.bit() != 0;
+        match (step, ended) {
+            (TouchStep::Rise | TouchStep::Look, Ended::Completed) if closed => self.closed_already(),
+            (TouchStep::Rise, Ended::Completed) => self.risen(),
+            (TouchStep::Over, Ended::Completed) => self.touch(TouchStep::Near),
+            (TouchStep::Near, Ended::Completed) => self.touch(TouchStep::Down),
+            (TouchStep::Look, Ended::Completed) => {
+                let aside = matches!(touching.what, TouchFor::Edge { .. });
+                self.touch(if aside { TouchStep::Side } else { TouchStep::Down });
+            }
+            // It was so before it moved.
+            (TouchStep::Down | TouchStep::Side, Ended::Gated(at)) if at == from => self.closed_already(),
+            (TouchStep::Down | TouchStep::Side, Ended::Gated(at)) => self.touched_at(at),
+            (TouchStep::Down, Ended::Unmet(_) | Ended::Completed) => {
+                let below = self.machine.process.surface - self.machine.z.scale.length(self.position[2]);
+                let why = self.placed(diagnostic("level.no_board"));
+                self.fails(why.with("mm", mm(below)), self.session.trust);
+            }
+            (TouchStep::Side, Ended::Unmet(_) | Ended::Completed) => {
+                let axis = usize::from(from[0] == self.position[0]);
+                let way = self.machine.axis(axis).scale.length((self.position[axis] - from[axis]).abs());
+                let why = diagnostic("touch.no_edge").with("axis", axis_name(axis)).with("mm", mm(way));
+                self.fails(why, self.session.trust);
+            }
+            (TouchStep::Back, Ended::Completed) => self.pending.push_back(Event::QueueDone),
+            _ => {
+                let why = self.placed(diagnostic("level.in_the_way"));
+                self.fails(why, self.session.trust);
+            }
+        }
+    }
+
+    fn placed(&self, why: Diagnostic) -> Diagnostic {
+        let place = self.next_place();
+        why.with("x", mm(place.x)).with("y", mm(place.y))
+    }
+
+    fn closed_already(&mut self) {
+        self.fails(diagnostic("level.contact_closed"), self.session.trust);
+    }
+
+    /// The tip is up: held, over, or on to the next place.
+    fn risen(&mut self) {
+        if self.session.state == State::Pausing {
+            return self.pending.push_back(Event::QueueHeld);
+        }
+        match self.touching.take() {
+            Some(Touching { what: TouchFor::Survey(surveying), .. }) if surveying.survey.next().is_none() => {
+                self.surveyed(surveying);
+            }
+            touching => {
+                self.touching = touching;
+                self.touch(TouchStep::Over);
+            }
+        }
+    }
+
+    /// The contact closed there.
+    fn touched_at(&mut self, at: Steps) {
+        let height = self.machine.z.scale.length(at[2]) - self.machine.process.surface;
+        let Some(touching) = &mut self.touching else { return };
+        touching.found = Some(at);
+        match &mut touching.what {
+            TouchFor::Survey(surveying) => {
+                (surveying.last, surveying.highest) = (height, surveying.highest.max(height));
+                if let Err(why) = surveying.survey.touch(height) {
+                    return self.fails(why, self.session.trust);
+                }
+                self.tell(self.surface_tell());
+                self.touch(TouchStep::Rise);
+            }
+            TouchFor::Height { .. } => self.pending.push_back(Event::QueueDone),
+            TouchFor::Edge { .. } => self.touch(TouchStep::Back),
+        }
+    }
+
+    /// The session ended what was being done, however; at rest.
+    pub(crate) fn touching_over(&mut self, ending: Ending) {
+        let Some(Touching { what, found, .. }) = self.touching.take() else { return };
+        let stopped = |code| Err(diagnostic(code));
+        let set = match (what, found.filter(|_| ending == Ending::Done)) {
+            (TouchFor::Survey(_), _) if ending == Ending::Stopped => stopped("level.stopped"),
+            _ if ending == Ending::Stopped => stopped("touch.stopped"),
+            (TouchFor::Height { plate, .. }, Some(at)) => self.set_surface(at, plate),
+            (TouchFor::Edge { axis, up, radius, .. }, Some(at)) => {
+                self.set_edge(axis, up, radius, at);
+                Ok(())
+            }
+            _ => Ok(()),
+        };
+        if let Err(why) = set {
+            self.tell(Tell::Refused { why });
+        }
+        self.tell(self.surface_tell());
+    }
+
+    /// The board's surface is where the tip was at `at`, or by a plate below it. A height map that lies there goes along: it is its
+    /// height at this place that was touched.
+    fn set_surface(&mut self, at: Steps, plate: Length) -> Result<(), Diagnostic> {
+        let mut height = self.machine.z.scale.length(at[2]) - plate;
+        let zero = self.session.zero().map(|_| self.zero_mm());
+        let lies = |kept: &&KeptSurface| {
+            zero.is_some_and(|zero| kept.map.refused(&kept.map.job, zero, true).is_none())
+        };
+        let map = self.surface.as_deref().filter(lies).map(|kept| kept.map.clone());
+        if let Some(map) = &map {
+            height = height - map.height(self.place(at));
+        }
+        let changes = [("stroke.surface".to_owned(), Value::Number(height.mm()))];
+        let changed = machine::apply(&self.machine, &changes)
+            .map_err(|refusals| refusals.into_iter().next().unwrap_or_else(|| diagnostic("control.busy")))?;
+        self.try_event(Event::Disarmed { position_lost: false })?;
+        self.outside.keep_settings(&changed)?;
+        // What a drill is built from stays where it is: the board was there before.
+        let height = changed.process.surface;
+        (self.machine, self.prepared) = (changed, None);
+        self.tell(self.machine_tell());
+        match map {
+            Some(map) => self.keep_surface(Some(KeptSurface { map, height })),
+            None => {
+                self.tell(self.surface_tell());
+                Ok(())
+            }
+        }
+    }
+
+    /// The edge that was touched is work zero of its axis.
+    fn set_edge(&mut self, axis: usize, up: bool, radius: Length, at: Steps) {
+        let settings = self.machine.axis(axis);
+        let (radius, play) = (settings.scale.steps(radius), settings.scale.steps(settings.backlash));
+        let mut place_steps = self.session.zero().unwrap_or_else(|| self.table());
+        // A motor that went down stands below the table by its play.
+        place_steps[axis] = if up { at[axis] + radius } else { at[axis] + play - radius };
+        self.pending.push_back(Event::SetZero { place_steps });
+    }
+}
+
+fn mm(length: Length) -> String {
+    format!("{:.3}", length.mm())
+}
