@@ -13,6 +13,7 @@
 use crate::quiet;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
+use annulus_core::magazine::Stock;
 use annulus_drill::Keeper;
 use annulus_drill::journal::{Contents, Damage, JobRecord, Progress, SEAL, WorkZero, sealed, unsealed};
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
@@ -211,7 +212,8 @@ impl Journal {
         let job = get("job")?.map(|value| unsealed::<JobRecord>(value.value())).transpose()?;
         let progress = get("progress")?.map(|value| unsealed::<Progress>(value.value())).transpose()?;
         let job = job.map(|job| progress.map(|progress| (job, progress)).ok_or("the progress is missing"));
-        Ok(Contents { job: job.transpose()?, zero, damage })
+        let stock = get("stock")?.map(|value| unsealed(value.value())).transpose()?;
+        Ok(Contents { job: job.transpose()?, zero, damage, stock })
     }
 
     fn write(
@@ -274,6 +276,10 @@ impl Keeper for Journal {
 
     fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic> {
         self.write(&[("work_zero", zero.map(sealed))], None, false).map_err(full)
+    }
+
+    fn keep_stock(&mut self, stock: &Stock) -> Result<(), Diagnostic> {
+        self.write(&[("stock", Some(sealed(stock)))], None, false).map_err(full)
     }
 
     fn forget_damage(&mut self) -> Result<(), Diagnostic> {

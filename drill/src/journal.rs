@@ -8,6 +8,7 @@
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
+use annulus_core::magazine::Stock;
 use annulus_core::wire::auth;
 use serde::{Deserialize, Serialize};
 
@@ -78,6 +79,8 @@ pub struct Contents {
     pub zero: Option<WorkZero>,
     /// A journal before this one was damaged, and nobody has read that yet.
     pub damage: Option<Damage>,
+    /// What lies in the magazine.
+    pub stock: Option<Stock>,
 }
 
 /// A journal that was damaged, or is gone.
@@ -128,6 +131,8 @@ pub enum Record {
     Finish,
     /// The work zero in force.
     Zero(Option<WorkZero>),
+    /// What lies in the magazine; the owner hears when it is durable.
+    Stock(Box<Stock>),
     /// It was read that the journal before this one was damaged.
     DamageRead,
 }

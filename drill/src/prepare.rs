@@ -8,6 +8,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
+use annulus_core::magazine::{Held, Stock};
 use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
 use annulus_core::wire::{PreflightRow, RowVerdict, Tell, program};
@@ -28,6 +29,8 @@ pub struct Context {
     pub safe_hz: Option<f64>,
     /// Whether the spindle answers, where it is one that tells of itself.
     pub spindle_answers: Option<bool>,
+    /// What lies in the magazine, where there is one.
+    pub stock: Option<Stock>,
     /// An interrupted job: key, leg, and the work zero it was begun with, where its steps still mean what they meant.
     pub offer: Option<(String, u32, Option<[i64; 2]>)>,
 }
@@ -144,7 +147,7 @@ impl Prepared {
             match effect {
                 Switching::Spindle { rpm: speed } => rpm = speed,
                 Switching::AwaitBit { bit: wanted } => bit = Some(wanted),
-                Switching::None => {}
+                Switching::None | Switching::Foot { .. } => {}
             }
         }
         (bit, rpm)
@@ -214,7 +217,9 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
         let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
         checks.push(row(RowVerdict::Warn, why));
     }
-    if let Some(bit) = bit_of_leg(program, from_leg as usize) {
+    if let Some(stock) = &context.stock {
+        checks.extend(magazine(program, from_leg as usize, stock));
+    } else if let Some(bit) = bit_of_leg(program, from_leg as usize) {
         checks.push(row(
             RowVerdict::Warn,
             note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK)),
@@ -225,6 +230,38 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     checks.push(row(RowVerdict::Pass, rest(program, from_leg as usize, left_s)));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
     Ok(Prepared { zero, checks, digest, ..bare(plan, key, bytes, context.clone()) })
+}
+
+/// The rows about the tools that the machine fetches itself: whether all of them are there, what the spindle holds, and with which step
+/// a change that stopped goes on.
+fn magazine(program: &Program, from_leg: usize, stock: &Stock) -> Vec<PreflightRow> {
+    let waits = program.legs.iter().skip(from_leg).flat_map(|leg| &leg.commands);
+    let wanted = waits.filter_map(|command| match command {
+        Command::AwaitBit { bit } => program.bits.get(*bit as usize),
+        _ => None,
+    });
+    let mut missing: Vec<String> = Vec::new();
+    let taken_up = bit_of_leg(program, from_leg).filter(|_| from_leg > 0);
+    for bit in taken_up.into_iter().chain(wanted).filter(|bit| !stock.has(bit)) {
+        let title = bit.title(locale::FALLBACK);
+        if !missing.contains(&title) {
+            missing.push(title);
+        }
+    }
+    let mut rows = Vec::new();
+    if stock.spindle == Held::Unknown {
+        rows.push(row(RowVerdict::Fail, Diagnostic::error("magazine.spindle_unknown")));
+    } else if missing.is_empty() {
+        rows.push(row(RowVerdict::Pass, note("preflight.magazine_ready")));
+    } else {
+        let why = Diagnostic::error("preflight.bit_not_in_magazine").with("bits", missing.join(", "));
+        rows.push(row(RowVerdict::Fail, why));
+    }
+    if let (Some(change), Some(next)) = (&stock.change, stock.goes_on_with()) {
+        let why = Diagnostic::warning("preflight.change_stopped").with("step", change.step.number());
+        rows.push(row(RowVerdict::Warn, why.with("next", next.number())));
+    }
+    rows
 }
 
 /// The errors of the job that a person saw and accepted, said once more.

@@ -14,7 +14,7 @@ use crate::model::{Job, LinkEvent, PlannedMap, SettingsDraft};
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, HeightMapReport, Outputs, Status};
+use annulus_core::wire::{Ask, HeightMapReport, MagazineReport, Outputs, Status};
 use leptos::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -62,6 +62,8 @@ pub struct Link {
     pub outputs: ReadSignal<Outputs>,
     /// What is known of the surface of the board on a controller.
     pub height_map: ReadSignal<Arc<HeightMapReport>>,
+    /// What lies in the magazine; none on a machine without one.
+    pub magazine: ReadSignal<Option<Arc<MagazineReport>>>,
     /// Its dialog is open.
     pub levels: ReadSignal<bool>,
     /// How far apart the board would be touched, mm.
@@ -109,6 +111,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         queue: slots.part(|model| &model.link.queue),
         outputs: slots.part(|model| &model.link.outputs),
         height_map: slots.kept(|model| &model.link.height_map),
+        magazine: slots.handle(|model| &model.link.magazine),
         levels: slots.part(|model| &model.level.open),
         spacing_mm: slots.part(|model| &model.level.spacing_mm),
         planned_map: slots.part(|model| &model.level.planned),

@@ -40,7 +40,7 @@ pub(crate) fn run(args: &LevelArgs, json: bool) -> Result<Answer, Refusal> {
     let grid = ProbeGrid::over(bounds, mm(args.grid), mm(args.margin)).map_err(Refusal::content)?;
     let low = job::low_corner(&job.program);
     // What was touched before it was broken off is not kept: the strokes begin anew, or heights would be missing.
-    let anew = BoardHow { map: None, from_start: true };
+    let anew = BoardHow { map: None, from_start: true, loads: false };
     let mut survey = Survey::new(grid);
     let mut zero = [Length::ZERO; 2];
     while survey.next().is_some() {

@@ -15,6 +15,7 @@ use annulus_core::job::Program;
 use annulus_core::level::HeightMap;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
+use annulus_core::magazine::{Held, Tool};
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, DrilledReport, RowVerdict, SlipReport, Status, Tell, program};
@@ -32,6 +33,10 @@ pub(crate) struct RunArgs {
     /// Let depth follow the board: use the height map that `annulus level` kept.
     #[arg(long)]
     pub(crate) level: bool,
+    /// The tools of the job lie in the places of the magazine, in the order of their use, and the spindle is empty: for a machine that
+    /// changes its tools itself.
+    #[arg(long)]
+    pub(crate) load_magazine: bool,
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
     pub(crate) from_start: bool,
@@ -44,6 +49,8 @@ pub(super) struct BoardHow<'a> {
     pub(super) map: Option<&'a HeightMap>,
     /// It is begun anew even though it was interrupted.
     pub(super) from_start: bool,
+    /// Its tools lie in the magazine.
+    pub(super) loads: bool,
 }
 
 /// What is played on the drill of this computer, and how.
@@ -60,6 +67,11 @@ pub(crate) struct PlayArgs {
     /// Answer each tool change after so many seconds, as a person or a changer would. The virtual drill needs none.
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
     pub(crate) confirm_tools: Duration,
+}
+
+/// The tools of `program` in the places of a magazine, numbered in the order of their use.
+fn filled(program: &Program) -> Vec<Option<Tool>> {
+    (1..).zip(&program.bits).map(|(number, bit)| Some(Tool { number, bit: bit.clone() })).collect()
 }
 
 /// A number of times; which of them can be, the drill says.
@@ -105,7 +117,8 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     } else {
         (job.program, None)
     };
-    let how = BoardHow { map: map.as_ref(), from_start: args.from_start };
+    let loads = args.load_magazine;
+    let how = BoardHow { map: map.as_ref(), from_start: args.from_start, loads };
     let mut answer = play(&program, low, &args.play, how, json)?.answer;
     answer.text += &format!("Drilled-board record: {}\n", folder.join(RECORD).display());
     Ok(answer)
@@ -203,6 +216,10 @@ impl<'a> Operator<'a> {
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         self.may_begin(accept)?;
+        if how.loads {
+            let places = filled(&program::decode(bytes).map_err(Refusal::content)?);
+            self.ask(Ask::Stock { places, spindle: Held::Nothing })?;
+        }
         let offer = self.drill.greeting().into_iter().find_map(|tell| match tell {
             Tell::Interrupted { job, next_leg, holes_done, toolpaths_done, .. } if job == key => {
                 Some((next_leg, done(holes_done, toolpaths_done)))

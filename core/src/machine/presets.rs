@@ -5,7 +5,7 @@
 
 use super::boards;
 use super::{
-    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws,
+    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, Foot, HomeEnd, Law, Machine, Magazine, MotionLaws,
     Output, Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
@@ -90,6 +90,8 @@ pub fn virtual_drill() -> Machine {
         rack: common_bits(),
         rack_tolerance: mm(0.05),
         tool_change: ToolChange::Manual,
+        magazine: Magazine::default(),
+        foot: Foot::default(),
         process: Process {
             safe_height: mm(2.0),
             feed_height: mm(0.3),
@@ -170,6 +172,8 @@ pub fn lab() -> Machine {
         rack: common_bits(),
         rack_tolerance: mm(0.1),
         tool_change: ToolChange::Manual,
+        magazine: Magazine::default(),
+        foot: Foot::default(),
         process: Process {
             safe_height: mm(2.0),
             feed_height: mm(0.3),

@@ -5,8 +5,8 @@
 //! `phases`.
 
 use super::{
-    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, parallel, phases,
-    table_speeds,
+    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, foot, magazine, parallel,
+    phases, table_speeds,
 };
 use crate::diagnostic::Diagnostic;
 use crate::units::Length;
@@ -59,6 +59,8 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(parallel::validate(machine));
     diagnostics.extend(adapter::validate(machine));
     diagnostics.extend(converter::validate(machine));
+    diagnostics.extend(foot::validate(machine));
+    diagnostics.extend(magazine::validate(machine));
     diagnostics
 }
 

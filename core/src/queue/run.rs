@@ -455,13 +455,26 @@ pub fn late(ticks: u64) -> Diagnostic {
     refuse("control.executor_late").with("ms", libm::ceil(ticks as f64 / TICKS_OF_MS as f64))
 }
 
+/// What a sensor means that turned on where it must not, and what it leaves of the trust: every step is counted, unless an axis met
+/// its end.
+pub fn guarded(input: Input) -> (Diagnostic, Harm) {
+    match input {
+        Input::CoverOpen => (refuse("control.cover_open"), Harm::None),
+        Input::FootDown => (refuse("control.foot_down"), Harm::None),
+        _ => (refuse("control.end_sensor").with("sensor", format!("{input:?}")), Harm::Suspect),
+    }
+}
+
+/// The presser foot does not hold the board any more, or not yet.
+pub fn foot_gone() -> Diagnostic {
+    refuse("control.foot_gone")
+}
+
 /// What an outcome means that is not the end of a row.
 fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
     match outcome {
-        Outcome::Guarded(input) => {
-            let why = refuse("control.end_sensor").with("sensor", format!("{input:?}"));
-            Some((why, Harm::Suspect))
-        }
+        Outcome::Guarded(input) => Some(guarded(*input)),
+        Outcome::Missing(_) => Some((foot_gone(), Harm::None)),
         Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
         Outcome::Spindle { trouble } => Some((trouble.diagnostic(), Harm::None)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {

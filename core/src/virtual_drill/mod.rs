@@ -17,6 +17,7 @@
 //! Does not know programs.
 
 mod bit;
+mod changer;
 pub mod faults;
 mod rotor;
 mod switches;
@@ -29,8 +30,10 @@ pub use switches::Switches;
 pub use tally::{Again, Tally, made_again, missing_legs, tally};
 pub use uneven::UnevenBoard;
 
+use self::changer::{Changer, Happened, Head};
 use crate::job::{self, Input};
 use crate::machine::{DriveKind, Machine, StrokeEnd};
+use crate::magazine::Stock;
 use crate::pins::{AxisSet, Pins};
 use crate::steps::TICK_HZ;
 use crate::units::Length;
@@ -64,6 +67,8 @@ pub struct VirtualHole {
     pub tick: u64,
     /// By which spindle: 0 is Z1.
     pub spindle: u8,
+    /// Diameter of the tool that made it, mm, where that came from a magazine.
+    pub bit_mm: Option<f64>,
 }
 
 /// Where the holes are written down, one by one, the moment they are made.
@@ -126,6 +131,16 @@ pub struct Faults {
     pub spindle_stands: bool,
     /// No pulse reaches the machine, and no sensor is heard.
     pub unplugged: bool,
+    /// The clamp of the spindle does not move.
+    pub clamp_stuck: bool,
+    /// The next tool that is fetched from the magazine falls.
+    pub tool_drops: bool,
+    /// Something lies in the place of the next tool that is fetched.
+    pub place_occupied: bool,
+    /// There is no air for clamp and foot.
+    pub no_air: bool,
+    /// The cover is open.
+    pub cover_open: bool,
     /// What comes later: after so many holes.
     pub later: Vec<(u32, Faults)>,
     /// The words that all of it was read from ([`faults::read`]), each `NAME@HOLES`.
@@ -144,6 +159,8 @@ pub struct VirtualDrill {
     switches: Switches,
     /// One for each spindle.
     bits: Vec<MountedBit>,
+    /// Clamp, foot and magazine.
+    changer: Changer,
     faults: Faults,
     slips: Vec<Slip>,
     /// Holes that all bits made.
@@ -220,6 +237,7 @@ impl VirtualDrill {
             steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
             switches: Switches::new(seed, bouncing, faults.glitches),
             bits: vec![bit; spindles],
+            changer: Changer::new(machine),
             faults,
             slips: Vec::new(),
             made: 0,
@@ -241,6 +259,7 @@ impl VirtualDrill {
             && one.edges == other.edges
             && one.steps_per_mm == other.steps_per_mm
             && one.switches == other.switches
+            && one.changer == other.changer
     }
 
     /// The same, with somebody who is told where steps are lost, the moment they are.
@@ -299,11 +318,13 @@ impl VirtualDrill {
             self.slipped(Slip { axis, tick, step, place, lost, cause, until: tick });
         }
         if axis > 1 {
+            self.head_moved(axis, !forward);
             return self.stroked(tick, axis - 2);
         }
         let before = self.tables[axis].at;
         self.tables[axis].pushed(self.rotors[axis].at);
         if self.tables[axis].at != before {
+            self.head_moved(axis, false);
             self.lie_under();
             for spindle in 0..self.bits.len() {
                 let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
@@ -313,8 +334,44 @@ impl VirtualDrill {
         }
     }
 
+    fn head(&self) -> Head {
+        Head { at: self.real(), turns: self.bits.first().is_some_and(|bit| bit.rpm > 0) }
+    }
+
+    fn head_moved(&mut self, axis: usize, down: bool) {
+        let head = self.head();
+        let happened = self.changer.moved(head, axis, down);
+        self.happened(happened);
+    }
+
+    /// Cylinders go on.
+    fn cylinders(&mut self, tick: u64) {
+        let head = self.head();
+        let happened = self.changer.attend(tick, head);
+        self.happened(happened);
+    }
+
+    fn happened(&mut self, happened: Happened) {
+        if happened == Happened::Nothing {
+            return;
+        }
+        match self.changer.held() {
+            Some(tool) => self.bits[0].change(&tool.bit),
+            None => self.bits[0].take_out(),
+        }
+        if happened == Happened::Crashed {
+            let whole = self.bits[0].broken.is_none();
+            self.bits[0].broken.get_or_insert(Breakage::Crashed);
+            self.broke(0, whole);
+        }
+    }
+
     /// What is broken from now on shows.
     fn faults_came(&mut self) {
+        self.changer.stuck = self.faults.clamp_stuck;
+        self.changer.drops |= std::mem::take(&mut self.faults.tool_drops);
+        self.changer.occupied |= std::mem::take(&mut self.faults.place_occupied);
+        (self.changer.no_air, self.changer.open) = (self.faults.no_air, self.faults.cover_open);
         self.switches.flip(self.faults.glitches);
         self.lie_under();
         let (life, dull_hz) = (self.faults.bit_life, self.faults.dull_bit_hz);
@@ -345,7 +402,8 @@ impl VirtualDrill {
         if let Some(depth) = came_through {
             let depth_mm = depth as f64 / self.steps_per_mm[2];
             let [x_mm, y_mm, _] = tip.mm;
-            (self.drilled)(&VirtualHole { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8 });
+            let bit_mm = self.changer.held().map(|tool| tool.bit.diameter.mm());
+            (self.drilled)(&VirtualHole { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8, bit_mm });
             self.made += 1;
             if self.faults.come(self.made) {
                 self.faults_came();
@@ -401,6 +459,7 @@ impl VirtualDrill {
             | on(1, y, (Input::YMin, Input::YMax))
             | on(2, lowest, (Input::ZBottom, Input::ZTop))
             | contact
+            | self.changer.inputs([x, y, lowest])
     }
 }
 
@@ -427,6 +486,7 @@ impl Pins for VirtualDrill {
         if self.faults.unplugged {
             return 0;
         }
+        self.cylinders(at_tick);
         let sensed = self.sensed();
         (self.switches.read(at_tick, sensed) | self.faults.stuck_on) & !self.faults.stuck_off
     }
@@ -435,7 +495,24 @@ impl Pins for VirtualDrill {
         self.bits.iter_mut().for_each(|own| own.change(bit));
     }
 
+    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
+        if self.faults.unplugged {
+            return;
+        }
+        self.cylinders(at_tick);
+        self.changer.output(at_tick, place, on);
+    }
+
+    fn stock(&mut self, at_tick: u64, stock: &Stock) {
+        if self.changer.changes() {
+            self.cylinders(at_tick);
+            self.changer.lay(stock);
+            self.happened(Happened::Held);
+        }
+    }
+
     fn safe(&mut self) {
         self.bits.iter_mut().for_each(|bit| bit.rpm = 0);
+        self.changer.safe();
     }
 }

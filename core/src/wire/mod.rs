@@ -20,18 +20,21 @@ pub mod auth;
 mod frames;
 mod lab;
 mod level;
+mod magazine;
 pub mod program;
 mod status;
 
 pub use frames::understand;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 pub use level::HeightMapReport;
+pub use magazine::MagazineReport;
 pub use status::{DrilledReport, MissingReport, SlipReport, Status};
 
 use crate::control::{Ending, Timing};
 use crate::diagnostic::Diagnostic;
 use crate::level::ProbeGrid;
 use crate::machine::Value;
+use crate::magazine::{Held, Seen, Tool};
 use crate::queue::Mode;
 use serde::{Deserialize, Serialize};
 
@@ -177,6 +180,19 @@ pub enum Ask {
     Stop,
     /// The bit that was asked for is in.
     ToolChanged,
+    /// What lies in the places of the magazine and in the spindle, as a person says. Refused while anything moves, and where there is no
+    /// magazine.
+    Stock {
+        /// The tool in each place, from the first on.
+        places: Vec<Option<Tool>>,
+        /// What the spindle holds.
+        spindle: Held,
+    },
+    /// What a person sees where a change of tools stopped. The clamp closes where the tool is in the spindle.
+    ToolSeen {
+        /// Where the tool is.
+        seen: Seen,
+    },
     /// The alarm was read.
     AcknowledgeAlarm,
     /// Forget an interrupted job.
@@ -266,6 +282,8 @@ impl Ask {
             | Self::Survey { .. }
             | Self::ForgetHeightMap
             | Self::Unlock
+            | Self::Stock { .. }
+            | Self::ToolSeen { .. }
             | Self::AcknowledgeAlarm => Scope::Jog,
             Self::Arm { .. }
             | Self::Start { .. }
@@ -406,6 +424,8 @@ pub enum Tell {
     },
     /// What is known of the surface of the board; when a page comes and after every change. Controllers alone.
     HeightMap(Box<HeightMapReport>),
+    /// What lies in the magazine and how a change of tools stands; when a page comes and after every step. Machines with a magazine alone.
+    Magazine(Box<MagazineReport>),
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.

@@ -13,6 +13,7 @@ use crate::journal::{Contents, Damage, JobRecord, Progress, WorkZero, sealed, un
 use crate::recording::Keeper;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
+use annulus_core::magazine::Stock;
 use serde::{Deserialize, Serialize};
 
 /// What a slot holds.
@@ -22,6 +23,8 @@ struct Slot {
     job: Option<(JobRecord, Progress)>,
     zero: Option<WorkZero>,
     damage: Option<Damage>,
+    #[serde(default)]
+    stock: Option<Stock>,
     /// Which file has the program of the job.
     program: bool,
 }
@@ -52,9 +55,9 @@ impl<F: Files> Slots<F> {
         if damaged {
             slots.put_aside()?;
         }
-        let Slot { job, zero, damage, program, .. } = slots.last.clone();
+        let Slot { job, zero, damage, stock, program, .. } = slots.last.clone();
         let program = job.is_some().then(|| slots.files.read(File::Program(program)).ok()).flatten();
-        Ok((slots, Contents { job, zero, damage }, program))
+        Ok((slots, Contents { job, zero, damage, stock }, program))
     }
 
     /// The key of the job that it has.
@@ -105,6 +108,10 @@ impl<F: Files> Keeper for Slots<F> {
 
     fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic> {
         self.change(|slot| slot.zero = zero.cloned())
+    }
+
+    fn keep_stock(&mut self, stock: &Stock) -> Result<(), Diagnostic> {
+        self.change(|slot| slot.stock = Some(stock.clone()))
     }
 
     fn forget_damage(&mut self) -> Result<(), Diagnostic> {

@@ -56,6 +56,7 @@ impl Owner {
             trust: self.session.trust,
             safe_hz: self.timing.as_ref().map(|timing| timing.safe_hz),
             spindle_answers: self.spindle_answers(),
+            stock: self.machine.has_magazine().then(|| self.tools.stock.clone()),
             offer: offer.map(|(job, progress)| (job.key.clone(), progress.done, zero_of(job, &self.machine))),
         }
     }

@@ -5,6 +5,7 @@
 
 mod begin;
 pub(crate) mod board;
+mod change;
 mod configure;
 mod faster;
 mod hands;
@@ -16,6 +17,7 @@ mod status;
 
 use self::begin::Starting;
 use self::board::Judged;
+use self::change::ToolChanger;
 use self::hands::Hands;
 use self::moves::{Doing, Work, ruler};
 use self::outputs::ManualOutputs;
@@ -71,6 +73,8 @@ pub enum Message {
     Begun(Result<(), Diagnostic>),
     /// What a newcomer must know is wanted.
     Greeting(Sender<Vec<Tell>>),
+    /// What lies in the magazine is on the disk.
+    StockKept,
     /// A task ended.
     Report(Report),
     /// The executor is no more; what it was doing was not reported.
@@ -127,6 +131,8 @@ pub struct Owner {
     pub(crate) doing: Doing,
     /// The bit that the executor was told of last.
     pub(crate) in_spindle: Option<Bit>,
+    /// What changes tools.
+    pub(crate) tools: ToolChanger,
     /// The queue of work commands.
     pub(crate) lab: Option<Lab>,
     /// Outputs by hand.
@@ -171,7 +177,7 @@ impl Owner {
         let begun = interrupted.as_ref().and_then(|(job, _)| zero_of(job, &machine));
         let kept = contents.zero.filter(|zero| zero.ruler == ruler(&machine)).map(|zero| zero.steps);
         session.zeros = begun.or(kept).into_iter().collect();
-        Ok(Self {
+        let owner = Self {
             machine,
             speed,
             hands,
@@ -186,6 +192,7 @@ impl Owner {
             interrupted,
             doing: Doing::Nothing,
             in_spindle: None,
+            tools: ToolChanger::new(contents.stock.unwrap_or_default()),
             lab: None,
             by_hand: ManualOutputs::default(),
             judged: Judged::default(),
@@ -195,7 +202,9 @@ impl Owner {
             pending: VecDeque::new(),
             told: (None, time()),
             tickets,
-        })
+        };
+        owner.stock_for_pins();
+        Ok(owner)
     }
 
     /// How long it needs nothing where no message comes.
@@ -245,6 +254,10 @@ impl Owner {
             Message::InWork(reply) => drop(reply.send(self.work.as_ref().map(Work::wanted))),
             Message::Anew(anew) => self.anew(*anew),
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
+            Message::StockKept => {
+                self.stock_kept();
+                self.drain();
+            }
             Message::Report(report) => {
                 self.reported(&report);
                 self.drain();
@@ -288,6 +301,8 @@ impl Owner {
             Ask::OutputLease { minutes } => self.lease_outputs(minutes)?,
             Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
             Ask::ToolChanged => self.try_event(Event::ToolChanged)?,
+            Ask::Stock { places, spindle } => self.stock_said(places, spindle)?,
+            Ask::ToolSeen { seen } => self.tool_seen(seen)?,
             Ask::AcknowledgeAlarm => {
                 if self.executor.is_gone() {
                     self.renew_executor()?;
@@ -368,11 +383,15 @@ impl Owner {
             Action::Approach { .. } => self.approach()?,
             Action::Queue => self.queue_go(),
             Action::NextLeg => self.leg(Vec::new()),
+            Action::ChangeTool => self.change_tool()?,
             Action::RestOfLeg => self.rest_of_leg(),
             Action::SpindleOn => self.spindle_on(),
             Action::MakeSafe { lift } => self.make_safe(lift),
             Action::SpindleOff => self.executor.spindle_off()?,
-            Action::Brake => self.executor.shared.stop(self.task),
+            Action::Brake => {
+                self.executor.shared.stop(self.task);
+                self.brake_change();
+            }
             Action::KeepZero => {
                 self.prepared = None;
                 let ruler = ruler(&self.machine);

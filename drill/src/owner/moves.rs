@@ -17,7 +17,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
-use annulus_core::queue::{Homing, late};
+use annulus_core::queue::{Harm, Homing, foot_gone, guarded, late};
 use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use annulus_core::wire::Tell;
@@ -93,7 +93,7 @@ impl Work {
     }
 
     /// The bit that the next segment waits for.
-    fn awaited(&self) -> Option<u32> {
+    pub(crate) fn awaited(&self) -> Option<u32> {
         self.next()
             .and_then(|next| if let Switching::AwaitBit { bit } = next.effect { Some(bit) } else { None })
     }
@@ -124,6 +124,8 @@ pub(crate) enum Doing {
     Leg,
     /// Some segments of a row of the queue.
     Queue,
+    /// A step of a change of tools.
+    Change,
     /// Up from the bottom of a hole, because the next one does not follow at once.
     Lift {
         /// That leg drilled a hole or milled a toolpath.
@@ -157,7 +159,10 @@ pub(crate) fn ruler(machine: &Machine) -> Ruler {
         ScaleUnit::Inch => NM_PER_INCH,
     };
     Ruler {
-        scale: [0, 1].map(|axis| (scale(axis).micro_steps, per_nm(axis))),
+        scale: [0, 1].map(|axis| {
+            let own = scale(axis);
+            (own.micro_steps * i64::from(own.gear_up), per_nm(axis) * i64::from(own.gear_down))
+        }),
         home_edge: [0, 1].map(|axis| home_edge(machine, axis)),
     }
 }
@@ -343,10 +348,19 @@ impl Owner {
     fn put_in(&mut self, bit: u32, is_new: bool) {
         let bits = self.work.as_ref().map(|work| &work.job.program.bits);
         let Some(bit) = bits.and_then(|bits| bits.get(bit as usize)).cloned() else { return };
-        if is_new || self.in_spindle.as_ref() != Some(&bit) {
+        if self.machine.has_magazine() {
+            // It came by itself.
+            self.in_spindle = Some(bit);
+        } else if is_new || self.in_spindle.as_ref() != Some(&bit) {
+            self.put_in_by_hand();
             self.executor.bit(bit.clone());
             self.in_spindle = Some(bit);
         }
+    }
+
+    /// What it is when a bit is waited for: a person puts it in, or the machine fetches it.
+    fn bit_wanted(&self) -> Event {
+        if self.machine.has_magazine() { Event::ChangeWanted } else { Event::BitWanted }
     }
 
     /// All segments given are played: the leg is done, waits for a bit, or goes on behind a gate.
@@ -355,7 +369,8 @@ impl Owner {
         let Some(work) = &mut self.work else { return };
         if work.next().is_some() {
             let waits = work.awaited().is_some();
-            return if waits { self.pending.push_back(Event::BitWanted) } else { self.leg(Vec::new()) };
+            let wanted = self.bit_wanted();
+            return if waits { self.pending.push_back(wanted) } else { self.leg(Vec::new()) };
         }
         let mark = work.job.program.legs.get(work.leg).map(|leg| leg.mark);
         let (hole, way) = (matches!(mark, Some(Mark::Hole(_))), matches!(mark, Some(Mark::Toolpath(_))));
@@ -406,7 +421,7 @@ impl Owner {
 
     /// Machine steps of Z with the tip all the way up.
     fn top(&self) -> i64 {
-        self.machine.z.scale.steps(self.machine.z.max - self.machine.z.home_offset)
+        cycles::top(&self.machine)
     }
 
     pub(crate) fn make_safe(&mut self, lift: bool) {
@@ -418,6 +433,10 @@ impl Owner {
                 Err(why) => self.fails(why, self.session.trust),
             }
         }
+        if self.machine.foot.on {
+            let ticks = self.machine.foot.ticks();
+            segments_up.push(rest(Stage::Dwell, Switching::Foot { down: false }, ticks, self.position));
+        }
         segments_up.push(rest(Stage::Dwell, Switching::Spindle { rpm: 0 }, 0, self.position));
         self.give(Doing::Safe, segments_up);
     }
@@ -427,7 +446,7 @@ impl Owner {
         if report.id != self.task {
             return;
         }
-        (self.position, self.down) = (report.position, report.down);
+        (self.position, self.down, self.tools.inputs) = (report.position, report.down, report.inputs);
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         let stopping = self.session.state == State::Stopping;
         match (doing, report.ended) {
@@ -440,7 +459,15 @@ impl Owner {
                 self.fails(why, self.session.trust);
             }
             (Doing::Queue, _) => self.queue_reported(report),
-            (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
+            (Doing::Safe, Ended::Completed) => {
+                self.settle_stock();
+                self.pending.push_back(Event::Safe);
+            }
+            (Doing::Change, Ended::Completed) => {
+                if let Err(why) = self.change_reported(report) {
+                    self.fails(why, self.session.trust);
+                }
+            }
             (Doing::Lift { cut, last }, Ended::Completed) => {
                 self.pending.push_back(Event::LegDone { cut, last });
             }
@@ -457,9 +484,10 @@ impl Owner {
             (_, Ended::Spindle { trouble }) => self.fails(trouble.diagnostic(), self.session.trust),
             (_, Ended::Late { ticks }) => self.fails(late(ticks), Trust::Suspect),
             (_, Ended::Guarded(input)) => {
-                let why = alarm("control.end_sensor").with("sensor", name(input));
-                self.fails(why, Trust::Suspect);
+                let (why, harm) = guarded(input);
+                self.fails(why, if harm == Harm::None { self.session.trust } else { Trust::Suspect });
             }
+            (_, Ended::Missing(_)) => self.fails(foot_gone(), self.session.trust),
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);
@@ -487,7 +515,7 @@ impl Owner {
                 if asks && unattended && !stopping {
                     return self.rest_of_leg();
                 }
-                self.pending.push_back(if asks { Event::BitWanted } else { Event::Arrived });
+                self.pending.push_back(if asks { self.bit_wanted() } else { Event::Arrived });
             }
             (_, _) => self.pending.push_back(Event::Arrived),
         }

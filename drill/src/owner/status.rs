@@ -76,6 +76,7 @@ impl Owner {
         tells.extend(self.offer());
         tells.extend(self.queue_greeting());
         tells.push(self.outputs_tell());
+        tells.extend(self.machine.has_magazine().then(|| self.magazine_tell()));
         tells
     }
 

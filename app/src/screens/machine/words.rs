@@ -140,6 +140,12 @@ pub fn sensor(input: Input) -> &'static str {
         Input::ZTop => key!("page.sensor.z_top"),
         Input::ZBottom => key!("page.sensor.z_bottom"),
         Input::Contact => key!("page.sensor.contact"),
+        Input::FootDown => key!("page.sensor.foot_down"),
+        Input::ClampOpen => key!("page.sensor.clamp_open"),
+        Input::ToolHeld => key!("page.sensor.tool_held"),
+        Input::PlaceTaken => key!("page.sensor.place_taken"),
+        Input::CoverOpen => key!("page.sensor.cover_open"),
+        Input::Air => key!("page.sensor.air"),
     }
 }
 
