@@ -8,10 +8,10 @@ use crate::executor::{Ended, Glimpse, Instruction, Report, Shared, Task};
 use annulus_core::job::Mark;
 use annulus_core::machine::{Machine, Output, Steps};
 use annulus_core::motion::cycles;
-use annulus_core::queue::{Harm, guarded};
 use annulus_core::pins::{
     Clock, Motors, Operator, Order, Outcome, Pins, Playhead, SpindleState, give_way, play_by_turns,
 };
+use annulus_core::queue::{Harm, guarded};
 use annulus_core::steps::{Pulse, Segment, Stage, Switching, TICK_HZ, replay, segment};
 use std::sync::Arc;
 use std::time::Duration;

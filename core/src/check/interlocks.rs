@@ -101,7 +101,8 @@ impl Interlocks {
             in_plane && !milled && low_z < self.clearance && drags(segment, heights.starts, self.clearance);
         refuse(dragged, "check.xy_in_board");
         let in_board = low_z < 0;
-        let drills = matches!(segment.stage, Stage::Approach | Stage::Drill) && matches!(segment.mark, Mark::Hole(_));
+        let drills =
+            matches!(segment.stage, Stage::Approach | Stage::Drill) && matches!(segment.mark, Mark::Hole(_));
         let pressed = self.foot_down && is_there;
         refuse(self.foot_ticks.is_some() && in_board && drills && !pressed, "check.foot_up");
         refuse(in_plane && (self.foot_down || !is_there), "check.foot_down");

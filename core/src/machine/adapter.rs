@@ -120,7 +120,8 @@ impl AdapterWiring {
 
     /// The adapter's inputs, one bit each, that are on while their pin is low.
     pub fn low_inputs(&self) -> u8 {
-        let low = Input::OF_AXES.into_iter().filter(|input| self.sensors_low.get(*input as usize) == Some(&1));
+        let low =
+            Input::OF_AXES.into_iter().filter(|input| self.sensors_low.get(*input as usize) == Some(&1));
         low.filter_map(|input| self.sensor(input)).fold(0, |low, number| low | 1 << number)
     }
 }
@@ -214,7 +215,8 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
 fn sensors(machine: &Machine) -> Vec<Diagnostic> {
     const KEY: &str = "adapter.sensors";
     let mut diagnostics = Vec::new();
-    let wired: Vec<u8> = Input::OF_AXES.into_iter().filter_map(|input| machine.adapter.sensor(input)).collect();
+    let wired: Vec<u8> =
+        Input::OF_AXES.into_iter().filter_map(|input| machine.adapter.sensor(input)).collect();
     let twice = wired.iter().enumerate().find(|(at, number)| wired[..*at].contains(number));
     if let Some((_, number)) = twice {
         diagnostics.push(refuse("machine.card_bit_twice", KEY).with("bit", number).with("other", KEY));

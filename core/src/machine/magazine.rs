@@ -123,13 +123,10 @@ macro_rules! length {
 }
 macro_rules! time {
     ($key:literal, $field:ident) => {
-        row!(
-            $key,
-            "ms",
-            ValueKind::Number(0.0, 60_000.0),
-            |m| Value::Number(m.magazine.$field),
-            |m, v| m.magazine.$field = whole(v)
-        )
+        row!($key, "ms", ValueKind::Number(0.0, 60_000.0), |m| Value::Number(m.magazine.$field), |m, v| m
+            .magazine
+            .$field =
+            whole(v))
     };
 }
 
@@ -140,17 +137,11 @@ pub(super) const ROWS: &[Setting] = &[
     length!("magazine.height", height),
     length!("magazine.pause_x", pause[0]),
     length!("magazine.pause_y", pause[1]),
-    row!(
-        "magazine.clamp",
-        "",
-        ValueKind::Text(32),
-        |m| Value::Text(m.magazine.clamp.clone()),
-        |m, v| {
-            if let Value::Text(text) = v {
-                m.magazine.clamp.clone_from(text);
-            }
+    row!("magazine.clamp", "", ValueKind::Text(32), |m| Value::Text(m.magazine.clamp.clone()), |m, v| {
+        if let Value::Text(text) = v {
+            m.magazine.clamp.clone_from(text);
         }
-    ),
+    }),
     time!("magazine.clamp_time", clamp_ms),
     time!("magazine.spin_down", spin_down_ms),
 ];
@@ -205,7 +196,10 @@ fn out_of_reach(machine: &Machine) -> Vec<Diagnostic> {
         (z, machine.z.min, top - Length::from_um(1_000)),
     ];
     let outside = rows.into_iter().flat_map(|(places, low, high)| {
-        places.into_iter().filter(move |(_, at)| !(low..=high).contains(at)).map(move |(key, at)| (key, at, low, high))
+        places
+            .into_iter()
+            .filter(move |(_, at)| !(low..=high).contains(at))
+            .map(move |(key, at)| (key, at, low, high))
     });
     outside
         .map(|(key, at, low, high)| {
@@ -220,7 +214,10 @@ fn too_close(magazine: &Magazine) -> Option<Diagnostic> {
     let places: Vec<_> = magazine.x.iter().zip(&magazine.y).collect();
     let near = |a: Length, b: Length| (a - b).nm().abs() < APART.nm();
     let twins = places.iter().enumerate().find_map(|(at, (x, y))| {
-        let before = places.iter().take(at).position(|(other_x, other_y)| near(**x, **other_x) && near(**y, **other_y));
+        let before = places
+            .iter()
+            .take(at)
+            .position(|(other_x, other_y)| near(**x, **other_x) && near(**y, **other_y));
         before.map(|before| (before + 1, at + 1))
     });
     let (one, other) = twins?;
@@ -238,7 +235,11 @@ mod tests {
         let text = |text: &str| Value::Text(text.to_owned());
         let on = ("rack.change", text("magazine"));
         let found = |changes: &[(&str, Value)]| {
-            let changes = [on.clone()].iter().chain(changes).map(|(key, value)| ((*key).to_owned(), value.clone())).collect::<Vec<_>>();
+            let changes = [on.clone()]
+                .iter()
+                .chain(changes)
+                .map(|(key, value)| ((*key).to_owned(), value.clone()))
+                .collect::<Vec<_>>();
             let refusals = apply(&virtual_drill(), &changes).err().unwrap_or_default();
             refusals.first().map(|why| {
                 let message = why.message("en");
@@ -249,16 +250,43 @@ mod tests {
         assert_eq!(found(&[]), None, "the virtual drill has one as it is shipped");
         let rows: [(&[(&str, Value)], &str, &str); 12] = [
             (&[("magazine.x", Value::Numbers(vec![60.0]))], "machine.magazine_places", "magazine.x"),
-            (&[("magazine.x", Value::Numbers(vec![])), ("magazine.y", Value::Numbers(vec![]))], "machine.magazine_places", "magazine.x"),
-            (&[("magazine.x", Value::Numbers(vec![301.0])), ("magazine.y", Value::Numbers(vec![9.0]))], "machine.magazine_out_of_reach", "magazine.x"),
-            (&[("magazine.pause_y", Value::Number(-1.0))], "machine.magazine_out_of_reach", "magazine.pause_y"),
+            (
+                &[("magazine.x", Value::Numbers(vec![])), ("magazine.y", Value::Numbers(vec![]))],
+                "machine.magazine_places",
+                "magazine.x",
+            ),
+            (
+                &[("magazine.x", Value::Numbers(vec![301.0])), ("magazine.y", Value::Numbers(vec![9.0]))],
+                "machine.magazine_out_of_reach",
+                "magazine.x",
+            ),
+            (
+                &[("magazine.pause_y", Value::Number(-1.0))],
+                "machine.magazine_out_of_reach",
+                "magazine.pause_y",
+            ),
             (&[("magazine.height", Value::Number(-1.5))], "machine.magazine_out_of_reach", "magazine.height"),
-            (&[("magazine.height", Value::Number(-45.5))], "machine.magazine_out_of_reach", "magazine.height"),
-            (&[("magazine.x", Value::Numbers(vec![9.0, 10.0])), ("magazine.y", Value::Numbers(vec![9.0, 9.0]))], "machine.magazine_too_close", "magazine.x"),
+            (
+                &[("magazine.height", Value::Number(-45.5))],
+                "machine.magazine_out_of_reach",
+                "magazine.height",
+            ),
+            (
+                &[
+                    ("magazine.x", Value::Numbers(vec![9.0, 10.0])),
+                    ("magazine.y", Value::Numbers(vec![9.0, 9.0])),
+                ],
+                "machine.magazine_too_close",
+                "magazine.x",
+            ),
             (&[("machine.spindles", Value::Number(2.0))], "machine.magazine_one_spindle", "machine.spindles"),
             (&[("machine.output", text("adapter"))], "machine.magazine_beside_adapter", "rack.change"),
             (&[("machine.output", text("card"))], "machine.output_not_named", "magazine.clamp"),
-            (&[("magazine.clamp", text("foot")), ("foot.on", text("yes")), ("overlap.on", text("no"))], "machine.one_output_twice", "magazine.clamp"),
+            (
+                &[("magazine.clamp", text("foot")), ("foot.on", text("yes")), ("overlap.on", text("no"))],
+                "machine.one_output_twice",
+                "magazine.clamp",
+            ),
             (&[("magazine.clamp", text("9"))], "machine.output_name", "card.output_names"),
         ];
         for (changes, code, key) in rows {

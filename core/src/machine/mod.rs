@@ -213,7 +213,12 @@ pub enum ScaleUnit {
 impl Scale {
     /// `steps` per millimetre, to a millionth of a step.
     pub fn per_mm(steps: f64) -> Self {
-        Self { micro_steps: libm::round(steps * 1e6) as i64, per: ScaleUnit::Millimetre, gear_up: 1, gear_down: 1 }
+        Self {
+            micro_steps: libm::round(steps * 1e6) as i64,
+            per: ScaleUnit::Millimetre,
+            gear_up: 1,
+            gear_down: 1,
+        }
     }
 
     /// `steps` per inch.
@@ -272,6 +277,8 @@ pub struct Process {
     pub board_thickness: Length,
     /// How far the tip goes below the board.
     pub breakthrough: Length,
+    /// How far below the surface the tip may be at most before the contact tells of it; 0 where that is not looked at.
+    pub contact_tolerance: Length,
     /// Speed down through the board, mm/s.
     pub feed_mm_per_s: f64,
     /// Pause at the bottom, in ms.

@@ -5,8 +5,8 @@
 
 use super::boards;
 use super::{
-    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, Foot, HomeEnd, Law, Machine, Magazine, MotionLaws,
-    Output, Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
+    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, Foot, HomeEnd, Law, Machine,
+    Magazine, MotionLaws, Output, Overlap, Parallel, PhaseTable, Process, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
 
@@ -97,6 +97,7 @@ pub fn virtual_drill() -> Machine {
             feed_height: mm(0.3),
             board_thickness: mm(1.6),
             breakthrough: mm(0.5),
+            contact_tolerance: Length::ZERO,
             feed_mm_per_s: 12.0,
             dwell_bottom_ms: 0.0,
             spindle_rpm: 30_000,
@@ -179,6 +180,7 @@ pub fn lab() -> Machine {
             feed_height: mm(0.3),
             board_thickness: mm(1.6),
             breakthrough: mm(0.5),
+            contact_tolerance: Length::ZERO,
             feed_mm_per_s: 2.0,
             dwell_bottom_ms: 0.0,
             spindle_rpm: 20_000,

@@ -193,6 +193,12 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
             length!("stroke.feed_height", ValueKind::Number(0.0, 100.0), true, process.feed_height),
             length!("stroke.board_thickness", ValueKind::Number(0.1, 20.0), true, process.board_thickness),
             length!("stroke.breakthrough", ValueKind::Number(0.0, 10.0), true, process.breakthrough),
+            length!(
+                "stroke.contact_tolerance",
+                ValueKind::Number(0.0, 5.0),
+                false,
+                process.contact_tolerance
+            ),
             plain!("stroke.feed", "mm/s", ValueKind::Number(0.01, 500.0), true, process.feed_mm_per_s),
             plain!(
                 "stroke.dwell_bottom",

@@ -56,7 +56,6 @@ impl Change {
     /// The change to `bit`, for a job that goes on at `back`; axes that are `down` came there from above. None where that bit is in the
     /// spindle already. `stock` is told that it began.
     pub fn new(
-        machine: &Machine,
         stock: &mut Stock,
         bit: &Bit,
         (back, down): (Steps, [bool; 2]),
@@ -77,7 +76,8 @@ impl Change {
             }
         };
         let from = old.as_ref().map(|(_, place)| *place);
-        stock.change = later.first().map(|step| Unfinished { step: *step, old, new: (new, to), is_lost: false });
+        stock.change =
+            later.first().map(|step| Unfinished { step: *step, old, new: (new, to), is_lost: false });
         Ok(Some(Self { later, from, to, back, down }))
     }
 
@@ -99,11 +99,12 @@ impl Change {
         (at, inputs): (Steps, u32),
     ) -> Result<StepWork, Diagnostic> {
         let Some(step) = self.step() else { return Ok(StepWork::default()) };
-        looked(machine, step, step.before(), inputs)?;
         if let Some(change) = &mut stock.change {
             change.step = step;
         }
-        let in_doubt = matches!((step, self.from), (ChangeStep::OpenClamp, Some(_)) | (ChangeStep::CloseClamp, _));
+        looked(machine, step, step.before(), inputs)?;
+        let in_doubt =
+            matches!((step, self.from), (ChangeStep::OpenClamp, Some(_)) | (ChangeStep::CloseClamp, _));
         if in_doubt {
             // From now on until it is looked, nobody knows.
             stock.spindle = Held::Unknown;
@@ -182,7 +183,8 @@ impl Change {
             ChangeStep::YToNew => to([false, true], new)?,
             ChangeStep::LowerToOld | ChangeStep::LowerToNew => down()?,
             ChangeStep::OpenClamp | ChangeStep::CloseClamp => {
-                let place = machine.output_place(&magazine.clamp).ok_or_else(|| refuse("magazine.no_clamp"))?;
+                let place =
+                    machine.output_place(&magazine.clamp).ok_or_else(|| refuse("magazine.no_clamp"))?;
                 output = Some((place, step == ChangeStep::OpenClamp));
                 Vec::new()
             }

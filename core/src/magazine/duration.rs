@@ -36,7 +36,7 @@ pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
     }
     let high = machine.process.surface + machine.process.safe_height;
     cycles::together(machine, 2).for_each(|axis| at[axis] = machine.z.scale.steps(high));
-    let Some(mut change) = Change::new(machine, &mut stock, &tool(2).bit, (at, [false; 2]))? else {
+    let Some(mut change) = Change::new(&mut stock, &tool(2).bit, (at, [false; 2]))? else {
         return Ok(0.0);
     };
     let mut ticks = 0;

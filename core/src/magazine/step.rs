@@ -222,14 +222,16 @@ mod tests {
     fn the_steps_are_in_their_order_and_named_in_every_language() {
         for (at, step) in ChangeStep::ALL.into_iter().enumerate() {
             assert_eq!(step.number(), at + 1);
-            let names: Vec<String> = ["en", "pl", "zh"].map(|lang| locale::text(lang, step.sentence_key(), &[])).to_vec();
+            let names: Vec<String> =
+                ["en", "pl", "zh"].map(|lang| locale::text(lang, step.sentence_key(), &[])).to_vec();
             assert!(names.iter().all(|name| !name.is_empty() && !name.contains("change.")), "{names:?}");
             assert!(names[0] != names[1] && names[0] != names[2], "{names:?}");
         }
     }
 
     #[test]
-    fn every_look_of_every_step_refuses_what_is_wrong_with_its_own_sentence_and_nothing_that_nobody_tells_of() {
+    fn every_look_of_every_step_refuses_what_is_wrong_with_its_own_sentence_and_nothing_that_nobody_tells_of()
+    {
         let all = Input::ALL.into_iter().fold(0, |all, input| all | input.bit());
         let mut seen = std::collections::BTreeSet::new();
         for step in ChangeStep::ALL {
@@ -240,7 +242,11 @@ mod tests {
                     let turned = looks.on ^ input.bit();
                     let expected = (looks.on | looks.off) & input.bit() != 0;
                     let found = looks.wrong(all, turned);
-                    assert_eq!(found, expected.then_some((input, looks.off & input.bit() != 0)), "{step:?} {input:?}");
+                    assert_eq!(
+                        found,
+                        expected.then_some((input, looks.off & input.bit() != 0)),
+                        "{step:?} {input:?}"
+                    );
                     assert_eq!(looks.wrong(all & !input.bit(), turned), None, "nobody tells of it");
                     let Some(wrong) = found else { continue };
                     let why = step.alarm(wrong);

@@ -167,6 +167,14 @@ impl Stock {
         }
     }
 
+    /// How long the head stays where it is before it is lifted, in ticks: a clamp that moves comes to its end first, or its tool falls.
+    pub fn wait_before_lift_ticks(&self, machine: &Machine) -> u64 {
+        let moves =
+            [ChangeStep::OpenClamp, ChangeStep::WaitOpen, ChangeStep::CloseClamp, ChangeStep::WaitClosed];
+        let clamp = self.change.as_ref().is_some_and(|change| moves.contains(&change.step));
+        if clamp { machine.magazine.clamp_ticks() } else { 0 }
+    }
+
     /// The same, where a person looks.
     pub fn seen(&mut self, seen: Seen) -> Result<(), Diagnostic> {
         let change = self.change.clone().ok_or_else(|| Diagnostic::error("magazine.nothing_stopped"))?;
@@ -176,7 +184,7 @@ impl Stock {
     }
 
     fn see(&mut self, change: &Unfinished, seen: Seen) {
-        let (tool, place) = change.in_doubt();
+        let &(ref tool, place) = change.in_doubt();
         let lies = (seen == Seen::InPlace).then(|| tool.clone());
         self.lay(place, lies);
         self.spindle = match seen {
@@ -268,7 +276,15 @@ mod tests {
             (unknown.clone(), ChangeStep::WaitOpen, all, open | place, true, Held::Nothing, [1, 2]),
             (unknown.clone(), ChangeStep::WaitOpen, all, open, true, unknown.clone(), [0, 2]),
             (unknown.clone(), ChangeStep::WaitOpen, all, open, false, Held::Nothing, [1, 2]),
-            (unknown.clone(), ChangeStep::WaitOpen, open | place, open | place, true, unknown.clone(), [0, 2]),
+            (
+                unknown.clone(),
+                ChangeStep::WaitOpen,
+                open | place,
+                open | place,
+                true,
+                unknown.clone(),
+                [0, 2],
+            ),
             (Held::Nothing, ChangeStep::XToNew, all, open, false, Held::Nothing, [0, 2]),
             (Held::Nothing, ChangeStep::XToNew, all, hand, false, unknown.clone(), [0, 2]),
             (unknown.clone(), ChangeStep::CloseClamp, all, hand, true, held(2, 1), [0, 0]),
@@ -278,7 +294,8 @@ mod tests {
         ];
         for (believed, step, told, inputs, over, known, lie) in rows {
             let change = Unfinished { step, old: Some((tool(1), 0)), new: (tool(2), 1), is_lost: false };
-            let mut stock = Stock { places: vec![None, Some(tool(2))], spindle: believed.clone(), change: Some(change) };
+            let mut stock =
+                Stock { places: vec![None, Some(tool(2))], spindle: believed.clone(), change: Some(change) };
             stock.settle(told, inputs, over);
             // Later sensors do not guess what these did not know.
             let settled = stock.spindle.clone();

@@ -18,9 +18,10 @@
 
 use super::feed_override::{FeedOverride, rates};
 use super::{AxisSet, Clock, Pins, SpindleState, SpindleTrouble};
-use crate::job::{Gate, Input, Otherwise, Stage};
+use crate::job::{Gate, Input, Mark, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
 use crate::steps::{AXES, Pulse, Replay, Segment, Steps, Switching, TICK_HZ, replay};
+use crate::units::Length;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -70,6 +71,8 @@ pub struct Motors {
     pub foot: Option<u8>,
     /// Inputs that must be on while the bit goes down behind a foot that was put down, one bit each.
     pub pressed: u32,
+    /// Machine steps of Z at which a tip that comes down over a hole must have touched the board; none where that is not looked at.
+    pub touched_by: Option<i64>,
 }
 
 impl Motors {
@@ -92,7 +95,10 @@ impl Motors {
         let foot = machine.foot.on.then(|| machine.output_place(&machine.foot.output)).flatten();
         let told = foot.is_some() && machine.tells(Input::FootDown);
         let pressed = if told { Input::FootDown.bit() } else { 0 };
-        Self { braking_steps_per_tick2: braking, start_stop_hz, foot, pressed }
+        let process = &machine.process;
+        let looks = process.contact_tolerance > Length::ZERO && machine.tells(Input::Contact);
+        let touched_by = looks.then(|| machine.z.scale.steps(process.surface - process.contact_tolerance));
+        Self { braking_steps_per_tick2: braking, start_stop_hz, foot, pressed, touched_by }
     }
 }
 
@@ -232,6 +238,7 @@ pub async fn play_by_turns(
         stepped: [(start, 0); AXES],
         // Milling is meant to move in the board.
         plane: if segment.stage == Stage::Mill { Plane::Done } else { Plane::Before },
+        touched: false,
         end: None,
         line,
         pins,
@@ -262,6 +269,8 @@ struct Play<'a> {
     /// Of every axis: when it stepped last, and how late it was by then.
     stepped: [(u64, u64); AXES],
     plane: Plane,
+    /// The tip touched the board since it was above the place by which it must.
+    touched: bool,
     /// Why it comes to rest early.
     end: Option<Outcome>,
     line: &'a mut Playhead,
@@ -425,10 +434,11 @@ impl Play<'_> {
         let guard = inputs & (self.guard | contact);
         let goes_down = matches!(self.segment.stage, Stage::Approach | Stage::Drill);
         let needed = if goes_down && self.line.foot_down { self.motors.pressed } else { 0 };
+        let missing = if self.is_untouched(inputs) { Input::Contact.bit() } else { needed & !inputs };
         let first = |inputs: u32| Input::ALL.into_iter().find(|input| inputs & input.bit() != 0);
         if let Some(hit) = first(guard) {
             self.end = Some(Outcome::Guarded(hit));
-        } else if let Some(gone) = first(needed & !inputs) {
+        } else if let Some(gone) = first(missing) {
             self.end = Some(Outcome::Missing(gone));
         } else if let Some(gate) = self.segment.gate {
             // Planned time: a lower feed override leaves a stroke as many steps as it had.
@@ -439,6 +449,17 @@ impl Play<'_> {
                 self.end = Some(Outcome::Unmet(gate));
             }
         }
+    }
+
+    /// Whether the tip is so far down over a hole that it must have touched the board, and did not: it is broken, or not there. What is
+    /// in the hole already may lose the contact.
+    fn is_untouched(&mut self, inputs: u32) -> bool {
+        let stroke = matches!(self.segment.stage, Stage::Drill | Stage::NextHole)
+            && matches!(self.segment.mark, Mark::Hole(_));
+        let Some(by) = self.motors.touched_by.filter(|_| stroke) else { return false };
+        let (low, was) = (self.line.position[2] < by, self.touched);
+        self.touched = inputs & Input::Contact.bit() != 0 || low && (was || !self.moving);
+        low && !self.touched
     }
 
     /// After a step: sets the rate to the next one. True when it came to rest for good.

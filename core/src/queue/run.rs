@@ -465,16 +465,16 @@ pub fn guarded(input: Input) -> (Diagnostic, Harm) {
     }
 }
 
-/// The presser foot does not hold the board any more, or not yet.
-pub fn foot_gone() -> Diagnostic {
-    refuse("control.foot_gone")
+/// What a sensor means that is off where it must be on: no board under the tip, or no presser foot on it.
+pub fn missing(input: Input) -> Diagnostic {
+    refuse(if input == Input::Contact { "control.no_contact" } else { "control.foot_gone" })
 }
 
 /// What an outcome means that is not the end of a row.
 fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
     match outcome {
         Outcome::Guarded(input) => Some(guarded(*input)),
-        Outcome::Missing(_) => Some((foot_gone(), Harm::None)),
+        Outcome::Missing(input) => Some((missing(*input), Harm::None)),
         Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
         Outcome::Spindle { trouble } => Some((trouble.diagnostic(), Harm::None)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {

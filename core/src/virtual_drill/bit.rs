@@ -156,7 +156,12 @@ impl MountedBit {
 
     /// Whether the tip at `z` is below the board's surface.
     pub fn touches(&self, z: i64) -> bool {
-        z < self.board.0 && !self.is_out
+        z < self.board.0
+    }
+
+    /// Whether there is a whole tip, and it touches the board at `z`.
+    pub fn contacts(&self, z: i64) -> bool {
+        self.touches(z) && self.broken.is_none() && !self.is_out
     }
 
     /// The fastest it cuts, steps per second; none when it never holds the motor back.

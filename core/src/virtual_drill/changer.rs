@@ -138,6 +138,11 @@ impl Changer {
         self.held.as_ref()
     }
 
+    /// The tools in the places.
+    pub(super) fn lie(&self) -> &[Option<Tool>] {
+        &self.tools
+    }
+
     /// The tools lie as a person says.
     pub(super) fn lay(&mut self, stock: &Stock) {
         let count = self.places.len();
@@ -151,7 +156,10 @@ impl Changer {
             Held::Unknown => stock.change.as_ref().map(|change| change.in_doubt().0.clone()),
         };
         let held = self.held.as_ref().map(|tool| tool.number);
-        self.tools.iter_mut().filter(|lies| lies.as_ref().map(|tool| tool.number) == held).for_each(|lies| *lies = None);
+        self.tools
+            .iter_mut()
+            .filter(|lies| lies.as_ref().map(|tool| tool.number) == held)
+            .for_each(|lies| *lies = None);
     }
 
     /// An output is switched.
@@ -212,7 +220,7 @@ impl Changer {
     pub(super) fn moved(&mut self, head: Head, axis: usize, down: bool) -> Happened {
         let is_low = head.at[2] - self.height <= (AMONG_MM * self.steps_per_mm[2].abs()) as i64;
         if self.places.is_empty() || !is_low {
-            return self.left();
+            return self.left(head, axis);
         }
         let over = self.over(head.at, AMONG_MM);
         if axis < 2 {
@@ -223,15 +231,17 @@ impl Changer {
         if down && lies && pushes { Happened::Crashed } else { Happened::Nothing }
     }
 
-    /// The head is over the places again: what was fetched has left its place.
-    fn left(&mut self) -> Happened {
-        let Some(place) = self.fetched.take() else { return Happened::Nothing };
-        if std::mem::take(&mut self.occupied)
-            && let (Some(lies), Some(tool)) = (self.tools.get_mut(place), &self.held)
-        {
-            *lies = Some(Tool { number: u32::MAX, bit: tool.bit.clone() });
-        }
-        if std::mem::take(&mut self.drops) {
+    /// The head is above the places: what was fetched has left its place, and then the head leaves it too.
+    fn left(&mut self, head: Head, axis: usize) -> Happened {
+        let Some(place) = self.fetched else { return Happened::Nothing };
+        if axis < 2 && self.over(head.at, AMONG_MM) != Some(place) {
+            self.fetched = None;
+            if std::mem::take(&mut self.occupied)
+                && let (Some(lies), Some(tool)) = (self.tools.get_mut(place), &self.held)
+            {
+                *lies = Some(Tool { number: u32::MAX, bit: tool.bit.clone() });
+            }
+        } else if axis > 1 && std::mem::take(&mut self.drops) {
             self.held = None;
             return Happened::Held;
         }

@@ -33,7 +33,7 @@ pub use uneven::UnevenBoard;
 use self::changer::{Changer, Happened, Head};
 use crate::job::{self, Input};
 use crate::machine::{DriveKind, Machine, StrokeEnd};
-use crate::magazine::Stock;
+use crate::magazine::{Stock, Tool};
 use crate::pins::{AxisSet, Pins};
 use crate::steps::TICK_HZ;
 use crate::units::Length;
@@ -307,6 +307,16 @@ impl VirtualDrill {
         self.bits.iter().find_map(|bit| bit.broken)
     }
 
+    /// The tool in the spindle, where it comes from a magazine.
+    pub fn held(&self) -> Option<&Tool> {
+        self.changer.held()
+    }
+
+    /// The tools in the places of the magazine.
+    pub fn lie(&self) -> &[Option<Tool>] {
+        self.changer.lie()
+    }
+
     fn step_axis(&mut self, tick: u64, axis: usize, forward: bool) {
         let (step, place) = (self.rotors[axis].sent + 1, self.rotors[axis].at);
         let throws = axis == 1 && self.faults.throws > 0 && step.is_multiple_of(THROWS_APART);
@@ -453,7 +463,7 @@ impl VirtualDrill {
         let [x, y, _] = self.real();
         // The lowest spindle is the first that is down, and the last that is up.
         let lowest = self.rotors.iter().skip(2).map(|rotor| rotor.at).min().unwrap_or(0);
-        let touches = self.bits.first().is_some_and(|bit| bit.touches(lowest));
+        let touches = self.bits.first().is_some_and(|bit| bit.contacts(lowest));
         let contact = if touches { Input::Contact.bit() } else { 0 };
         on(0, x, (Input::XMin, Input::XMax))
             | on(1, y, (Input::YMin, Input::YMax))

@@ -16,7 +16,7 @@ use crate::journal::Record;
 use annulus_core::control::{Event, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Bit;
-use annulus_core::magazine::{Change, Held, Seen, Stock, StepWork, Tool};
+use annulus_core::magazine::{Change, Held, Seen, StepWork, Stock, Tool};
 use annulus_core::wire::{MagazineReport, Tell};
 
 /// What changes tools.
@@ -56,7 +56,7 @@ impl Owner {
         };
         let from = [0, 1].map(|axis: usize| self.down >> axis & 1 == 1);
         let back = (self.position, from);
-        self.tools.change = Change::new(&self.machine, &mut self.tools.stock, &bit, back)?;
+        self.tools.change = Change::new(&mut self.tools.stock, &bit, back)?;
         self.keep_stock();
         if self.tools.change.is_some() {
             return self.change_step();
@@ -135,6 +135,11 @@ impl Owner {
             self.clamp_holds();
             self.keep_stock();
         }
+    }
+
+    /// How long a clamp that moves still needs, in ticks.
+    pub(super) fn clamp_wait_ticks(&self) -> u64 {
+        if self.tools.change.is_some() { self.tools.stock.wait_before_lift_ticks(&self.machine) } else { 0 }
     }
 
     /// What is known to be in the spindle is held.

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// Settings that say where a machine's places are: when one changes, it must be homed. So it must when its wiring is another one;
 /// what else a virtual drill is built from, it says itself.
-const BUILT_FROM: [&str; 11] = [
+const BUILT_FROM: [&str; 12] = [
     "machine.spindles",
     "x.",
     "y.",
@@ -22,6 +22,7 @@ const BUILT_FROM: [&str; 11] = [
     "drive.",
     "foot.",
     "magazine.",
+    "stroke.contact_tolerance",
     "stroke.end",
     "stroke.surface",
     "stroke.board_thickness",

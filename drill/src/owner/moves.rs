@@ -17,7 +17,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
-use annulus_core::queue::{Harm, Homing, foot_gone, guarded, late};
+use annulus_core::queue::{Harm, Homing, guarded, late, missing};
 use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use annulus_core::wire::Tell;
@@ -191,7 +191,9 @@ impl Owner {
         }
         self.doing = doing;
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
-        let lift_to = (self.session.trust == Trust::Trusted).then(|| self.top());
+        // While the clamp moves nobody but the owner lifts the head.
+        let may_lift = self.session.trust == Trust::Trusted && self.clamp_wait_ticks() == 0;
+        let lift_to = may_lift.then(|| self.top());
         let follows = self.doing == Doing::Leg && self.goes_on_low();
         let granted = self.doing == Doing::Jog;
         if granted {
@@ -427,9 +429,13 @@ impl Owner {
     pub(crate) fn make_safe(&mut self, lift: bool) {
         let top = self.top();
         let mut segments_up = Vec::new();
+        let clamp_ticks = self.clamp_wait_ticks();
+        if clamp_ticks > 0 {
+            segments_up.push(rest(Stage::Dwell, Switching::None, clamp_ticks, self.position));
+        }
         if lift && self.position[2] < top {
             match cycles::retract(&self.machine, self.position, top) {
-                Ok(timeline) => segments_up = segments(&timeline, &self.machine),
+                Ok(timeline) => segments_up.extend(segments(&timeline, &self.machine)),
                 Err(why) => self.fails(why, self.session.trust),
             }
         }
@@ -487,7 +493,7 @@ impl Owner {
                 let (why, harm) = guarded(input);
                 self.fails(why, if harm == Harm::None { self.session.trust } else { Trust::Suspect });
             }
-            (_, Ended::Missing(_)) => self.fails(foot_gone(), self.session.trust),
+            (_, Ended::Missing(input)) => self.fails(missing(input), self.session.trust),
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);

@@ -23,7 +23,9 @@ use annulus_core::control::{Ending, State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
-use annulus_core::wire::{Ask, HeightMapReport, MagazineReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell};
+use annulus_core::wire::{
+    Ask, HeightMapReport, MagazineReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell,
+};
 pub use controller::{Controller, ControllerEvent, Support};
 pub use hand::{Hand, HandEvent};
 use jog::Jog;

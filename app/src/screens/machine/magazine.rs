@@ -98,11 +98,16 @@ fn edit(line: Link) -> impl IntoView {
         summary().child(t!("page.magazine.edit")),
         p().child(t!("page.magazine.fill_is")),
         tools,
-        push_if("button", move || may_say(line) && job().is_some(), t!("page.magazine.fill"), move |_| {
-            if let Some(job) = line.shown_job.get_untracked() {
-                says(needed(&job.program));
-            }
-        }),
+        push_if(
+            "button",
+            move || may_say(line) && job().is_some(),
+            t!("page.magazine.fill"),
+            move |_| {
+                if let Some(job) = line.shown_job.get_untracked() {
+                    says(needed(&job.program));
+                }
+            },
+        ),
         push("button", t!("page.magazine.none"), move |_| says(Vec::new())),
     ))
 }

@@ -66,7 +66,12 @@ pub fn machine() -> impl IntoView {
     let line = link::link();
     let met = Memo::new(move |_| line.ever.get());
     let sides = move || {
-        met.get().then(|| (operate(), div().class("panel right job").child((job::job(), magazine::magazine(), sensors::sensors()))))
+        met.get().then(|| {
+            (
+                operate(),
+                div().class("panel right job").child((job::job(), magazine::magazine(), sensors::sensors())),
+            )
+        })
     };
     let top = div().class("top machine-top").child((
         banner::banner(),

@@ -77,10 +77,9 @@ pub(crate) fn sensors() -> impl IntoView {
         div()
             .class("lamps")
             .attr("role", "list")
-            .child((
-                Vec::from(Input::OF_AXES.map(|input| lamp(input, inputs))),
-                move || more.get().then(|| further().map(|input| lamp(input, inputs)).collect::<Vec<_>>()),
-            )),
+            .child((Vec::from(Input::OF_AXES.map(|input| lamp(input, inputs))), move || {
+                more.get().then(|| further().map(|input| lamp(input, inputs)).collect::<Vec<_>>())
+            })),
         h3().class("phases-title").child(t!("page.sensor.phases")),
         div().class("phase-bits").child(bits),
         lost,

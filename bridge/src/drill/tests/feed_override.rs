@@ -115,6 +115,7 @@ fn higher_feeds_are_planned_to_the_same_places_and_checked() {
         trust: Trust::Trusted,
         safe_hz: None,
         spindle_answers: None,
+        stock: None,
         offer: None,
     };
     let job = prepare::prepare(&program::key(&bytes), &bytes, 0, &context).unwrap();
