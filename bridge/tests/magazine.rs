@@ -23,7 +23,7 @@ fn board() -> String {
 
 fn start(home: &Path, loads: bool) -> Child {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
-    command.args(["run", "three.drl", "--machine", "changer.toml", "--speed", "2000", "--json"]);
+    command.args(["run", "three.drl", "--machine", "changer.toml", "--speed", "200", "--json"]);
     command.args(loads.then_some("--load-magazine"));
     let said = fs::OpenOptions::new().create(true).append(true).open(home.join("said.txt")).unwrap();
     command.current_dir(home).env("ANNULUS_HOME", home.join("home")).stdout(Stdio::piped()).stderr(said);
@@ -51,7 +51,7 @@ fn killed_in_any_change_it_drills_every_hole_with_its_tool() {
         let folder = tempfile::tempdir().unwrap();
         let home = folder.path();
         fs::write(home.join("three.drl"), board()).unwrap();
-        fs::write(home.join("changer.toml"), "[rack]\nchange = \"magazine\"\n").unwrap();
+        fs::write(home.join("changer.toml"), "schema = 1\n[rack]\nchange = \"magazine\"\n").unwrap();
         // How long a whole board takes here and now.
         let mut first = true;
         let mut here = 0;
@@ -59,7 +59,7 @@ fn killed_in_any_change_it_drills_every_hole_with_its_tool() {
             let mut child = start(home, first);
             first = false;
             let began = Instant::now();
-            let wait = Duration::from_micros(chance.bits() % 400_000);
+            let wait = Duration::from_micros(chance.bits() % 700_000);
             let mut ended = None;
             while here < KILLS_A_BOARD && began.elapsed() < wait && ended.is_none() {
                 ended = child.try_wait().unwrap();

@@ -35,7 +35,7 @@ fn with_magazine(home: &Path) -> String {
         format!("T{tool}\n{}", (0..3).map(hole).collect::<String>())
     };
     fs::write(home.join("three.drl"), format!("{sizes}{}{}{}M30\n", holes(1), holes(2), holes(3))).unwrap();
-    fs::write(home.join("changer.toml"), "[rack]\nchange = \"magazine\"\n").unwrap();
+    fs::write(home.join("changer.toml"), "schema = 1\n[rack]\nchange = \"magazine\"\n").unwrap();
     "run three.drl --machine changer.toml --load-magazine".to_owned()
 }
 
@@ -56,6 +56,20 @@ fn a_machine_with_a_magazine_drills_every_hole_with_its_tool_and_says_beforehand
     assert_eq!(
         tools,
         ["D0.6000", "D0.6000", "D0.6000", "D0.8000", "D0.8000", "D0.8000", "D1.0000", "D1.0000", "D1.0000"]
+    );
+    // What was said beforehand counts the changes.
+    let simulated = |machine: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
+        command.args(["simulate", "three.drl", "--machine", machine, "--json"]).current_dir(home);
+        let output = command.env("ANNULUS_HOME", home.join("home")).output().unwrap();
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        [&object["total_time_s"], &object["time_s"]["change"]].map(|seconds| seconds.as_f64().unwrap())
+    };
+    let (by_itself, by_hand) = (simulated("changer.toml"), simulated("virtual"));
+    assert!(by_itself[1] > by_hand[1] + 30.0, "{by_itself:?} {by_hand:?}");
+    assert!(
+        (by_itself[0] - by_hand[0] - (by_itself[1] - by_hand[1])).abs() < 0.01,
+        "{by_itself:?} {by_hand:?}"
     );
     // Without tools in it, it is refused before anything moves.
     fs::remove_dir_all(home.join("home")).unwrap();

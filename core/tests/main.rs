@@ -12,6 +12,8 @@ mod controller;
 #[cfg(not(target_arch = "wasm32"))]
 mod feed_override;
 #[cfg(not(target_arch = "wasm32"))]
+mod foot;
+#[cfg(not(target_arch = "wasm32"))]
 mod magazine;
 #[cfg(not(target_arch = "wasm32"))]
 mod motion;

@@ -132,7 +132,12 @@ pub enum Record {
     /// The work zero in force.
     Zero(Option<WorkZero>),
     /// What lies in the magazine; the owner hears when it is durable.
-    Stock(Box<Stock>),
+    Stock {
+        /// What.
+        stock: Box<Stock>,
+        /// Number of the record.
+        number: u32,
+    },
     /// It was read that the journal before this one was damaged.
     DamageRead,
 }

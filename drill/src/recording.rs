@@ -78,10 +78,10 @@ impl Recording {
             }
             Record::Finish => keeper.finish(),
             Record::Zero(zero) => keeper.keep_zero(zero.as_ref()),
-            Record::Stock(stock) => {
+            Record::Stock { stock, number } => {
                 let kept = keeper.keep_stock(&stock);
                 if kept.is_ok() {
-                    owner(Message::StockKept);
+                    owner(Message::StockKept { number });
                 }
                 kept
             }

@@ -104,7 +104,7 @@ impl Interlocks {
         let drills =
             matches!(segment.stage, Stage::Approach | Stage::Drill) && matches!(segment.mark, Mark::Hole(_));
         let pressed = self.foot_down && is_there;
-        refuse(self.foot_ticks.is_some() && in_board && drills && !pressed, "check.foot_up");
+        refuse(self.foot_ticks.is_some() && drills && !pressed, "check.foot_up");
         refuse(in_plane && (self.foot_down || !is_there), "check.foot_down");
         // A bit that stands still may touch the board, and rise from it again: where it touches nothing, that is an alarm.
         let touch = |gate: Gate| gate.input == Input::Contact && gate.otherwise == Otherwise::Alarm;

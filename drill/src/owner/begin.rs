@@ -186,6 +186,7 @@ impl Owner {
         let Some(work) = self.work.take() else { return };
         self.executor.shared.set_feed_override(work.percent.min(100));
         self.board_ends(&work);
+        self.change_over();
         self.prepared = None;
         self.session.armed = None;
         if ending == Ending::Done {

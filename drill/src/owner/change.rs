@@ -26,10 +26,10 @@ pub(crate) struct ToolChanger {
     pub(crate) stock: Stock,
     /// The change in work.
     change: Option<Change>,
-    /// Records on their way to the disk.
-    unkept: u32,
-    /// A step that waits for them.
-    waits: Option<StepWork>,
+    /// Number of the latest record of what lies where.
+    record: u32,
+    /// A step that waits until the record with this number is on the disk.
+    waits: Option<(u32, StepWork)>,
     /// What the inputs said at the last rest.
     pub(super) inputs: u32,
 }
@@ -78,7 +78,7 @@ impl Owner {
             return Ok(());
         }
         self.keep_stock();
-        self.tools.waits = Some(work);
+        self.tools.waits = Some((self.tools.record, work));
         Ok(())
     }
 
@@ -89,13 +89,18 @@ impl Owner {
         self.give(Doing::Change, work.segments);
     }
 
-    /// A record of what lies where is on the disk.
-    pub(crate) fn stock_kept(&mut self) {
-        self.tools.unkept = self.tools.unkept.saturating_sub(1);
-        if self.tools.unkept == 0
-            && let Some(work) = self.tools.waits.take()
-        {
+    /// The record of what lies where with this number is on the disk.
+    pub(crate) fn stock_kept(&mut self, number: u32) {
+        if let Some((_, work)) = self.tools.waits.take_if(|(wanted, _)| *wanted == number) {
             self.do_step(work);
+        }
+    }
+
+    /// The job is over, and with it its change.
+    pub(super) fn change_over(&mut self) {
+        self.tools.waits = None;
+        if self.tools.change.take().is_some() {
+            self.tell(self.magazine_tell());
         }
     }
 
@@ -153,8 +158,9 @@ impl Owner {
 
     /// Has what lies where written down, and tells it.
     fn keep_stock(&mut self) {
-        self.tools.unkept += 1;
-        self.outside.record(Record::Stock(Box::new(self.tools.stock.clone())));
+        self.tools.record = self.tools.record.wrapping_add(1);
+        let (stock, number) = (Box::new(self.tools.stock.clone()), self.tools.record);
+        self.outside.record(Record::Stock { stock, number });
         self.tell(self.magazine_tell());
     }
 

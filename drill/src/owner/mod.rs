@@ -74,7 +74,10 @@ pub enum Message {
     /// What a newcomer must know is wanted.
     Greeting(Sender<Vec<Tell>>),
     /// What lies in the magazine is on the disk.
-    StockKept,
+    StockKept {
+        /// Number of its record.
+        number: u32,
+    },
     /// A task ended.
     Report(Report),
     /// The executor is no more; what it was doing was not reported.
@@ -254,8 +257,8 @@ impl Owner {
             Message::InWork(reply) => drop(reply.send(self.work.as_ref().map(Work::wanted))),
             Message::Anew(anew) => self.anew(*anew),
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
-            Message::StockKept => {
-                self.stock_kept();
+            Message::StockKept { number } => {
+                self.stock_kept(number);
                 self.drain();
             }
             Message::Report(report) => {

@@ -89,6 +89,9 @@ pub fn of(line: Link) -> Look {
         Some(State::Running) if mills(line) => {
             Look { word: key!("page.state.milling"), ..state(State::Running) }
         }
+        Some(State::ToolChange) if line.magazine.with(Option::is_some) => {
+            Look { meaning: key!("page.magazine.changing"), ..state(State::ToolChange) }
+        }
         Some(now) => state(now),
         None => phase(LinkPhase::Connecting),
     }

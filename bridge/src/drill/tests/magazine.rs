@@ -37,7 +37,7 @@ impl Bench {
         tells.into_iter().find_map(report).unwrap()
     }
 
-    fn load(&self, program: &Program) {
+    fn fill(&self, program: &Program) {
         let places =
             (1..).zip(&program.bits).map(|(number, bit)| Some(Tool { number, bit: bit.clone() })).collect();
         self.drill.ask(Ask::Stock { places, spindle: Held::Nothing }).unwrap();
@@ -64,14 +64,10 @@ impl Bench {
     }
 
     /// Takes the job up where it was left, and runs it to its end.
-    fn take_up(&self, program: &Program) {
+    fn go_on(&self, program: &Program) {
         let bytes = program::encode(program);
         let job = program::key(&bytes);
-        let offered = self.drill.greeting().into_iter().find_map(|tell| match tell {
-            Tell::Interrupted { next_leg, .. } => Some(next_leg),
-            _ => None,
-        });
-        let from_leg = offered.unwrap();
+        let from_leg = self.offer().unwrap();
         let tells = self.drill.ask(Ask::Arm { job: job.clone(), from_leg }).unwrap();
         let Some(Tell::Armed { stream_digest, checks, .. }) = tells.into_iter().next() else {
             panic!("no verdict")
@@ -85,14 +81,14 @@ impl Bench {
         let status = self.wait(|status| matches!(status.state, State::Ready | State::Alarm));
         assert_eq!((status.state, &status.alarm), (State::Ready, &None), "{trace}");
         let record = std::fs::read_to_string(self.folder.path().join(RECORD)).unwrap();
-        let mut holes: Vec<(String, &str)> = record
+        let mut holes: Vec<(i64, &str)> = record
             .lines()
             .map(|line| {
                 let words: Vec<&str> = line.split(' ').collect();
-                (format!("{} {}", words[0], words[1]), words[words.len() - 1])
+                ((words[0].parse::<f64>().unwrap() * 1e4) as i64, words[words.len() - 1])
             })
             .collect();
-        holes.sort();
+        holes.sort_unstable();
         let tools: Vec<&str> = holes.iter().map(|(_, tool)| *tool).collect();
         assert_eq!(
             tools,
@@ -120,7 +116,7 @@ fn a_change_is_stopped_at_every_step_and_the_job_goes_on_as_offered() {
     for (step, changes) in ChangeStep::ALL.into_iter().flat_map(|step| [(step, 0), (step, 1)]) {
         let trace = format!("{step:?} of change {changes}");
         let mut bench = Bench::new(&machine, Faults::default());
-        bench.load(&program);
+        bench.fill(&program);
         bench.start(&program);
         if bench.stop_at(step, changes) {
             stops += 1;
@@ -132,7 +128,7 @@ fn a_change_is_stopped_at_every_step_and_the_job_goes_on_as_offered() {
             assert!(interrupted, "{trace}");
             let report = bench.magazine();
             assert!(report.stock.change.is_none() || report.goes_on_with.is_some(), "{trace}: {report:?}");
-            bench.take_up(&program);
+            bench.go_on(&program);
         }
         bench.wait(|status| status.job.is_none() && status.state != State::Stopping);
         bench.is_whole(&trace);
@@ -157,7 +153,7 @@ fn what_the_sensors_do_not_tell_a_person_is_asked_for_and_no_job_starts_before()
     assert_eq!(refused(&bench).as_deref(), Some("magazine.spindle_unknown"));
     bench.drill.ask(Ask::Stock { places: vec![], spindle: Held::Nothing }).unwrap();
     assert_eq!(refused(&bench).as_deref(), Some("preflight.bit_not_in_magazine"));
-    bench.load(&program);
+    bench.fill(&program);
     bench.start_here(&program);
     let status = bench.wait(|status| status.state == State::Alarm);
     assert_eq!(status.alarm.map(|why| why.code).as_deref(), Some("magazine.no_tool"));
@@ -170,7 +166,7 @@ fn what_the_sensors_do_not_tell_a_person_is_asked_for_and_no_job_starts_before()
     // It is picked up and laid into its place.
     bench.drill.ask(Ask::ToolSeen { seen: Seen::InPlace }).unwrap();
     assert_eq!(bench.magazine().goes_on_with, Some(ChangeStep::RaiseBeforeNew));
-    bench.take_up(&program);
+    bench.go_on(&program);
     bench.wait(|status| status.job.is_none() && status.state != State::Stopping);
     bench.is_whole("dropped");
 }
@@ -178,7 +174,7 @@ fn what_the_sensors_do_not_tell_a_person_is_asked_for_and_no_job_starts_before()
 #[test]
 fn the_clamp_switched_by_hand_and_a_machine_without_a_magazine() {
     let bench = Bench::new(&changer(), Faults::default());
-    bench.load(&three_tools(&changer()));
+    bench.fill(&three_tools(&changer()));
     bench.home();
     bench.drill.ask(Ask::OutputLease { minutes: 1 }).unwrap();
     bench.drill.ask(Ask::Output { name: "clamp".to_owned(), on: true, pulse_ms: None }).unwrap();
