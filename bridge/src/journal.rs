@@ -13,7 +13,7 @@
 use crate::quiet;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
-use annulus_core::magazine::Stock;
+use annulus_core::magazine::ToolStock;
 use annulus_drill::Keeper;
 use annulus_drill::journal::{Contents, Damage, JobRecord, Progress, SEAL, WorkZero, sealed, unsealed};
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
@@ -278,7 +278,7 @@ impl Keeper for Journal {
         self.write(&[("work_zero", zero.map(sealed))], None, false).map_err(full)
     }
 
-    fn keep_stock(&mut self, stock: &Stock) -> Result<(), Diagnostic> {
+    fn keep_stock(&mut self, stock: &ToolStock) -> Result<(), Diagnostic> {
         self.write(&[("stock", Some(sealed(stock)))], None, false).map_err(full)
     }
 

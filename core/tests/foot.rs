@@ -6,7 +6,7 @@ use crate::programs::{Chance, one_by_one, random_program};
 use annulus_core::check;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Bit, Command, Cutter, Input, Leg, Mark, Program, Stage, Switching};
-use annulus_core::machine::{Machine, Steps, Value, apply, lab};
+use annulus_core::machine::{Machine, Steps, Value, apply, hobby_3018};
 use annulus_core::motion;
 use annulus_core::pins::{Motors, Order, Outcome, Pins, Playhead, Recorder, Steady, Written, play};
 use annulus_core::queue::{Mode, Rehearsal, Rest, Rig, read};
@@ -71,7 +71,7 @@ fn played_with(
 
 #[test]
 fn it_is_down_before_the_bit_enters_and_up_before_x_and_y_leave_and_has_its_time() {
-    for base in [one_by_one(), lab()] {
+    for base in [one_by_one(), hobby_3018()] {
         let machine = on(&base);
         let stream = stream(&machine);
         let mut recorder = Recorder { position: stream.start, ..Recorder::default() };

@@ -6,16 +6,16 @@ use crate::programs::rounds;
 use annulus_core::chance::Chance;
 use annulus_core::job::{Bit, Cutter, Input};
 use annulus_core::machine::{Machine, Output, Overlap, ToolChange, Value, apply, virtual_drill};
-use annulus_core::magazine::{Change, ChangeStep, Held, Seen, StepWork, Stock, Tool, change_s};
+use annulus_core::magazine::{Change, ChangeStep, Held, Seen, StepWork, StockedTool, ToolStock, change_s};
 use annulus_core::motion::cycles;
 use annulus_core::pins::{Motors, Order, Outcome, Pins, Playhead, Steady, play};
 use annulus_core::steps::{Segment, segment};
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill};
 
-fn tool(number: u32) -> Tool {
+fn tool(number: u32) -> StockedTool {
     let diameter = Length::from_um(500 + 100 * i64::from(number));
-    Tool { number, bit: Bit { diameter, name: format!("{number}"), cutter: Cutter::Drill } }
+    StockedTool { number, bit: Bit { diameter, name: format!("{number}"), cutter: Cutter::Drill } }
 }
 
 /// The virtual drill with its magazine and a presser foot.
@@ -49,11 +49,11 @@ struct Bench {
     told: u32,
     drill: Steady<VirtualDrill>,
     line: Playhead,
-    stock: Stock,
+    stock: ToolStock,
 }
 
 impl Bench {
-    fn new(machine: &Machine, stock: Stock, faults: Faults) -> Self {
+    fn new(machine: &Machine, stock: ToolStock, faults: Faults) -> Self {
         let twin = Machine { output: Output::Virtual, ..machine.clone() };
         let mut drill = Steady::new(VirtualDrill::new(&twin, 1, faults, Box::new(|_| {})));
         drill.stock(0, &stock);
@@ -113,7 +113,7 @@ impl Bench {
 
     /// What a person sees who looks at the tool in doubt.
     fn look(&self) -> Seen {
-        let (tool, place) = self.stock.change.as_ref().unwrap().in_doubt();
+        let (tool, place) = self.stock.change.as_ref().unwrap().uncertain();
         let drill = self.drill.inner();
         let lies = drill.lie()[usize::from(*place)].as_ref() == Some(tool);
         match (drill.held() == Some(tool), lies) {
@@ -173,14 +173,14 @@ impl Bench {
 }
 
 /// Tools 1 … 4, the first in the spindle or in its place.
-fn stock(machine: &Machine, in_spindle: bool) -> Stock {
+fn stock(machine: &Machine, in_spindle: bool) -> ToolStock {
     let mut places: Vec<_> = (1..=4).map(|number| Some(tool(number))).collect();
     let spindle = if in_spindle {
         Held::Tool { tool: places[0].take().unwrap(), place: Some(0) }
     } else {
         Held::Nothing
     };
-    Stock::told(places, spindle, machine).unwrap()
+    ToolStock::reported(places, spindle, machine).unwrap()
 }
 
 #[test]
@@ -329,11 +329,11 @@ fn a_place_that_is_taken_gets_no_second_tool() {
 #[test]
 fn what_cannot_be_fetched_is_refused_before_anything_moves() {
     let machine = machine();
-    let rows: [(Stock, u32, &str); 3] = [
-        (Stock { spindle: Held::Unknown, ..stock(&machine, true) }, 3, "magazine.spindle_unknown"),
+    let rows: [(ToolStock, u32, &str); 3] = [
+        (ToolStock { spindle: Held::Unknown, ..stock(&machine, true) }, 3, "magazine.spindle_unknown"),
         (stock(&machine, true), 9, "magazine.no_such_tool"),
         (
-            Stock {
+            ToolStock {
                 places: (2..=9).map(|number| Some(tool(number))).collect(),
                 spindle: Held::Tool { tool: tool(1), place: None },
                 change: None,

@@ -9,7 +9,7 @@ use annulus_core::cam::{HoleOrder, PlanOptions};
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::machine::{self, Machine, Steps, Value, preset, six_spindles, virtual_drill};
-use annulus_core::magazine::{Change, Held, Stock, Tool, change_s};
+use annulus_core::magazine::{Change, Held, StockedTool, ToolStock, change_s};
 use annulus_core::motion::cycles;
 use annulus_core::pins::Motors;
 use annulus_core::units::Length;
@@ -78,9 +78,9 @@ fn change(machine: &Machine) -> String {
         name: String::new(),
         cutter: annulus_core::job::Cutter::Drill,
     };
-    let tool = |number: u32| Tool { number, bit: bit(i64::from(number)) };
+    let tool = |number: u32| StockedTool { number, bit: bit(i64::from(number)) };
     let spindle = Held::Tool { tool: tool(1), place: Some(0) };
-    let mut stock = Stock::told(vec![None, Some(tool(2))], spindle, machine).unwrap();
+    let mut stock = ToolStock::reported(vec![None, Some(tool(2))], spindle, machine).unwrap();
     let at = Steps::default();
     let mut change = Change::new(&mut stock, &bit(2), (at, [false; 2])).unwrap().unwrap();
     let mut all = String::new();

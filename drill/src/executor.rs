@@ -13,7 +13,7 @@ use crate::grant::Grant;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::Steps;
-use annulus_core::magazine::Stock;
+use annulus_core::magazine::ToolStock;
 use annulus_core::pins::{self, AxisSet, ShortTouches, SpindleState, SpindleTrouble};
 use annulus_core::steps::{Segment, Stage};
 use serde::{Deserialize, Serialize};
@@ -192,7 +192,7 @@ pub enum Instruction {
     /// A new bit is in the spindles.
     Bit(Bit),
     /// A person says what lies in the magazine and the spindle.
-    Stock(Stock),
+    Stock(ToolStock),
     /// It ends, and there is nobody who could still make the machine safe.
     Abandon,
     /// It ends.
@@ -367,7 +367,7 @@ impl Executor {
     }
 
     /// What lies in the magazine and the spindle, as a person says.
-    pub(crate) fn stock(&self, stock: Stock) {
+    pub(crate) fn stock(&self, stock: ToolStock) {
         self.seat.order(Instruction::Stock(stock));
     }
 

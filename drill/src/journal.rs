@@ -8,7 +8,7 @@
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
-use annulus_core::magazine::Stock;
+use annulus_core::magazine::ToolStock;
 use annulus_core::wire::auth;
 use serde::{Deserialize, Serialize};
 
@@ -80,7 +80,7 @@ pub struct Contents {
     /// A journal before this one was damaged, and nobody has read that yet.
     pub damage: Option<Damage>,
     /// What lies in the magazine.
-    pub stock: Option<Stock>,
+    pub stock: Option<ToolStock>,
 }
 
 /// A journal that was damaged, or is gone.
@@ -134,7 +134,7 @@ pub enum Record {
     /// What lies in the magazine; the owner hears when it is durable.
     Stock {
         /// What.
-        stock: Box<Stock>,
+        stock: Box<ToolStock>,
         /// Number of the record.
         number: u32,
     },

@@ -8,7 +8,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps};
-use annulus_core::magazine::{Held, Stock};
+use annulus_core::magazine::{Held, ToolStock};
 use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
 use annulus_core::wire::{PreflightRow, RowVerdict, Tell, program};
@@ -30,7 +30,7 @@ pub struct Context {
     /// Whether the spindle answers, where it is one that tells of itself.
     pub spindle_answers: Option<bool>,
     /// What lies in the magazine, where there is one.
-    pub stock: Option<Stock>,
+    pub stock: Option<ToolStock>,
     /// An interrupted job: key, leg, and the work zero it was begun with, where its steps still mean what they meant.
     pub offer: Option<(String, u32, Option<[i64; 2]>)>,
 }
@@ -234,7 +234,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
 
 /// The rows about the tools that the machine fetches itself: whether all of them are there, what the spindle holds, and with which step
 /// a change that stopped goes on.
-fn magazine(program: &Program, from_leg: usize, stock: &Stock) -> Vec<PreflightRow> {
+fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<PreflightRow> {
     let waits = program.legs.iter().skip(from_leg).flat_map(|leg| &leg.commands);
     let wanted = waits.filter_map(|command| match command {
         Command::AwaitBit { bit } => program.bits.get(*bit as usize),

@@ -9,7 +9,7 @@ use crate::journal::{JobRecord, Progress, Record, WorkZero};
 use crate::owner::Message;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
-use annulus_core::magazine::Stock;
+use annulus_core::magazine::ToolStock;
 
 /// Somewhere to keep what must survive. Whatever returns without a reason is durable.
 pub trait Keeper {
@@ -26,7 +26,7 @@ pub trait Keeper {
     fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic>;
 
     /// What lies in the magazine.
-    fn keep_stock(&mut self, stock: &Stock) -> Result<(), Diagnostic>;
+    fn keep_stock(&mut self, stock: &ToolStock) -> Result<(), Diagnostic>;
 
     /// Somebody has read that the journal before this one was damaged.
     fn forget_damage(&mut self) -> Result<(), Diagnostic>;

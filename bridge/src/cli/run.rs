@@ -15,7 +15,7 @@ use annulus_core::job::Program;
 use annulus_core::level::HeightMap;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
-use annulus_core::magazine::{Held, Tool};
+use annulus_core::magazine::{Held, StockedTool};
 use annulus_core::units::Length;
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, DrilledReport, RowVerdict, SlipReport, Status, Tell, program};
@@ -70,8 +70,8 @@ pub(crate) struct PlayArgs {
 }
 
 /// The tools of `program` in the places of a magazine, numbered in the order of their use.
-fn filled(program: &Program) -> Vec<Option<Tool>> {
-    (1..).zip(&program.bits).map(|(number, bit)| Some(Tool { number, bit: bit.clone() })).collect()
+fn filled(program: &Program) -> Vec<Option<StockedTool>> {
+    (1..).zip(&program.bits).map(|(number, bit)| Some(StockedTool { number, bit: bit.clone() })).collect()
 }
 
 /// A number of times; which of them can be, the drill says.

@@ -7,7 +7,7 @@
 //!
 //! Comes in: a machine, where it stands, inputs. Goes out: the work of one step at a time. Machine steps. Does not know who plays it.
 
-use super::{ChangeStep, Held, Looks, Stock, Unfinished};
+use super::{ChangeStep, Held, Looks, ToolStock, Unfinished};
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Mark, Stage, Switching};
 use crate::machine::{Machine, Steps};
@@ -56,7 +56,7 @@ impl Change {
     /// The change to `bit`, for a job that goes on at `back`; axes that are `down` came there from above. None where that bit is in the
     /// spindle already. `stock` is told that it began.
     pub fn new(
-        stock: &mut Stock,
+        stock: &mut ToolStock,
         bit: &Bit,
         (back, down): (Steps, [bool; 2]),
     ) -> Result<Option<Self>, Diagnostic> {
@@ -95,7 +95,7 @@ impl Change {
     pub fn begin(
         &self,
         machine: &Machine,
-        stock: &mut Stock,
+        stock: &mut ToolStock,
         (at, inputs): (Steps, u32),
     ) -> Result<StepWork, Diagnostic> {
         let Some(step) = self.step() else { return Ok(StepWork::default()) };
@@ -118,7 +118,12 @@ impl Change {
     }
 
     /// The step is done, at rest. Whether it was the last one.
-    pub fn done(&mut self, machine: &Machine, stock: &mut Stock, inputs: u32) -> Result<bool, Diagnostic> {
+    pub fn done(
+        &mut self,
+        machine: &Machine,
+        stock: &mut ToolStock,
+        inputs: u32,
+    ) -> Result<bool, Diagnostic> {
         let Some(step) = self.step() else { return Ok(true) };
         looked(machine, step, step.after(), inputs)?;
         if let Some(change) = stock.change.clone() {
@@ -143,9 +148,9 @@ impl Change {
     }
 
     /// Whether the head of a machine that stands at `at` is over the place where the tool in doubt belongs.
-    pub fn is_over_place(machine: &Machine, stock: &Stock, at: &Steps) -> bool {
+    pub fn is_over_place(machine: &Machine, stock: &ToolStock, at: &Steps) -> bool {
         let Some(change) = &stock.change else { return false };
-        machine.magazine_place(usize::from(change.in_doubt().1)) == Some([at[0], at[1]])
+        machine.magazine_place(usize::from(change.uncertain().1)) == Some([at[0], at[1]])
     }
 
     fn work(&self, machine: &Machine, step: ChangeStep, at: Steps) -> Result<StepWork, Diagnostic> {

@@ -3,7 +3,7 @@
 //! Comes in: a machine, and how many changes. Goes out: seconds. A change is taken to go from the first place to the one in the middle
 //! of the magazine, from over the middle of the table. Does not know which tool lies where.
 
-use super::{Change, Held, Stock, Tool};
+use super::{Change, Held, StockedTool, ToolStock};
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Cutter};
 use crate::machine::{Machine, Steps};
@@ -12,7 +12,7 @@ use crate::units::{Length, TICK_HZ};
 
 /// Seconds of one change, from an old tool to a new one where `has_old`, else from an empty spindle.
 pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
-    let tool = |number: u32| Tool {
+    let tool = |number: u32| StockedTool {
         number,
         bit: Bit {
             diameter: Length::from_um(i64::from(number) * 1_000),
@@ -21,7 +21,7 @@ pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
         },
     };
     let middle = machine.magazine.places() / 2;
-    let mut stock = Stock { places: vec![None; machine.magazine.places()], ..Stock::default() };
+    let mut stock = ToolStock { places: vec![None; machine.magazine.places()], ..ToolStock::default() };
     stock.places.iter_mut().skip(middle).take(1).for_each(|place| *place = Some(tool(2)));
     if middle == 0 && has_old {
         // A magazine of one place has no room for two tools.

@@ -22,4 +22,4 @@ mod stock;
 pub use change::{Change, StepWork};
 pub use duration::change_s;
 pub use step::{ChangeStep, Looks};
-pub use stock::{Held, Seen, Stock, Tool, Unfinished};
+pub use stock::{Held, Seen, StockedTool, ToolStock, Unfinished};

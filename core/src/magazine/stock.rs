@@ -19,7 +19,7 @@ const LONGEST_NAME: usize = 60;
 
 /// A tool in the magazine or the spindle.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Tool {
+pub struct StockedTool {
     /// Its number, which no other tool has.
     pub number: u32,
     /// Of which form and size it is.
@@ -37,7 +37,7 @@ pub enum Held {
     /// A tool.
     Tool {
         /// Which.
-        tool: Tool,
+        tool: StockedTool,
         /// The place where it belongs; none where it was put in by hand.
         place: Option<u8>,
     },
@@ -49,9 +49,9 @@ pub struct Unfinished {
     /// The step in work, or at which it stopped.
     pub step: ChangeStep,
     /// The tool that is put back, and its place.
-    pub old: Option<(Tool, u8)>,
+    pub old: Option<(StockedTool, u8)>,
     /// The tool that is fetched, and its place.
-    pub new: (Tool, u8),
+    pub new: (StockedTool, u8),
     /// Sensors contradict what was believed: no sensor, but a person tells where the tool is.
     #[serde(default)]
     pub is_lost: bool,
@@ -71,24 +71,24 @@ pub enum Seen {
 
 /// What lies where.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Stock {
+pub struct ToolStock {
     /// The tool in each place of the magazine.
-    pub places: Vec<Option<Tool>>,
+    pub places: Vec<Option<StockedTool>>,
     /// What the spindle holds.
     pub spindle: Held,
     /// A change that did not come to its end.
     pub change: Option<Unfinished>,
 }
 
-impl Stock {
+impl ToolStock {
     /// The tool in place `place`.
-    pub fn lies(&self, place: u8) -> Option<&Tool> {
+    pub fn lies(&self, place: u8) -> Option<&StockedTool> {
         self.places.get(usize::from(place))?.as_ref()
     }
 
     /// The first place with a tool like `bit`.
     pub fn place_of(&self, bit: &Bit) -> Option<u8> {
-        let like = |tool: &Option<Tool>| tool.as_ref().is_some_and(|tool| tool.bit.is_same_tool(bit));
+        let like = |tool: &Option<StockedTool>| tool.as_ref().is_some_and(|tool| tool.bit.is_same_tool(bit));
         self.places.iter().position(like).and_then(|place| u8::try_from(place).ok())
     }
 
@@ -110,21 +110,25 @@ impl Stock {
     }
 
     /// Lays `tool` into `place`, or takes what lies there away.
-    pub(super) fn lay(&mut self, place: u8, tool: Option<Tool>) {
+    pub(super) fn lay(&mut self, place: u8, tool: Option<StockedTool>) {
         if let Some(lies) = self.places.get_mut(usize::from(place)) {
             *lies = tool;
         }
     }
 
     /// As a person says that it is, for `machine`: as many places as it has, every tool once. What a change stopped at is forgotten.
-    pub fn told(places: Vec<Option<Tool>>, spindle: Held, machine: &Machine) -> Result<Self, Diagnostic> {
+    pub fn reported(
+        places: Vec<Option<StockedTool>>,
+        spindle: Held,
+        machine: &Machine,
+    ) -> Result<Self, Diagnostic> {
         let most = machine.magazine.places().min(MOST_PLACES);
         let refuse = |code: &str| Diagnostic::error(code);
         if places.len() > most {
             return Err(refuse("magazine.too_many_places").with("places", places.len()).with("most", most));
         }
         let held = if let Held::Tool { tool, .. } = &spindle { Some(tool) } else { None };
-        let tools: Vec<&Tool> = places.iter().flatten().chain(held).collect();
+        let tools: Vec<&StockedTool> = places.iter().flatten().chain(held).collect();
         for (at, tool) in tools.iter().enumerate() {
             if tools.iter().take(at).any(|other| other.number == tool.number) {
                 return Err(refuse("magazine.tool_twice").with("number", tool.number));
@@ -184,7 +188,7 @@ impl Stock {
     }
 
     fn see(&mut self, change: &Unfinished, seen: Seen) {
-        let &(ref tool, place) = change.in_doubt();
+        let &(ref tool, place) = change.uncertain();
         let lies = (seen == Seen::InPlace).then(|| tool.clone());
         self.lay(place, lies);
         self.spindle = match seen {
@@ -207,7 +211,7 @@ impl Stock {
 
 impl Unfinished {
     /// The tool of which nobody knows for a moment where it is, and its place: the old one until it was put back.
-    pub fn in_doubt(&self) -> &(Tool, u8) {
+    pub fn uncertain(&self) -> &(StockedTool, u8) {
         match &self.old {
             Some(old) if self.step <= ChangeStep::RaiseFromOld => old,
             _ => &self.new,
@@ -222,9 +226,9 @@ mod tests {
     use crate::machine::virtual_drill;
     use crate::units::Length;
 
-    pub(crate) fn tool(number: u32) -> Tool {
+    pub(crate) fn tool(number: u32) -> StockedTool {
         let diameter = Length::from_um(500 + 100 * i64::from(number));
-        Tool { number, bit: Bit { diameter, name: format!("{number}"), cutter: Cutter::Drill } }
+        StockedTool { number, bit: Bit { diameter, name: format!("{number}"), cutter: Cutter::Drill } }
     }
 
     fn held(number: u32, place: u8) -> Held {
@@ -236,7 +240,9 @@ mod tests {
         let machine = virtual_drill();
         let told = |numbers: &[u32], spindle| {
             let places = numbers.iter().map(|number| (*number > 0).then(|| tool(*number))).collect();
-            Stock::told(places, spindle, &machine).map(|stock| stock.places.len()).map_err(|why| why.code)
+            ToolStock::reported(places, spindle, &machine)
+                .map(|stock| stock.places.len())
+                .map_err(|why| why.code)
         };
         let code = |code: &str| Err(code.to_owned());
         assert_eq!(told(&[1, 0, 2], held(3, 1)), Ok(8));
@@ -245,19 +251,19 @@ mod tests {
         assert_eq!(told(&[0; 9], Held::Nothing), code("magazine.too_many_places"));
         let mut nothing = tool(4);
         nothing.bit.diameter = Length::ZERO;
-        let found = Stock::told(vec![Some(nothing)], Held::Nothing, &machine).unwrap_err();
+        let found = ToolStock::reported(vec![Some(nothing)], Held::Nothing, &machine).unwrap_err();
         assert_eq!(found.code, "magazine.no_such_bit");
     }
 
     #[test]
     fn a_tool_goes_back_where_it_belongs_or_to_the_first_empty_place() {
         let places = vec![Some(tool(1)), None, None];
-        let stock = Stock { places, ..Stock::default() };
+        let stock = ToolStock { places, ..ToolStock::default() };
         let rows = [(Some(2), Some(2)), (Some(0), Some(1)), (None, Some(1)), (Some(9), Some(1))];
         for (belongs, back) in rows {
             assert_eq!(stock.way_back(belongs), back, "{belongs:?}");
         }
-        let full = Stock { places: vec![Some(tool(1))], ..Stock::default() };
+        let full = ToolStock { places: vec![Some(tool(1))], ..ToolStock::default() };
         assert_eq!(full.way_back(None), None);
     }
 
@@ -294,8 +300,11 @@ mod tests {
         ];
         for (believed, step, told, inputs, over, known, lie) in rows {
             let change = Unfinished { step, old: Some((tool(1), 0)), new: (tool(2), 1), is_lost: false };
-            let mut stock =
-                Stock { places: vec![None, Some(tool(2))], spindle: believed.clone(), change: Some(change) };
+            let mut stock = ToolStock {
+                places: vec![None, Some(tool(2))],
+                spindle: believed.clone(),
+                change: Some(change),
+            };
             stock.settle(told, inputs, over);
             // Later sensors do not guess what these did not know.
             let settled = stock.spindle.clone();
@@ -319,13 +328,13 @@ mod tests {
         for (step, seen, spindle, lie, on) in rows {
             let change = Unfinished { step, old: Some((tool(1), 0)), new: (tool(2), 1), is_lost: false };
             let mut stock =
-                Stock { places: vec![None, Some(tool(2))], spindle: Held::Unknown, change: Some(change) };
+                ToolStock { places: vec![None, Some(tool(2))], spindle: Held::Unknown, change: Some(change) };
             assert_eq!(stock.goes_on_with(), None);
             stock.seen(seen).unwrap();
             let numbers = [0, 1].map(|place| stock.lies(place).map_or(0, |tool| tool.number));
             assert_eq!((&stock.spindle, numbers), (&spindle, lie), "{step:?} {seen:?}");
             assert_eq!(stock.goes_on_with(), Some(on), "{step:?} {seen:?}");
         }
-        assert_eq!(Stock::default().seen(Seen::InPlace).unwrap_err().code, "magazine.nothing_stopped");
+        assert_eq!(ToolStock::default().seen(Seen::InPlace).unwrap_err().code, "magazine.nothing_stopped");
     }
 }

@@ -51,7 +51,7 @@ macro_rules! pass_pins_on {
         }
     };
     (@ stock) => {
-        fn stock(&mut self, at_tick: u64, stock: &$crate::magazine::Stock) {
+        fn stock(&mut self, at_tick: u64, stock: &$crate::magazine::ToolStock) {
             self.pins.stock(at_tick, stock);
         }
     };

@@ -13,7 +13,7 @@
 
 use crate::job::Input;
 use crate::machine::Machine;
-use crate::magazine::{Held, Stock, Tool};
+use crate::magazine::{Held, StockedTool, ToolStock};
 
 /// Share of its time after which a cylinder is there.
 const ARRIVES_SHARE: f64 = 0.6;
@@ -86,8 +86,8 @@ pub(super) struct Changer {
     places: Vec<[i64; 2]>,
     height: i64,
     steps_per_mm: [f64; 3],
-    tools: Vec<Option<Tool>>,
-    held: Option<Tool>,
+    tools: Vec<Option<StockedTool>>,
+    held: Option<StockedTool>,
     /// Where the tool in the spindle was taken from, and it has not left it yet.
     fetched: Option<usize>,
     /// The clamp does not move any more.
@@ -134,17 +134,17 @@ impl Changer {
     }
 
     /// The tool in the spindle.
-    pub(super) fn held(&self) -> Option<&Tool> {
+    pub(super) fn held(&self) -> Option<&StockedTool> {
         self.held.as_ref()
     }
 
     /// The tools in the places.
-    pub(super) fn lie(&self) -> &[Option<Tool>] {
+    pub(super) fn lie(&self) -> &[Option<StockedTool>] {
         &self.tools
     }
 
     /// The tools lie as a person says.
-    pub(super) fn lay(&mut self, stock: &Stock) {
+    pub(super) fn lay(&mut self, stock: &ToolStock) {
         let count = self.places.len();
         self.tools = stock.places.iter().take(count).cloned().collect();
         self.tools.resize(count, None);
@@ -153,7 +153,7 @@ impl Changer {
             Held::Tool { tool, .. } => Some(tool.clone()),
             Held::Nothing => None,
             // What nobody knows stands where it stood.
-            Held::Unknown => stock.change.as_ref().map(|change| change.in_doubt().0.clone()),
+            Held::Unknown => stock.change.as_ref().map(|change| change.uncertain().0.clone()),
         };
         let held = self.held.as_ref().map(|tool| tool.number);
         self.tools
@@ -239,7 +239,7 @@ impl Changer {
             if std::mem::take(&mut self.occupied)
                 && let (Some(lies), Some(tool)) = (self.tools.get_mut(place), &self.held)
             {
-                *lies = Some(Tool { number: u32::MAX, bit: tool.bit.clone() });
+                *lies = Some(StockedTool { number: u32::MAX, bit: tool.bit.clone() });
             }
         } else if axis > 1 && std::mem::take(&mut self.drops) {
             self.held = None;

@@ -33,7 +33,7 @@ pub use uneven::UnevenBoard;
 use self::changer::{Changer, Happened, Head};
 use crate::job::{self, Input};
 use crate::machine::{DriveKind, Machine, StrokeEnd};
-use crate::magazine::{Stock, Tool};
+use crate::magazine::{StockedTool, ToolStock};
 use crate::pins::{AxisSet, Pins};
 use crate::steps::TICK_HZ;
 use crate::units::Length;
@@ -308,12 +308,12 @@ impl VirtualDrill {
     }
 
     /// The tool in the spindle, where it comes from a magazine.
-    pub fn held(&self) -> Option<&Tool> {
+    pub fn held(&self) -> Option<&StockedTool> {
         self.changer.held()
     }
 
     /// The tools in the places of the magazine.
-    pub fn lie(&self) -> &[Option<Tool>] {
+    pub fn lie(&self) -> &[Option<StockedTool>] {
         self.changer.lie()
     }
 
@@ -513,7 +513,7 @@ impl Pins for VirtualDrill {
         self.changer.output(at_tick, place, on);
     }
 
-    fn stock(&mut self, at_tick: u64, stock: &Stock) {
+    fn stock(&mut self, at_tick: u64, stock: &ToolStock) {
         if self.changer.changes() {
             self.cylinders(at_tick);
             self.changer.lay(stock);

@@ -34,7 +34,7 @@ use crate::control::{Ending, Timing};
 use crate::diagnostic::Diagnostic;
 use crate::level::ProbeGrid;
 use crate::machine::Value;
-use crate::magazine::{Held, Seen, Tool};
+use crate::magazine::{Held, Seen, StockedTool};
 use crate::queue::Mode;
 use serde::{Deserialize, Serialize};
 
@@ -184,7 +184,7 @@ pub enum Ask {
     /// magazine.
     Stock {
         /// The tool in each place, from the first on.
-        places: Vec<Option<Tool>>,
+        places: Vec<Option<StockedTool>>,
         /// What the spindle holds.
         spindle: Held,
     },

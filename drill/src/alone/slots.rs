@@ -13,7 +13,7 @@ use crate::journal::{Contents, Damage, JobRecord, Progress, WorkZero, sealed, un
 use crate::recording::Keeper;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Steps;
-use annulus_core::magazine::Stock;
+use annulus_core::magazine::ToolStock;
 use serde::{Deserialize, Serialize};
 
 /// What a slot holds.
@@ -24,7 +24,7 @@ struct Slot {
     zero: Option<WorkZero>,
     damage: Option<Damage>,
     #[serde(default)]
-    stock: Option<Stock>,
+    stock: Option<ToolStock>,
     /// Which file has the program of the job.
     program: bool,
 }
@@ -110,7 +110,7 @@ impl<F: Files> Keeper for Slots<F> {
         self.change(|slot| slot.zero = zero.cloned())
     }
 
-    fn keep_stock(&mut self, stock: &Stock) -> Result<(), Diagnostic> {
+    fn keep_stock(&mut self, stock: &ToolStock) -> Result<(), Diagnostic> {
         self.change(|slot| slot.stock = Some(stock.clone()))
     }
 

@@ -16,14 +16,14 @@ use crate::journal::Record;
 use annulus_core::control::{Event, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Bit;
-use annulus_core::magazine::{Change, Held, Seen, StepWork, Stock, Tool};
+use annulus_core::magazine::{Change, Held, Seen, StepWork, StockedTool, ToolStock};
 use annulus_core::wire::{MagazineReport, Tell};
 
 /// What changes tools.
 #[derive(Default)]
 pub(crate) struct ToolChanger {
     /// Which tool lies where.
-    pub(crate) stock: Stock,
+    pub(crate) stock: ToolStock,
     /// The change in work.
     change: Option<Change>,
     /// Number of the latest record of what lies where.
@@ -35,7 +35,7 @@ pub(crate) struct ToolChanger {
 }
 
 impl ToolChanger {
-    pub(crate) fn new(stock: Stock) -> Self {
+    pub(crate) fn new(stock: ToolStock) -> Self {
         Self { stock, ..Self::default() }
     }
 }
@@ -165,8 +165,12 @@ impl Owner {
     }
 
     /// A person says what lies where.
-    pub(crate) fn stock_said(&mut self, places: Vec<Option<Tool>>, spindle: Held) -> Result<(), Diagnostic> {
-        let stock = Stock::told(places, spindle, &self.machine)?;
+    pub(crate) fn stock_said(
+        &mut self,
+        places: Vec<Option<StockedTool>>,
+        spindle: Held,
+    ) -> Result<(), Diagnostic> {
+        let stock = ToolStock::reported(places, spindle, &self.machine)?;
         self.stock_is(stock)
     }
 
@@ -177,7 +181,7 @@ impl Owner {
         self.stock_is(stock)
     }
 
-    fn stock_is(&mut self, stock: Stock) -> Result<(), Diagnostic> {
+    fn stock_is(&mut self, stock: ToolStock) -> Result<(), Diagnostic> {
         if !self.machine.has_magazine() {
             return Err(diagnostic("magazine.none"));
         }

@@ -500,17 +500,7 @@ impl Owner {
                 let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
                 self.fails(why.with("seconds", us / 1e6), self.session.trust);
             }
-            (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => {
-                if let (Ended::Gated(at), Some(work)) = (report.ended, &mut self.work) {
-                    work.stop = Some(at);
-                }
-                if stopping {
-                    return self.pending.push_back(Event::Rested);
-                }
-                if let Err(why) = self.rejoin() {
-                    self.fails(why, self.session.trust);
-                }
-            }
+            (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => self.gated(report.ended, stopping),
             (Doing::Leg, Ended::Completed) => {
                 let more = self.work.as_ref().is_some_and(|work| work.next().is_some());
                 if stopping && more { self.pending.push_back(Event::Rested) } else { self.leg_ended() }
@@ -524,6 +514,19 @@ impl Owner {
                 self.pending.push_back(if asks { self.bit_wanted() } else { Event::Arrived });
             }
             (_, _) => self.pending.push_back(Event::Arrived),
+        }
+    }
+
+    /// A stroke ended on its sensor, or without it: what is left of the leg follows.
+    fn gated(&mut self, ended: Ended, is_stopping: bool) {
+        if let (Ended::Gated(at), Some(work)) = (ended, &mut self.work) {
+            work.stop = Some(at);
+        }
+        if is_stopping {
+            return self.pending.push_back(Event::Rested);
+        }
+        if let Err(why) = self.rejoin() {
+            self.fails(why, self.session.trust);
         }
     }
 

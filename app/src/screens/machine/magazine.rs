@@ -7,7 +7,7 @@ use crate::page::link::{self, Link};
 use crate::widgets::{push, push_if};
 use annulus_core::control::State;
 use annulus_core::job::Program;
-use annulus_core::magazine::{ChangeStep, Held, Seen, Stock, Tool};
+use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool, ToolStock};
 use annulus_core::wire::{Ask, MagazineReport};
 use leptos::html::{details, div, h3, li, ol, p, section, strong, summary};
 use leptos::prelude::*;
@@ -17,7 +17,7 @@ fn may_say(line: Link) -> bool {
     line.may_act() && matches!(line.state(), Some(State::Ready | State::NotHomed))
 }
 
-fn called(tool: &Tool) -> String {
+fn called(tool: &StockedTool) -> String {
     say!("page.magazine.tool", number = tool.number, bit = tool.bit.title(&language()))
 }
 
@@ -26,7 +26,7 @@ fn name(step: ChangeStep) -> String {
 }
 
 /// Place by place, and the spindle.
-fn list(stock: &Stock) -> impl IntoView + use<> {
+fn list(stock: &ToolStock) -> impl IntoView + use<> {
     let row = |what: String, holds: String| li().child((strong().child(what), " ", holds));
     let held = match &stock.spindle {
         Held::Unknown => say!("page.magazine.unknown"),
@@ -64,7 +64,7 @@ fn question(line: Link, report: &MagazineReport) -> Option<impl IntoView + use<>
     if report.stock.spindle != Held::Unknown {
         return None;
     }
-    let (tool, place) = change.in_doubt();
+    let (tool, place) = change.uncertain();
     let ask = say!("page.magazine.look", tool = called(tool));
     let number = u32::from(*place) + 1;
     let answer = move |seen: Seen, words: String| {
@@ -80,14 +80,14 @@ fn question(line: Link, report: &MagazineReport) -> Option<impl IntoView + use<>
 }
 
 /// The tools of `program` in the order of their use.
-fn needed(program: &Program) -> Vec<Option<Tool>> {
-    (1..).zip(&program.bits).map(|(number, bit)| Some(Tool { number, bit: bit.clone() })).collect()
+fn needed(program: &Program) -> Vec<Option<StockedTool>> {
+    (1..).zip(&program.bits).map(|(number, bit)| Some(StockedTool { number, bit: bit.clone() })).collect()
 }
 
 /// What lies where, as a person says it.
 fn edit(line: Link) -> impl IntoView {
     let job = move || line.shown_job.get();
-    let says = |places: Vec<Option<Tool>>| link::ask(Ask::Stock { places, spindle: Held::Nothing });
+    let says = |places: Vec<Option<StockedTool>>| link::ask(Ask::Stock { places, spindle: Held::Nothing });
     let tools = move || {
         job().map(|job| {
             let rows = needed(&job.program).into_iter().flatten().map(|tool| li().child(called(&tool)));

@@ -1,7 +1,7 @@
 //! Tools that the machine fetches itself (C5): stopped at every step, taken up as offered, every hole once and with its tool.
 
 use super::*;
-use annulus_core::magazine::{ChangeStep, Held, Seen, Tool};
+use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool};
 use annulus_core::wire::MagazineReport;
 use annulus_drill::line;
 
@@ -38,8 +38,10 @@ impl Bench {
     }
 
     fn fill(&self, program: &Program) {
-        let places =
-            (1..).zip(&program.bits).map(|(number, bit)| Some(Tool { number, bit: bit.clone() })).collect();
+        let places = (1..)
+            .zip(&program.bits)
+            .map(|(number, bit)| Some(StockedTool { number, bit: bit.clone() }))
+            .collect();
         self.drill.ask(Ask::Stock { places, spindle: Held::Nothing }).unwrap();
     }
 
