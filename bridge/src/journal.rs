@@ -13,6 +13,7 @@
 use crate::quiet;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Steps, ToolWear};
+use annulus_core::magazine::ToolStock;
 use annulus_drill::Keeper;
 use annulus_drill::journal::{Contents, Damage, JobRecord, Progress, SEAL, WorkZero, sealed, unsealed};
 use redb::{Database, DatabaseError, Durability, ReadableDatabase, TableDefinition};
@@ -225,7 +226,8 @@ impl Journal {
         let wear = worn.map(|row| unsealed(row.map_err(|error| text(&error))?.1.value()));
         let wear = wear.collect::<Result<Vec<ToolWear>, String>>()?;
         let job = job.map(|job| progress.map(|progress| (job, progress)).ok_or("the progress is missing"));
-        Ok(Contents { job: job.transpose()?, zero, wear, damage })
+        let stock = get("stock")?.map(|value| unsealed(value.value())).transpose()?;
+        Ok(Contents { job: job.transpose()?, zero, wear, damage, stock })
     }
 
     fn write(
@@ -300,6 +302,10 @@ impl Keeper for Journal {
 
     fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic> {
         self.write(&[("work_zero", zero.map(sealed))], None, false).map_err(full)
+    }
+
+    fn keep_stock(&mut self, stock: &ToolStock) -> Result<(), Diagnostic> {
+        self.write(&[("stock", Some(sealed(stock)))], None, false).map_err(full)
     }
 
     fn forget_damage(&mut self) -> Result<(), Diagnostic> {

@@ -6,6 +6,7 @@ mod faults;
 mod firmware;
 mod kill;
 mod lab;
+mod magazine;
 mod one_planner;
 mod programs;
 mod provoked;

@@ -27,15 +27,69 @@ fn folder() -> tempfile::TempDir {
     folder
 }
 
+/// A board with three sizes of holes on a machine that fetches its tools itself: the words of the run.
+fn with_magazine(home: &Path) -> String {
+    let sizes = "M48\nMETRIC\nT1C0.6\nT2C0.8\nT3C1.0\n%\n";
+    let holes = |tool: u32| {
+        let hole = |at: u32| format!("X{}.0Y{}.0\n", 5 + 9 * at, 5 * tool);
+        format!("T{tool}\n{}", (0..3).map(hole).collect::<String>())
+    };
+    fs::write(home.join("three.drl"), format!("{sizes}{}{}{}M30\n", holes(1), holes(2), holes(3))).unwrap();
+    fs::write(home.join("changer.toml"), "schema = 1\n[rack]\nchange = \"magazine\"\n").unwrap();
+    "run three.drl --machine changer.toml --load-magazine".to_owned()
+}
+
+#[test]
+fn a_machine_with_a_magazine_drills_every_hole_with_its_tool_and_says_beforehand_how_long_it_takes() {
+    let folder = folder();
+    let home = folder.path();
+    let run = with_magazine(home);
+    let (exit, object) = annulus(home, &run);
+    assert_eq!(
+        (exit, &object["drilled"]["missing"], &object["drilled"]["broken"]),
+        (0, &0.into(), &0.into()),
+        "{object}"
+    );
+    let record = fs::read_to_string(home.join("home").join("drilled.txt")).unwrap();
+    let mut tools: Vec<&str> = record.lines().map(|line| line.rsplit(' ').next().unwrap()).collect();
+    tools.sort_unstable();
+    assert_eq!(
+        tools,
+        ["D0.6000", "D0.6000", "D0.6000", "D0.8000", "D0.8000", "D0.8000", "D1.0000", "D1.0000", "D1.0000"]
+    );
+    // What was said beforehand counts the changes.
+    let simulated = |machine: &str| {
+        let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
+        command.args(["simulate", "three.drl", "--machine", machine, "--json"]).current_dir(home);
+        let output = command.env("ANNULUS_HOME", home.join("home")).output().unwrap();
+        let object: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+        [&object["total_time_s"], &object["time_s"]["change"]].map(|seconds| seconds.as_f64().unwrap())
+    };
+    let (by_itself, by_hand) = (simulated("changer.toml"), simulated("virtual"));
+    assert!(by_itself[1] > by_hand[1] + 30.0, "{by_itself:?} {by_hand:?}");
+    assert!(
+        (by_itself[0] - by_hand[0] - (by_itself[1] - by_hand[1])).abs() < 0.01,
+        "{by_itself:?} {by_hand:?}"
+    );
+    // Without tools in it, it is refused before anything moves.
+    fs::remove_dir_all(home.join("home")).unwrap();
+    let (exit, object) = annulus(home, "run three.drl --machine changer.toml");
+    assert_eq!((exit, &object["error"]["code"]), (1, &"magazine.spindle_unknown".into()), "{object}");
+}
+
 #[test]
 fn every_fault_is_seen_as_table_and_manual_say() {
     let manual = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/manual/faults.md"));
     let manual = manual.unwrap();
     for row in FAULTS {
         let folder = folder();
-        // The contact speaks where the board is touched.
-        let verb = if row.name.starts_with("contact-") { "level" } else { "run" };
-        let (exit, object) = annulus(folder.path(), &format!("{verb} board.drl --fault {}", row.name));
+        let what = match row.name {
+            // The contact speaks where the board is touched, the magazine where tools are changed.
+            name if name.starts_with("contact-") => "level board.drl".to_owned(),
+            _ if row.seen.is_some_and(|code| code.starts_with("magazine.")) => with_magazine(folder.path()),
+            _ => "run board.drl".to_owned(),
+        };
+        let (exit, object) = annulus(folder.path(), &format!("{what} --fault {}", row.name));
         let seen = object["error"]["code"].as_str();
         assert_eq!((seen, exit), (row.seen, i32::from(row.seen.is_some())), "{}: {object}", row.name);
         let said = manual.lines().any(|line| {

@@ -27,6 +27,7 @@
 //! | `proof` | what copper is left after a program, against the nets | planners |
 //! | `motion` | when each axis is where | steps |
 //! | `steps` | step times as runs, their digest and replay | planners' reasons |
+//! | `magazine` | which tool lies where, the steps of an automatic change, the way on from where one stopped | jobs |
 //! | `check` | an independent verdict on a stream | planners |
 //! | `pins` | the traits under the executor, and its step | who computed the stream |
 //! | `virtual_drill` | the virtual drill | programs |
@@ -52,6 +53,7 @@ pub mod job;
 pub mod level;
 pub mod locale;
 pub mod machine;
+pub mod magazine;
 pub mod motion;
 pub mod pins;
 pub mod plot;

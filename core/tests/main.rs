@@ -12,9 +12,15 @@ mod controller;
 #[cfg(not(target_arch = "wasm32"))]
 mod feed_override;
 #[cfg(not(target_arch = "wasm32"))]
+mod foot;
+#[cfg(not(target_arch = "wasm32"))]
+mod magazine;
+#[cfg(not(target_arch = "wasm32"))]
 mod motion;
 #[cfg(not(target_arch = "wasm32"))]
 mod operator;
+#[cfg(not(target_arch = "wasm32"))]
+mod parameters;
 #[cfg(not(target_arch = "wasm32"))]
 mod phases;
 #[cfg(not(target_arch = "wasm32"))]

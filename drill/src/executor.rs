@@ -13,6 +13,7 @@ use crate::grant::Grant;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Gate, Input};
 use annulus_core::machine::Steps;
+use annulus_core::magazine::ToolStock;
 use annulus_core::pins::{self, AxisSet, ShortTouches, SpindleState, SpindleTrouble};
 use annulus_core::steps::{Segment, Stage};
 use serde::{Deserialize, Serialize};
@@ -73,6 +74,8 @@ pub enum Ended {
     Unmet(Gate),
     /// A sensor that must not be reached turned on.
     Guarded(Input),
+    /// A sensor that must be on is off.
+    Missing(Input),
     /// A step came so many ticks too late for its motor.
     Late {
         /// How late.
@@ -98,9 +101,9 @@ pub struct Glimpse {
     pub position: Steps,
     /// Inputs, one bit each.
     pub inputs: u32,
-    /// Touches of each of [`Input::ALL`] that were shorter than its filter, where somebody counts them.
+    /// Touches of each of [`Input::OF_AXES`] that were shorter than its filter, where somebody counts them.
     #[serde(default)]
-    pub touches: Option<[ShortTouches; Input::ALL.len()]>,
+    pub touches: Option<[ShortTouches; Input::OF_AXES.len()]>,
     /// Spindle speed that is wanted.
     pub rpm: u32,
     /// What the spindle tells of itself.
@@ -190,6 +193,8 @@ pub enum Instruction {
     },
     /// A new bit is in the spindles.
     Bit(Bit),
+    /// A person says what lies in the magazine and the spindle.
+    Stock(ToolStock),
     /// It ends, and there is nobody who could still make the machine safe.
     Abandon,
     /// It ends.
@@ -361,6 +366,11 @@ impl Executor {
     /// A new bit of this kind is in the spindles.
     pub(crate) fn bit(&self, bit: Bit) {
         self.seat.order(Instruction::Bit(bit));
+    }
+
+    /// What lies in the magazine and the spindle, as a person says.
+    pub(crate) fn stock(&self, stock: ToolStock) {
+        self.seat.order(Instruction::Stock(stock));
     }
 
     /// Whether it died: nothing that is given will be reported.

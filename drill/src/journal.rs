@@ -8,6 +8,7 @@
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Steps, ToolWear};
+use annulus_core::magazine::ToolStock;
 use annulus_core::wire::auth;
 use serde::{Deserialize, Serialize};
 
@@ -83,6 +84,8 @@ pub struct Contents {
     pub wear: Vec<ToolWear>,
     /// A journal before this one was damaged, and nobody has read that yet.
     pub damage: Option<Damage>,
+    /// What lies in the magazine.
+    pub stock: Option<ToolStock>,
 }
 
 /// A journal that was damaged, or is gone.
@@ -138,6 +141,13 @@ pub enum Record {
     Wear(ToolWear),
     /// The work zero in force.
     Zero(Option<WorkZero>),
+    /// What lies in the magazine; the owner hears when it is durable.
+    Stock {
+        /// What.
+        stock: Box<ToolStock>,
+        /// Number of the record.
+        number: u32,
+    },
     /// It was read that the journal before this one was damaged.
     DamageRead,
 }

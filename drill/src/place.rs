@@ -11,6 +11,7 @@ use annulus_core::motion::cycles;
 use annulus_core::pins::{
     Clock, Motors, Operator, Order, Outcome, Pins, Playhead, SpindleState, give_way, play_by_turns,
 };
+use annulus_core::queue::{Harm, guarded};
 use annulus_core::steps::{Pulse, Segment, Stage, Switching, TICK_HZ, replay, segment};
 use std::sync::Arc;
 use std::time::Duration;
@@ -113,6 +114,7 @@ impl Place {
                 }
                 Instruction::Output { place, on } => self.pins.output(self.line.tick, place, on),
                 Instruction::Bit(bit) => self.pins.bit(self.line.tick, &bit),
+                Instruction::Stock(stock) => self.pins.stock(self.line.tick, &stock),
                 Instruction::Abandon => {
                     self.lift().await;
                     break;
@@ -142,7 +144,10 @@ impl Place {
             }
             completed += 1;
         }
-        let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::Late { .. });
+        let foreseen = match ended {
+            Ended::Guarded(input) => guarded(input).1 == Harm::None,
+            ended => !matches!(ended, Ended::Late { .. }),
+        };
         self.lift_to = task.lift_to.filter(|_| foreseen);
         let is_low = self.line.position.iter().skip(2).any(|z| *z < task.surface_steps);
         self.follows = task.follows && foreseen && is_low;
@@ -221,6 +226,7 @@ impl Place {
             Outcome::Gated(at) => Ended::Gated(at),
             Outcome::Unmet(gate) => Ended::Unmet(gate),
             Outcome::Guarded(input) => Ended::Guarded(input),
+            Outcome::Missing(input) => Ended::Missing(input),
             Outcome::Late { ticks } => Ended::Late { ticks },
             Outcome::Spindle { trouble } => Ended::Spindle { trouble },
             Outcome::Stopped => Ended::Stopped,

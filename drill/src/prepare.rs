@@ -10,6 +10,7 @@ use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite, worn};
 use annulus_core::level::{TOLERANCE, level};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps, ToolWear};
+use annulus_core::magazine::{Held, ToolStock};
 use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
 use annulus_core::wire::{PreflightRow, RowVerdict, Tell, program};
@@ -33,6 +34,8 @@ pub struct Context {
     pub spindle_answers: Option<bool>,
     /// What the tools of its rack have done.
     pub wear: Vec<ToolWear>,
+    /// What lies in the magazine, where there is one.
+    pub stock: Option<ToolStock>,
     /// An interrupted job.
     pub offer: Option<Broken>,
     /// The height map that was kept.
@@ -167,7 +170,7 @@ impl Prepared {
             match effect {
                 Switching::Spindle { rpm: speed } => rpm = speed,
                 Switching::AwaitBit { bit: wanted } => bit = Some(wanted),
-                Switching::None => {}
+                Switching::None | Switching::Foot { .. } => {}
             }
         }
         (bit, rpm)
@@ -242,7 +245,9 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
         checks.push(row(RowVerdict::Warn, why));
     }
     checks.extend(worn_tools(program, machine, (from_leg as usize, &context.wear)));
-    if let Some(bit) = bit_of_leg(program, from_leg as usize) {
+    if let Some(stock) = &context.stock {
+        checks.extend(magazine(program, from_leg as usize, stock));
+    } else if let Some(bit) = bit_of_leg(program, from_leg as usize) {
         checks.push(row(
             RowVerdict::Warn,
             note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK)),
@@ -253,6 +258,38 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     checks.push(row(RowVerdict::Pass, rest(program, from_leg as usize, left_s)));
     let (key, bytes) = (key.to_owned(), bytes.to_vec());
     Ok(Prepared { zero, checks, digest, follows, ..bare(plan, key, bytes, context.clone()) })
+}
+
+/// The rows about the tools that the machine fetches itself: whether all of them are there, what the spindle holds, and with which step
+/// a change that stopped goes on.
+fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<PreflightRow> {
+    let waits = program.legs.iter().skip(from_leg).flat_map(|leg| &leg.commands);
+    let wanted = waits.filter_map(|command| match command {
+        Command::AwaitBit { bit } => program.bits.get(*bit as usize),
+        _ => None,
+    });
+    let mut missing: Vec<String> = Vec::new();
+    let taken_up = bit_of_leg(program, from_leg).filter(|_| from_leg > 0);
+    for bit in taken_up.into_iter().chain(wanted).filter(|bit| !stock.has(bit)) {
+        let title = bit.title(locale::FALLBACK);
+        if !missing.contains(&title) {
+            missing.push(title);
+        }
+    }
+    let mut rows = Vec::new();
+    if stock.spindle == Held::Unknown {
+        rows.push(row(RowVerdict::Fail, Diagnostic::error("magazine.spindle_unknown")));
+    } else if missing.is_empty() {
+        rows.push(row(RowVerdict::Pass, note("preflight.magazine_ready")));
+    } else {
+        let why = Diagnostic::error("preflight.bit_not_in_magazine").with("bits", missing.join(", "));
+        rows.push(row(RowVerdict::Fail, why));
+    }
+    if let (Some(change), Some(next)) = (&stock.change, stock.goes_on_with()) {
+        let why = Diagnostic::warning("preflight.change_stopped").with("step", change.step.number());
+        rows.push(row(RowVerdict::Warn, why.with("next", next.number())));
+    }
+    rows
 }
 
 /// The errors of the job that a person saw and accepted, said once more.

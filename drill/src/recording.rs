@@ -9,6 +9,7 @@ use crate::journal::{JobRecord, Progress, Record, WorkZero};
 use crate::owner::Message;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Steps, ToolWear};
+use annulus_core::magazine::ToolStock;
 
 /// Somewhere to keep what must survive. Whatever returns without a reason is durable.
 pub trait Keeper {
@@ -31,6 +32,9 @@ pub trait Keeper {
 
     /// The work zero in force.
     fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic>;
+
+    /// What lies in the magazine.
+    fn keep_stock(&mut self, stock: &ToolStock) -> Result<(), Diagnostic>;
 
     /// Somebody has read that the journal before this one was damaged.
     fn forget_damage(&mut self) -> Result<(), Diagnostic>;
@@ -83,6 +87,13 @@ impl Recording {
             Record::Finish => keeper.finish(),
             Record::Wear(wear) => keeper.keep_wear(&wear),
             Record::Zero(zero) => keeper.keep_zero(zero.as_ref()),
+            Record::Stock { stock, number } => {
+                let kept = keeper.keep_stock(&stock);
+                if kept.is_ok() {
+                    owner(Message::StockKept { number });
+                }
+                kept
+            }
             Record::DamageRead => keeper.forget_damage(),
         };
         if let Err(why) = written {

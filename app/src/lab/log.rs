@@ -8,6 +8,7 @@
 
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::magazine::ChangeStep;
 use annulus_core::wire::Status;
 use std::collections::VecDeque;
 
@@ -19,6 +20,8 @@ const MOST_ENTRIES: usize = 500;
 pub enum LogEvent {
     /// The machine does something else now.
     State(State),
+    /// The machine changes a tool and begins with this step.
+    Change(ChangeStep),
     /// An alarm.
     Alarm(Diagnostic),
     /// A job ended, after so many holes and so many toolpaths.
@@ -72,7 +75,7 @@ impl LogEvent {
     /// What it is about.
     pub fn kind(&self) -> Topic {
         match self {
-            Self::State(_) | Self::Ended { .. } => Topic::Machine,
+            Self::State(_) | Self::Change(_) | Self::Ended { .. } => Topic::Machine,
             Self::Alarm(_) | Self::Refused(_) => Topic::Trouble,
             Self::Asked(_) => Topic::Asked,
             Self::Control { .. } | Self::Settings | Self::Link { .. } => Topic::Link,

@@ -15,7 +15,7 @@ use annulus_core::align::BoardFit;
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, HeightMapReport, Outputs, Status, ToolsReport};
+use annulus_core::wire::{Ask, HeightMapReport, MagazineReport, Outputs, Status, ToolsReport};
 use leptos::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -65,6 +65,8 @@ pub struct Link {
     pub tools: ReadSignal<ToolsReport>,
     /// What is known of the surface of the board on a controller.
     pub height_map: ReadSignal<Arc<HeightMapReport>>,
+    /// What lies in the magazine; none on a machine without one.
+    pub magazine: ReadSignal<Option<Arc<MagazineReport>>>,
     /// Its dialog is open.
     pub levels: ReadSignal<bool>,
     /// How far apart the board would be touched, mm.
@@ -129,6 +131,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         outputs: slots.part(|model| &model.link.outputs),
         tools: slots.part(|model| &model.link.tools),
         height_map: slots.kept(|model| &model.link.height_map),
+        magazine: slots.handle(|model| &model.link.magazine),
         levels: slots.part(|model| &model.level.open),
         spacing_mm: slots.part(|model| &model.level.spacing_mm),
         planned_map: slots.part(|model| &model.level.planned),

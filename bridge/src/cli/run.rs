@@ -14,6 +14,7 @@ use annulus_core::geometry::Point;
 use annulus_core::level::key_of;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};
+use annulus_core::magazine::{Held, StockedTool};
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, DrilledReport, RowVerdict, SlipReport, Status, Tell, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
@@ -31,6 +32,10 @@ pub(crate) struct RunArgs {
     /// Let depth follow the board: use the height map that `annulus level` kept.
     #[arg(long)]
     pub(crate) level: bool,
+    /// The tools of the job lie in the places of the magazine, in the order of their use, and the spindle is empty: for a machine that
+    /// changes its tools itself.
+    #[arg(long)]
+    pub(crate) load_magazine: bool,
     /// Begin anew even though this job was interrupted.
     #[arg(long)]
     pub(crate) from_start: bool,
@@ -43,6 +48,8 @@ struct BoardHow {
     level: bool,
     /// It is begun anew even though it was interrupted.
     from_start: bool,
+    /// Its tools lie in the magazine.
+    loads: bool,
 }
 
 /// What is played on the drill of this computer, and how.
@@ -59,6 +66,11 @@ pub(crate) struct PlayArgs {
     /// Answer each tool change after so many seconds, as a person or a changer would. The virtual drill needs none.
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
     pub(crate) confirm_tools: Duration,
+}
+
+/// The tools of `program` in the places of a magazine, numbered in the order of their use.
+fn filled(program: &Program) -> Vec<Option<StockedTool>> {
+    (1..).zip(&program.bits).map(|(number, bit)| Some(StockedTool { number, bit: bit.clone() })).collect()
 }
 
 /// A number of times; which of them can be, the drill says.
@@ -87,7 +99,7 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     }
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
-    let how = BoardHow { level: args.level, from_start: args.from_start };
+    let how = BoardHow { level: args.level, from_start: args.from_start, loads: args.load_magazine };
     let (drill, operator, runtime) = opened(&args.play, how.level, json)?;
     let bytes = program::encode(&job.program);
     let level_key = key_of(&job.program);
@@ -188,6 +200,10 @@ impl Operator {
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         self.may_begin(accept)?;
+        if how.loads {
+            let places = filled(&program::decode(bytes).map_err(Refusal::content)?);
+            self.ask(Ask::Stock { places, spindle: Held::Nothing })?;
+        }
         let greeting = self.drill.greeting();
         if how.level {
             follows(&greeting, level_key)?;

@@ -5,6 +5,7 @@ mod disk;
 mod feed_override;
 mod lab;
 mod late;
+mod magazine;
 mod milling;
 mod play;
 mod rack;

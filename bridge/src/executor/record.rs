@@ -70,7 +70,7 @@ impl<P: Pins> Recorded<P> {
 }
 
 impl<P: Pins> Pins for Recorded<P> {
-    pass_pins_on!(spindle, output, spindle_state, inputs, rest, due, bit, ahead, attend);
+    pass_pins_on!(spindle, output, spindle_state, inputs, rest, due, bit, stock, ahead, attend);
 
     fn step(&mut self, at_tick: u64, axes: AxisSet, forward: AxisSet) {
         self.pins.step(at_tick, axes, forward);

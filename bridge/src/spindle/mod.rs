@@ -250,7 +250,7 @@ impl Converted {
 }
 
 impl Pins for Converted {
-    pass_pins_on!(step, inputs, output, rest, due, bit, ahead, attend);
+    pass_pins_on!(step, inputs, output, rest, due, bit, stock, ahead, attend);
 
     fn spindle(&mut self, at_tick: u64, rpm: u32) {
         self.want(rpm);

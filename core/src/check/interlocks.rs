@@ -4,7 +4,7 @@
 //! single pulses only where plane and spindles step at the same time.
 
 use crate::diagnostic::Diagnostic;
-use crate::job::{Gate, Input, Otherwise, Stage, Switching};
+use crate::job::{Gate, Input, Mark, Otherwise, Stage, Switching};
 use crate::machine::{MOST_RPM, Machine};
 use crate::steps::replay;
 use crate::steps::stream::{Run, Segment, rounded};
@@ -33,6 +33,11 @@ pub(super) struct Interlocks {
     spindle_since: u64,
     /// The stroke before may have ended on the contact sensor: the tip stands on the board.
     touching: bool,
+    /// How long the presser foot takes; none where there is none.
+    foot_ticks: Option<u64>,
+    foot_down: bool,
+    /// When it is where it was sent to.
+    foot_there: u64,
 }
 
 impl Interlocks {
@@ -42,7 +47,16 @@ impl Interlocks {
         let wanted = if overlap.on { Length::from_mm(overlap.clear_mm) } else { CLEARANCE };
         let clearance = machine.z.scale.steps(wanted.min(machine.process.safe_height));
         let spin_up_ticks = libm::floor(machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;
-        Self { clearance, spin_up_ticks, spindle_rpm: 0, spindle_since: 0, touching: false }
+        Self {
+            clearance,
+            spin_up_ticks,
+            spindle_rpm: 0,
+            spindle_since: 0,
+            touching: false,
+            foot_ticks: machine.foot.on.then(|| machine.foot.ticks()),
+            foot_down: false,
+            foot_there: 0,
+        }
     }
 
     /// Whether the spindle was left running.
@@ -66,7 +80,12 @@ impl Interlocks {
         {
             (self.spindle_rpm, self.spindle_since) = (rpm, now);
         }
-        let rpm = self.spindle_rpm;
+        if let Switching::Foot { down } = segment.effect
+            && down != self.foot_down
+        {
+            (self.foot_down, self.foot_there) = (down, now + self.foot_ticks.unwrap_or(0));
+        }
+        let (rpm, is_there) = (self.spindle_rpm, now >= self.foot_there);
         let mut refuse = |broken: bool, code: &str| {
             if broken {
                 let diagnostic = Diagnostic::error(code).with("height_steps", low_z);
@@ -82,6 +101,11 @@ impl Interlocks {
             in_plane && !milled && low_z < self.clearance && drags(segment, heights.starts, self.clearance);
         refuse(dragged, "check.xy_in_board");
         let in_board = low_z < 0;
+        let drills =
+            matches!(segment.stage, Stage::Approach | Stage::Drill) && matches!(segment.mark, Mark::Hole(_));
+        let pressed = self.foot_down && is_there;
+        refuse(self.foot_ticks.is_some() && drills && !pressed, "check.foot_up");
+        refuse(in_plane && (self.foot_down || !is_there), "check.foot_down");
         // A bit that stands still may touch the board, and rise from it again: where it touches nothing, that is an alarm.
         let touch = |gate: Gate| gate.input == Input::Contact && gate.otherwise == Otherwise::Alarm;
         let touches = segment.gate.is_some_and(touch);
@@ -171,7 +195,6 @@ fn drags_by_pulses(segment: &Segment, starts: &[i64], clearance: i64) -> bool {
 mod tests {
     use super::*;
     use crate::chance::Chance;
-    use crate::job::Mark;
     use crate::machine::Steps;
 
     #[test]

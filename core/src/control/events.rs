@@ -76,6 +76,10 @@ pub enum Event {
     },
     /// Report: the leg waits for a bit.
     BitWanted,
+    /// Report: the leg waits for a bit that the machine fetches itself.
+    ChangeWanted,
+    /// Report: the machine has fetched it.
+    Changed,
     /// Report: the queue rests between two rows.
     QueueHeld,
     /// Report: the last row of the queue is done.
@@ -128,6 +132,8 @@ pub enum Action {
     Queue,
     /// Run the next leg. Moves.
     NextLeg,
+    /// Fetch the bit that the leg waits for. Moves.
+    ChangeTool,
     /// Run what is left of the leg after its bit. Moves.
     RestOfLeg,
     /// Spindle on again, as before the pause, then the next leg. Moves.
@@ -159,6 +165,7 @@ impl Action {
                 | Self::Approach { .. }
                 | Self::Queue
                 | Self::NextLeg
+                | Self::ChangeTool
                 | Self::RestOfLeg
                 | Self::SpindleOn
                 | Self::MakeSafe { .. }

@@ -11,6 +11,8 @@
 //!
 //! Stop brakes, then the tip is lifted. Stop again while it rises holds it where it is, spindle off.
 //!
+//! A bit that the machine fetches itself is changed while it moves: Stop brakes there as it does while it drills.
+//!
 //! A queue of work commands runs and holds in the states of a job; its rows may home, so it needs no trust to begin.
 //!
 //! Comes in: asks, and what the executor reports. Goes out: the next session and what to do. One thing moves at a time;
@@ -91,6 +93,8 @@ pub fn step(session: &Session, event: Event) -> (Session, Vec<Action>) {
         | Event::Arrived
         | Event::LegDone { .. }
         | Event::BitWanted
+        | Event::ChangeWanted
+        | Event::Changed
         | Event::QueueHeld
         | Event::QueueDone
         | Event::Rested
@@ -250,10 +254,15 @@ impl Session {
                 (self.state, self.wish) = (State::Pausing, Wish::StopAfterHole);
                 Vec::new()
             }
+            // What the machine changes by itself it brings to its end first.
+            (Event::StopAfterHole, State::ToolChange) if self.moving => {
+                self.wish = Wish::StopAfterHole;
+                Vec::new()
+            }
             (Event::StopAfterHole, State::Paused | State::ToolChange) => {
                 self.finish(Ending::StoppedAfterHole)
             }
-            (Event::ToolChanged, State::ToolChange) => {
+            (Event::ToolChanged, State::ToolChange) if !self.moving => {
                 self.state = if self.wish == Wish::None { State::Running } else { State::Pausing };
                 vec![Action::RestOfLeg]
             }
@@ -272,12 +281,13 @@ impl Session {
         match self.state {
             State::NotHomed | State::Ready => vec![Action::SpindleOff],
             State::Alarm => vec![Action::Brake, Action::SpindleOff],
-            State::Paused | State::ToolChange => self.finish(Ending::Stopped),
+            State::Paused => self.finish(Ending::Stopped),
+            State::ToolChange if !self.moving => self.finish(Ending::Stopped),
             State::Stopping => {
                 self.held = self.lifting;
                 vec![Action::Brake]
             }
-            State::Running | State::Pausing => {
+            State::Running | State::Pausing | State::ToolChange => {
                 (self.state, self.ending) = (State::Stopping, Some(Ending::Stopped));
                 vec![Action::Brake]
             }
@@ -321,6 +331,17 @@ impl Session {
                 Vec::new()
             }
             (State::Running | State::Pausing, Event::QueueDone) => self.finish(Ending::Done),
+            (State::Running | State::Pausing, Event::ChangeWanted) => {
+                self.state = State::ToolChange;
+                vec![Action::ChangeTool]
+            }
+            (State::ToolChange, Event::Changed) if self.wish == Wish::StopAfterHole => {
+                self.finish(Ending::StoppedAfterHole)
+            }
+            (State::ToolChange, Event::Changed) => {
+                self.state = if self.wish == Wish::None { State::Running } else { State::Pausing };
+                vec![Action::RestOfLeg]
+            }
             (State::Running | State::Pausing, Event::BitWanted) => {
                 self.state = State::ToolChange;
                 vec![Action::SpindleOff]
@@ -416,6 +437,8 @@ mod tests {
                 (_, Action::Home) => Event::Homed,
                 (_, Action::Jog { .. } | Action::Approach { .. } | Action::SpindleOn) => Event::Arrived,
                 (2, Action::NextLeg) => Event::BitWanted,
+                (3, Action::NextLeg) => Event::ChangeWanted,
+                (_, Action::ChangeTool) => Event::Changed,
                 (2, Action::Queue) => Event::QueueDone,
                 (_, Action::Queue) => Event::QueueHeld,
                 (_, Action::MakeSafe { .. }) => Event::Safe,
@@ -454,6 +477,8 @@ mod tests {
                 | Event::Arrived
                 | Event::LegDone { .. }
                 | Event::BitWanted
+                | Event::ChangeWanted
+                | Event::Changed
                 | Event::QueueHeld
                 | Event::QueueDone
                 | Event::Rested
@@ -477,7 +502,8 @@ mod tests {
                 Action::Home => *event == Event::Home,
                 Action::Jog { .. } => matches!(event, Event::Jog { .. }),
                 Action::Approach { .. } => matches!(event, Event::Start { .. }),
-                Action::RestOfLeg => *event == Event::ToolChanged,
+                Action::RestOfLeg => matches!(event, Event::ToolChanged | Event::Changed),
+                Action::ChangeTool => *event == Event::ChangeWanted,
                 Action::SpindleOn => *event == Event::Resume,
                 Action::Queue => *event == Event::Queue,
                 Action::NextLeg => before.state == State::Running || before.state == State::Pausing,
@@ -486,7 +512,11 @@ mod tests {
             assert!(asked, "nothing moves unasked: {trace}");
             let job = matches!(
                 action,
-                Action::Approach { .. } | Action::NextLeg | Action::RestOfLeg | Action::SpindleOn
+                Action::Approach { .. }
+                    | Action::NextLeg
+                    | Action::RestOfLeg
+                    | Action::ChangeTool
+                    | Action::SpindleOn
             );
             assert!(!job || after.trust == Trust::Trusted, "no job without trust: {trace}");
             assert!(!job || after.alarm.is_none(), "no job with an alarm: {trace}");
@@ -515,7 +545,7 @@ mod tests {
         let with_queue =
             matches!(after.state, State::Running | State::Pausing | State::Paused | State::Stopping);
         assert!(!after.queue || with_queue, "a queue in a state that knows none: {trace}");
-        if matches!(after.state, State::Ready | State::NotHomed | State::Paused | State::ToolChange) {
+        if matches!(after.state, State::Ready | State::NotHomed | State::Paused) {
             assert!(!after.moving, "a state of rest while something moves: {trace}");
         }
     }

@@ -314,6 +314,11 @@ pub enum Switching {
         /// Index into the program's bits.
         bit: u32,
     },
+    /// The presser foot.
+    Foot {
+        /// Down onto the board, else up.
+        down: bool,
+    },
 }
 
 /// The inputs of a machine.
@@ -334,11 +339,40 @@ pub enum Input {
     ZBottom,
     /// Tip touches the board.
     Contact,
+    /// The presser foot is down.
+    FootDown,
+    /// The clamp of the spindle is open.
+    ClampOpen,
+    /// A tool is in the spindle.
+    ToolHeld,
+    /// A tool lies in the place of the magazine below the spindle.
+    PlaceTaken,
+    /// The cover of the machine is open.
+    CoverOpen,
+    /// There is air for clamp and foot.
+    Air,
 }
 
 impl Input {
     /// All of them, in the order of their bits.
-    pub const ALL: [Self; 7] =
+    pub const ALL: [Self; 13] = [
+        Self::XMin,
+        Self::XMax,
+        Self::YMin,
+        Self::YMax,
+        Self::ZTop,
+        Self::ZBottom,
+        Self::Contact,
+        Self::FootDown,
+        Self::ClampOpen,
+        Self::ToolHeld,
+        Self::PlaceTaken,
+        Self::CoverOpen,
+        Self::Air,
+    ];
+
+    /// Those of the axes and of the tip: the first ones.
+    pub const OF_AXES: [Self; 7] =
         [Self::XMin, Self::XMax, Self::YMin, Self::YMax, Self::ZTop, Self::ZBottom, Self::Contact];
 
     /// Its bit in a word of inputs.

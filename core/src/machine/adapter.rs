@@ -59,7 +59,7 @@ pub struct AdapterWiring {
     pub port: String,
     /// What its pins are.
     pub outputs: AdapterOutputs,
-    /// The input of each of [`Input::ALL`], in its order; [`UNWIRED`] where there is none.
+    /// The input of each of [`Input::OF_AXES`], in its order; [`UNWIRED`] where there is none.
     pub sensors: Vec<i8>,
     /// 1 for each of them that is on while its pin is low.
     pub sensors_low: Vec<i8>,
@@ -79,8 +79,8 @@ impl Default for AdapterWiring {
             port: String::new(),
             outputs: AdapterOutputs::Steps,
             sensors: vec![0, 1, 2, 3, 4, 5, UNWIRED],
-            sensors_low: vec![0; Input::ALL.len()],
-            filters_us: vec![0; Input::ALL.len()],
+            sensors_low: vec![0; Input::OF_AXES.len()],
+            filters_us: vec![0; Input::OF_AXES.len()],
             steps_low: vec![0; AXES],
             directions_low: vec![0; AXES],
             output_name: String::new(),
@@ -97,19 +97,19 @@ impl AdapterWiring {
     /// The inputs, one bit each ([`Input::bit`]), where those of the adapter are `on`, one bit each.
     pub fn inputs(&self, on: u16) -> u32 {
         let is_on = |input: &Input| self.sensor(*input).is_some_and(|number| on >> number & 1 == 1);
-        Input::ALL.into_iter().filter(is_on).fold(0, |inputs, input| inputs | input.bit())
+        Input::OF_AXES.into_iter().filter(is_on).fold(0, |inputs, input| inputs | input.bit())
     }
 
     /// The adapter's inputs, one bit each, of those in `inputs`, one bit each ([`Input::bit`]).
     pub fn wired(&self, inputs: u32) -> u8 {
-        let wired = Input::ALL.into_iter().filter(|input| inputs & input.bit() != 0);
+        let wired = Input::OF_AXES.into_iter().filter(|input| inputs & input.bit() != 0);
         wired.filter_map(|input| self.sensor(input)).fold(0, |wired, number| wired | 1 << number)
     }
 
     /// The filter of each of the adapter's inputs, in µs.
     pub fn filters_us(&self) -> [u16; INPUTS] {
         let mut filters_us = [0; INPUTS];
-        for input in Input::ALL {
+        for input in Input::OF_AXES {
             let own = self.sensor(input).and_then(|number| filters_us.get_mut(usize::from(number)));
             if let (Some(own), Some(filter_us)) = (own, self.filters_us.get(input as usize)) {
                 *own = *filter_us;
@@ -120,7 +120,8 @@ impl AdapterWiring {
 
     /// The adapter's inputs, one bit each, that are on while their pin is low.
     pub fn low_inputs(&self) -> u8 {
-        let low = Input::ALL.into_iter().filter(|input| self.sensors_low.get(*input as usize) == Some(&1));
+        let low =
+            Input::OF_AXES.into_iter().filter(|input| self.sensors_low.get(*input as usize) == Some(&1));
         low.filter_map(|input| self.sensor(input)).fold(0, |low, number| low | 1 << number)
     }
 }
@@ -189,9 +190,9 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
     let adapter = &machine.adapter;
     let mut diagnostics = Vec::new();
     let lengths = [
-        ("adapter.sensors", adapter.sensors.len(), Input::ALL.len()),
-        ("adapter.sensors_low", adapter.sensors_low.len(), Input::ALL.len()),
-        ("adapter.filters", adapter.filters_us.len(), Input::ALL.len()),
+        ("adapter.sensors", adapter.sensors.len(), Input::OF_AXES.len()),
+        ("adapter.sensors_low", adapter.sensors_low.len(), Input::OF_AXES.len()),
+        ("adapter.filters", adapter.filters_us.len(), Input::OF_AXES.len()),
         ("adapter.steps_low", adapter.steps_low.len(), AXES),
         ("adapter.directions_low", adapter.directions_low.len(), AXES),
     ];
@@ -214,7 +215,8 @@ pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
 fn sensors(machine: &Machine) -> Vec<Diagnostic> {
     const KEY: &str = "adapter.sensors";
     let mut diagnostics = Vec::new();
-    let wired: Vec<u8> = Input::ALL.into_iter().filter_map(|input| machine.adapter.sensor(input)).collect();
+    let wired: Vec<u8> =
+        Input::OF_AXES.into_iter().filter_map(|input| machine.adapter.sensor(input)).collect();
     let twice = wired.iter().enumerate().find(|(at, number)| wired[..*at].contains(number));
     if let Some((_, number)) = twice {
         diagnostics.push(refuse("machine.card_bit_twice", KEY).with("bit", number).with("other", KEY));
@@ -233,7 +235,7 @@ fn sensors(machine: &Machine) -> Vec<Diagnostic> {
 fn without_pins(machine: &Machine) -> Vec<Diagnostic> {
     let adapter = &machine.adapter;
     let mut diagnostics = Vec::new();
-    let wired = Input::ALL.into_iter().filter_map(|input| adapter.sensor(input));
+    let wired = Input::OF_AXES.into_iter().filter_map(|input| adapter.sensor(input));
     if let Some(input) = wired.filter(|number| *number > LAST_INPUT_OF_PHASES).min() {
         let why = refuse("machine.adapter_no_input", "adapter.sensors").with("input", input);
         diagnostics.push(why.with("last", LAST_INPUT_OF_PHASES));

@@ -11,6 +11,7 @@
 //!
 //! Boards of one name differ: the pins are those that most are sold with. Goes out: complete [`Machine`]s. Knows no files.
 
+use super::wiring::of_inputs;
 use super::{
     Axis, DownLimits, Machine, Output, Overlap, Parallel, Process, Scale, StepDir, UNWIRED, Wiring,
     hobby_3018,
@@ -45,8 +46,8 @@ fn mill_3040(board: Board) -> Machine {
     };
     let wiring = Wiring {
         spindle: board.spindle,
-        sensors: vec![3, UNWIRED, 4, UNWIRED, 2, UNWIRED, board.contact],
-        sensors_low: vec![1; 7],
+        sensors: of_inputs(vec![3, UNWIRED, 4, UNWIRED, 2, UNWIRED, board.contact], UNWIRED),
+        sensors_low: of_inputs(vec![1; 7], 0),
         start_stop_hz: board.start_stop_hz,
         drivers: board.drivers,
         ..Parallel::default().wiring

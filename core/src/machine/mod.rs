@@ -11,6 +11,8 @@ mod card;
 mod converter;
 mod drive;
 pub mod dynamics;
+mod foot;
+mod magazine;
 mod parallel;
 pub mod phases;
 mod presets;
@@ -26,6 +28,8 @@ pub use adapter::{AdapterOutputs, AdapterWiring};
 pub use card::Card;
 pub use converter::Converter;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
+pub use foot::Foot;
+pub use magazine::{MOST_PLACES, Magazine};
 pub use parallel::Parallel;
 pub use presets::{
     VIRTUAL_NAME, hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill,
@@ -103,6 +107,10 @@ pub struct Machine {
     pub longest_drilling_s: f64,
     /// How bits are changed.
     pub tool_change: ToolChange,
+    /// Where its tools lie, where it changes them itself.
+    pub magazine: Magazine,
+    /// The presser foot.
+    pub foot: Foot,
     /// The tools one owns.
     pub rack: Vec<RackTool>,
     /// How far a hole's size may be from the bit used for it.
@@ -138,6 +146,8 @@ pub enum StrokeEnd {
 pub enum ToolChange {
     /// A person does it and says so.
     Manual,
+    /// The machine does it, with a magazine.
+    Magazine,
     /// The machine is told to go on without asking (virtual drill, tests).
     Unattended,
 }
@@ -187,6 +197,10 @@ pub struct Scale {
     pub micro_steps: i64,
     /// … per this many nanometres: one millimetre or one inch.
     pub per: ScaleUnit,
+    /// The electronic gear: so many steps for …
+    pub gear_up: u32,
+    /// … so many that the scale counts.
+    pub gear_down: u32,
 }
 
 /// The length a scale counts steps over.
@@ -201,12 +215,17 @@ pub enum ScaleUnit {
 impl Scale {
     /// `steps` per millimetre, to a millionth of a step.
     pub fn per_mm(steps: f64) -> Self {
-        Self { micro_steps: libm::round(steps * 1e6) as i64, per: ScaleUnit::Millimetre }
+        Self {
+            micro_steps: libm::round(steps * 1e6) as i64,
+            per: ScaleUnit::Millimetre,
+            gear_up: 1,
+            gear_down: 1,
+        }
     }
 
     /// `steps` per inch.
     pub fn per_inch(steps: f64) -> Self {
-        Self { micro_steps: libm::round(steps * 1e6) as i64, per: ScaleUnit::Inch }
+        Self { micro_steps: libm::round(steps * 1e6) as i64, per: ScaleUnit::Inch, gear_up: 1, gear_down: 1 }
     }
 
     const fn per_nm(self) -> i64 {
@@ -219,8 +238,9 @@ impl Scale {
     /// The step nearest to the absolute coordinate `at`, halves away from zero. Convert absolute coordinates and
     /// subtract afterwards: then errors never add up (A6).
     pub fn steps(self, at: Length) -> i64 {
-        let numerator = i128::from(at.nm()) * i128::from(self.micro_steps);
-        let denominator = i128::from(self.per_nm()) * 1_000_000;
+        let (up, down) = self.gear();
+        let numerator = i128::from(at.nm()) * i128::from(self.micro_steps) * up;
+        let denominator = i128::from(self.per_nm()) * 1_000_000 * down;
         let half = denominator / 2;
         let rounded = if numerator >= 0 { numerator + half } else { numerator - half } / denominator;
         rounded.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64
@@ -228,8 +248,9 @@ impl Scale {
 
     /// The coordinate of step `steps`, to the nearest nanometre, halves away from zero.
     pub fn length(self, steps: i64) -> Length {
-        let numerator = i128::from(steps) * i128::from(self.per_nm()) * 1_000_000;
-        let denominator = i128::from(self.micro_steps.max(1));
+        let (up, down) = self.gear();
+        let numerator = i128::from(steps) * i128::from(self.per_nm()) * 1_000_000 * down;
+        let denominator = i128::from(self.micro_steps.max(1)) * up;
         let half = denominator / 2;
         let rounded = if numerator >= 0 { numerator + half } else { numerator - half } / denominator;
         Length::from_nm(rounded.clamp(i128::from(i64::MIN), i128::from(i64::MAX)) as i64)
@@ -237,7 +258,13 @@ impl Scale {
 
     /// Steps in a millimetre, for speeds.
     pub fn steps_per_mm(self) -> f64 {
-        self.micro_steps as f64 / 1e6 / (self.per_nm() as f64 / NM_PER_MM as f64)
+        let gear = f64::from(self.gear_up.max(1)) / f64::from(self.gear_down.max(1));
+        self.micro_steps as f64 / 1e6 / (self.per_nm() as f64 / NM_PER_MM as f64) * gear
+    }
+
+    /// The gear as whole numbers above 0.
+    fn gear(self) -> (i128, i128) {
+        (i128::from(self.gear_up.max(1)), i128::from(self.gear_down.max(1)))
     }
 }
 
@@ -252,6 +279,8 @@ pub struct Process {
     pub board_thickness: Length,
     /// How far the tip goes below the board.
     pub breakthrough: Length,
+    /// How far below the surface the tip may be at most before the contact tells of it; 0 where that is not looked at.
+    pub contact_tolerance: Length,
     /// Speed down through the board, mm/s.
     pub feed_mm_per_s: f64,
     /// Pause at the bottom, in ms.
@@ -316,7 +345,37 @@ impl Machine {
         if self.output == Output::Adapter {
             return self.adapter.output_name.split_whitespace().map(str::to_owned).collect();
         }
-        self.wiring().names()
+        let mut names = self.wiring().names();
+        if self.output == Output::Virtual {
+            // What the virtual drill has is wired.
+            let foot = self.foot.on.then_some(&self.foot.output);
+            let own = foot.into_iter().chain(self.has_magazine().then_some(&self.magazine.clamp));
+            for own in own {
+                if !names.contains(own) {
+                    names.push(own.clone());
+                }
+            }
+        }
+        names
+    }
+
+    /// The place of the output called `name`.
+    pub fn output_place(&self, name: &str) -> Option<u8> {
+        self.output_names().iter().position(|own| own == name).and_then(|place| u8::try_from(place).ok())
+    }
+
+    /// Whether anybody tells of `input`: the virtual drill of each, everything else of what has a wire.
+    pub fn tells(&self, input: Input) -> bool {
+        match self.output {
+            Output::Virtual => true,
+            Output::Card | Output::Parallel => self.wiring().sensor(input) != UNWIRED,
+            Output::Adapter => self.adapter.sensor(input).is_some(),
+        }
+    }
+
+    /// The inputs that anybody tells of, one bit each.
+    pub fn told_inputs(&self) -> u32 {
+        Input::ALL.into_iter().filter(|input| self.tells(*input)).fold(0, |told, input| told | input.bit())
     }
 
     /// The wiring in force: that of the parallel port where one is driven, else that of the card.

@@ -9,7 +9,7 @@
 
 use super::settings::{Setting, Value, ValueKind};
 use super::step_dir::{read_times, times};
-use super::wiring::{Pinout, bits, numbers, whole, wiring_rows};
+use super::wiring::{Pinout, bits, numbers, of_inputs, whole, wiring_rows};
 use super::{Machine, Output, StepDir, UNWIRED, Wiring};
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
@@ -33,7 +33,7 @@ impl Default for Parallel {
             spindle: UNWIRED,
             outputs: Vec::new(),
             output_names: String::new(),
-            sensors: vec![0, UNWIRED, 1, UNWIRED, 2, 3, 4],
+            sensors: of_inputs(vec![0, UNWIRED, 1, UNWIRED, 2, 3, 4], UNWIRED),
             sensors_low: vec![0; Input::ALL.len()],
             start_stop_hz: 70,
             drivers: StepDir::default(),

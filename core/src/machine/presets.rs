@@ -5,8 +5,8 @@
 
 use super::boards;
 use super::{
-    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, HomeEnd, Law, Machine, MotionLaws,
-    Output, Overlap, Parallel, PhaseTable, Process, RackTool, Scale, StrokeEnd, ToolChange,
+    AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, Foot, HomeEnd, Law, Machine,
+    Magazine, MotionLaws, Output, Overlap, Parallel, PhaseTable, Process, RackTool, Scale, StrokeEnd, ToolChange,
 };
 use crate::units::Length;
 
@@ -93,18 +93,26 @@ pub fn virtual_drill() -> Machine {
         rack: common_bits(),
         rack_tolerance: mm(0.05),
         tool_change: ToolChange::Manual,
-        process: Process {
-            safe_height: mm(2.0),
-            feed_height: mm(0.3),
-            board_thickness: mm(1.6),
-            breakthrough: mm(0.5),
-            feed_mm_per_s: 12.0,
-            dwell_bottom_ms: 0.0,
-            spindle_rpm: 30_000,
-            max_rpm: 60_000,
-            spin_up_ms: 1_500.0,
-            surface: mm(-30.0),
-        },
+        magazine: Magazine::default(),
+        foot: Foot::default(),
+        process: virtual_process(),
+    }
+}
+
+/// How the virtual drill drills.
+fn virtual_process() -> Process {
+    Process {
+        safe_height: mm(2.0),
+        feed_height: mm(0.3),
+        board_thickness: mm(1.6),
+        breakthrough: mm(0.5),
+        contact_tolerance: Length::ZERO,
+        feed_mm_per_s: 12.0,
+        dwell_bottom_ms: 0.0,
+        spindle_rpm: 30_000,
+        max_rpm: 60_000,
+        spin_up_ms: 1_500.0,
+        surface: mm(-30.0),
     }
 }
 
@@ -173,18 +181,26 @@ pub fn lab() -> Machine {
         rack: common_bits(),
         rack_tolerance: mm(0.1),
         tool_change: ToolChange::Manual,
-        process: Process {
-            safe_height: mm(2.0),
-            feed_height: mm(0.3),
-            board_thickness: mm(1.6),
-            breakthrough: mm(0.5),
-            feed_mm_per_s: 2.0,
-            dwell_bottom_ms: 0.0,
-            spindle_rpm: 20_000,
-            max_rpm: 30_000,
-            spin_up_ms: 1_000.0,
-            surface: mm(-12.0),
-        },
+        magazine: Magazine::default(),
+        foot: Foot::default(),
+        process: lab_process(),
+    }
+}
+
+/// How the laboratory drill drills.
+fn lab_process() -> Process {
+    Process {
+        safe_height: mm(2.0),
+        feed_height: mm(0.3),
+        board_thickness: mm(1.6),
+        breakthrough: mm(0.5),
+        contact_tolerance: Length::ZERO,
+        feed_mm_per_s: 2.0,
+        dwell_bottom_ms: 0.0,
+        spindle_rpm: 20_000,
+        max_rpm: 30_000,
+        spin_up_ms: 1_000.0,
+        surface: mm(-12.0),
     }
 }
 

@@ -72,6 +72,10 @@ macro_rules! axis {
                 |m, v| m.$axis.scale.micro_steps = libm::round(number(v) * 1e6) as i64),
             words!(concat!(stringify!($axis), ".scale_per"), true, $axis.scale.per,
                 "mm" => ScaleUnit::Millimetre, "inch" => ScaleUnit::Inch),
+            whole!(concat!(stringify!($axis), ".gear_up"), "", ValueKind::Whole(1.0, 100_000.0), true,
+                $axis.scale.gear_up),
+            whole!(concat!(stringify!($axis), ".gear_down"), "", ValueKind::Whole(1.0, 100_000.0), true,
+                $axis.scale.gear_down),
             length!(concat!(stringify!($axis), ".min"), ValueKind::Number(-2000.0, 2000.0), false, $axis.min),
             length!(concat!(stringify!($axis), ".max"), ValueKind::Number(-2000.0, 2000.0), false, $axis.max),
             plain!(concat!(stringify!($axis), ".max_speed"), "mm/s", ValueKind::Number(0.01, 5000.0), true,
@@ -190,6 +194,12 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
             length!("stroke.feed_height", ValueKind::Number(0.0, 100.0), true, process.feed_height),
             length!("stroke.board_thickness", ValueKind::Number(0.1, 20.0), true, process.board_thickness),
             length!("stroke.breakthrough", ValueKind::Number(0.0, 10.0), true, process.breakthrough),
+            length!(
+                "stroke.contact_tolerance",
+                ValueKind::Number(0.0, 5.0),
+                false,
+                process.contact_tolerance
+            ),
             plain!("stroke.feed", "mm/s", ValueKind::Number(0.01, 500.0), true, process.feed_mm_per_s),
             plain!(
                 "stroke.dwell_bottom",
@@ -222,7 +232,10 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
                 rack_of(v).unwrap_or_default()),
             length!("rack.tolerance", ValueKind::Number(0.0, 1.0), false, rack_tolerance),
             words!("rack.change", false, tool_change,
-                "manual" => ToolChange::Manual, "unattended" => ToolChange::Unattended),
+                "manual" => ToolChange::Manual, "magazine" => ToolChange::Magazine,
+                "unattended" => ToolChange::Unattended),
         ],
     ),
+    ("magazine", super::magazine::ROWS),
+    ("foot", super::foot::ROWS),
 ];

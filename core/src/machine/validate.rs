@@ -5,10 +5,11 @@
 //! `phases`.
 
 use super::{
-    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, parallel, phases,
-    table_speeds,
+    DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, foot, magazine,
+    parallel, phases, table_speeds,
 };
 use crate::diagnostic::Diagnostic;
+use crate::job::Input;
 use crate::units::Length;
 
 /// The most outputs with a name.
@@ -51,6 +52,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     }
     diagnostics.extend(homing_of_z(machine));
     diagnostics.extend(play_of_z(machine));
+    diagnostics.extend(contact(machine));
     diagnostics.extend(outputs(machine));
     diagnostics.extend(drives(machine));
     diagnostics.extend(strokes(machine));
@@ -59,6 +61,8 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(parallel::validate(machine));
     diagnostics.extend(adapter::validate(machine));
     diagnostics.extend(converter::validate(machine));
+    diagnostics.extend(foot::validate(machine));
+    diagnostics.extend(magazine::validate(machine));
     diagnostics
 }
 
@@ -78,6 +82,14 @@ fn homing_of_z(machine: &Machine) -> Option<Diagnostic> {
 fn play_of_z(machine: &Machine) -> Option<Diagnostic> {
     let play = machine.z.backlash;
     (play > Length::ZERO).then(|| refuse("machine.z_with_play", "z.backlash", play.mm(), 0.0))
+}
+
+/// A contact that is looked at in every stroke is one that somebody tells of.
+fn contact(machine: &Machine) -> Option<Diagnostic> {
+    let tolerance = machine.process.contact_tolerance;
+    let is_there = machine.tells(Input::Contact) && machine.output != Output::Adapter;
+    let wanted = tolerance > Length::ZERO && !is_there;
+    wanted.then(|| refuse("machine.no_contact", "stroke.contact_tolerance", tolerance.mm(), 0.0))
 }
 
 /// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.

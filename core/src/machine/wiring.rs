@@ -86,6 +86,17 @@ pub(super) fn bits(value: &Value) -> Vec<i8> {
     numbers.iter().map(|number| *number as i8).collect()
 }
 
+/// How many inputs there were before those of presser foot and magazine: lists that are so long were written then.
+const FIRST_INPUTS: usize = 7;
+
+/// A list with a number for each of [`Input::ALL`]; the further inputs of one that knows the first ones alone get `rest`.
+pub(super) fn of_inputs<T: Clone>(mut numbers: Vec<T>, rest: T) -> Vec<T> {
+    if numbers.len() == FIRST_INPUTS {
+        numbers.resize(Input::ALL.len(), rest);
+    }
+    numbers
+}
+
 pub(super) fn whole(value: &Value) -> f64 {
     if let Value::Number(number) = value { *number } else { 0.0 }
 }
@@ -103,6 +114,10 @@ macro_rules! wiring_rows {
     (@list $section:ident, $name:literal, $low:literal, $high:literal, $($field:tt)+) => {
         wiring_rows!(@row concat!(stringify!($section), $name), "", ValueKind::Wholes($low, $high),
             |m| numbers(&m.$section.wiring.$($field)+), |m, v| m.$section.wiring.$($field)+ = bits(v))
+    };
+    (@inputs $section:ident, $name:literal, $low:literal, $high:literal, $rest:expr, $field:ident) => {
+        wiring_rows!(@row concat!(stringify!($section), $name), "", ValueKind::Wholes($low, $high),
+            |m| numbers(&m.$section.wiring.$field), |m, v| m.$section.wiring.$field = of_inputs(bits(v), $rest))
     };
     (@whole $section:ident, $name:literal, $unit:literal, $low:literal, $high:literal, $($field:tt)+) => {
         wiring_rows!(@row concat!(stringify!($section), $name), $unit, ValueKind::Whole($low, $high),
@@ -126,8 +141,8 @@ macro_rules! wiring_rows {
                 |m, v| m.$section.wiring.spindle = whole(v) as i8),
             wiring_rows!(@list $section, ".outputs", 0.0, 31.0, outputs),
             wiring_rows!(@text $section, ".output_names", output_names),
-            wiring_rows!(@list $section, ".sensors", -1.0, 31.0, sensors),
-            wiring_rows!(@list $section, ".sensors_low", 0.0, 1.0, sensors_low),
+            wiring_rows!(@inputs $section, ".sensors", -1.0, 31.0, UNWIRED, sensors),
+            wiring_rows!(@inputs $section, ".sensors_low", 0.0, 1.0, 0, sensors_low),
             wiring_rows!(@whole $section, ".start_stop_rate", "Hz", 0.0, 20_000.0, start_stop_hz),
             wiring_rows!(@list $section, ".step", -1.0, 31.0, drivers.steps),
             wiring_rows!(@list $section, ".direction", -1.0, 31.0, drivers.directions),

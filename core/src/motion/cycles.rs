@@ -148,6 +148,35 @@ pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Diag
     Ok(writer.done())
 }
 
+/// X and Y in a straight line. An axis with play that goes down comes up through it at the end, as it does by hand: so the axis
+/// is where it is to be, not its motor.
+pub fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<[Timeline; 2], Diagnostic> {
+    let mut beyond = to;
+    for axis in (0..2).filter(|axis| to[*axis] < from[*axis]) {
+        beyond[axis] -= machine.axis(axis).scale.steps(machine.axis(axis).backlash);
+    }
+    Ok([go_to(machine, from, beyond)?, go_to(machine, beyond, to)?])
+}
+
+/// The spindle down to `z_steps`, not faster than `speed_mm_per_s`, from rest at `from`.
+pub fn lower(
+    machine: &Machine,
+    from: Steps,
+    z_steps: i64,
+    speed_mm_per_s: f64,
+) -> Result<Timeline, Diagnostic> {
+    let mut to = from;
+    for axis in installed(machine) {
+        to[axis] = z_steps;
+    }
+    one(machine, Stage::Approach, from, to, speed_mm_per_s)
+}
+
+/// Machine steps of Z with the tip all the way up, where it rests after homing.
+pub fn top(machine: &Machine) -> i64 {
+    machine.z.scale.steps(machine.z.max - machine.z.home_offset)
+}
+
 /// One axis by `steps`, not faster than `speed_mm_per_s`. An axis with play that went down comes up through it at the end, so
 /// that its motor stands where the table does: a work zero set there is where the bit is.
 pub fn jog(

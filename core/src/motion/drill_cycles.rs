@@ -83,7 +83,8 @@ pub fn overlaps(machine: &Machine) -> bool {
 
 /// The hole that `leg` is, where chains may be made of it: to a place, down without a sensor, perhaps wait, and up.
 pub(super) fn plain_hole(machine: &Machine, leg: &Leg) -> Option<Hole> {
-    if !machine.overlap.on || machine.drive != DriveKind::Planned || !matches!(leg.mark, Mark::Hole(_)) {
+    let together = machine.overlap.on && machine.drive == DriveKind::Planned && !machine.foot.on;
+    if !together || !matches!(leg.mark, Mark::Hole(_)) {
         return None;
     }
     let (to, plunge, dwell_us, top) = match *leg.commands.as_slice() {

@@ -142,6 +142,10 @@ pub(super) struct Writer<'a> {
     /// How fast each bit of the program is lifted at most, mm/s; and the one that is in.
     lifts_mm_per_s: Vec<f64>,
     lift_mm_per_s: f64,
+    /// The presser foot holds the board in this leg.
+    presses: bool,
+    /// It is down.
+    foot_down: bool,
 }
 
 impl<'a> Writer<'a> {
@@ -165,6 +169,8 @@ impl<'a> Writer<'a> {
             turned: [false; AXES],
             lifts_mm_per_s: Vec::new(),
             lift_mm_per_s: f64::INFINITY,
+            presses: false,
+            foot_down: false,
         }
     }
 
@@ -186,11 +192,26 @@ impl<'a> Writer<'a> {
     fn leg(&mut self, index: usize, leg: &Leg, next: Option<&Leg>) -> Result<(), Diagnostic> {
         self.leg = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
         (self.mark, self.command) = (leg.mark, 0);
+        let mills = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
+        let is_hole = matches!(leg.mark, Mark::Hole(_)) && !leg.commands.iter().any(mills);
+        self.presses = self.machine.foot.on && is_hole;
         match plain_hole(self.machine, leg) {
             Some(hole) if self.low.is_some() || self.with_z(hole.top) == self.at => {
                 self.next_hole(hole, next, leg.commands.len())
             }
-            _ => self.commands(&leg.commands),
+            _ => {
+                self.commands(&leg.commands)?;
+                self.foot(false);
+                Ok(())
+            }
+        }
+    }
+
+    /// The presser foot down onto the board, or up from it, and the time that it takes. Without one, nothing.
+    pub(super) fn foot(&mut self, down: bool) {
+        if self.foot_down != down && (self.presses || !down) {
+            self.rest(Stage::Dwell, self.machine.foot.ticks(), Switching::Foot { down });
+            self.foot_down = down;
         }
     }
 
@@ -335,6 +356,9 @@ impl<'a> Writer<'a> {
         target[0] = self.machine.x.scale.steps(to.x);
         target[1] = self.machine.y.scale.steps(to.y);
         let before = self.at;
+        if to != self.place {
+            self.foot(false);
+        }
         self.line(Stage::Travel, self.play(&target), f64::INFINITY, None)?;
         self.settled &= before == self.at;
         if to != self.place {
@@ -365,6 +389,7 @@ impl<'a> Writer<'a> {
             self.rest(Stage::Dwell, ticks, Switching::None);
             self.settled = true;
         }
+        self.foot(true);
         // Where it has been deeper already, as when it pecks, nothing is left to cut down to there.
         let uncut = self.bottom.unwrap_or(Length::ZERO) + self.feed_height;
         let above = self.with_z(uncut.max(to));

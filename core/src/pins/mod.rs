@@ -40,6 +40,7 @@ pub use steady::Steady;
 pub use touches::ShortTouches;
 
 use crate::job::Bit;
+use crate::magazine::ToolStock;
 use crate::steps::AXES;
 
 /// A set of axes, one bit each: bit 0 is X, bit 1 is Y, bits 2 … 7 are Z1 … Z6.
@@ -76,6 +77,10 @@ pub trait Pins {
 
     /// A new bit of this kind is in every spindle.
     fn bit(&mut self, _at_tick: u64, _bit: &Bit) {}
+
+    /// From now on the tools of the magazine and the spindle lie like this, because a person says so. What only drives wires does
+    /// nothing.
+    fn stock(&mut self, _at_tick: u64, _stock: &ToolStock) {}
 
     /// The next step of every axis in `axes`: of those also in `forward` up, of the others down. Nothing moves yet.
     fn ahead(&mut self, _at_tick: u64, _axes: AxisSet, _forward: AxisSet) {}

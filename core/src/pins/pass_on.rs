@@ -50,6 +50,11 @@ macro_rules! pass_pins_on {
             self.pins.bit(at_tick, bit);
         }
     };
+    (@ stock) => {
+        fn stock(&mut self, at_tick: u64, stock: &$crate::magazine::ToolStock) {
+            self.pins.stock(at_tick, stock);
+        }
+    };
     (@ ahead) => {
         fn ahead(&mut self, at_tick: u64, axes: $crate::pins::AxisSet, forward: $crate::pins::AxisSet) {
             self.pins.ahead(at_tick, axes, forward);

@@ -18,9 +18,10 @@
 
 use super::feed_override::{FeedOverride, rates};
 use super::{AxisSet, Clock, Pins, SpindleState, SpindleTrouble};
-use crate::job::{Gate, Input, Otherwise, Stage};
+use crate::job::{Gate, Input, Mark, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
 use crate::steps::{AXES, Pulse, Replay, Segment, Steps, Switching, TICK_HZ, replay};
+use crate::units::Length;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -66,6 +67,12 @@ pub struct Motors {
     /// The step rate up to which a motor follows whenever the next pulse comes, in Hz. Infinite where the pins go by stream
     /// time and not by life.
     pub start_stop_hz: f64,
+    /// The output of the presser foot, by its place, where there is one.
+    pub foot: Option<u8>,
+    /// Inputs that must be on while the bit goes down behind a foot that was put down, one bit each.
+    pub pressed: u32,
+    /// Machine steps of Z at which a tip that comes down over a hole must have touched the board; none where that is not looked at.
+    pub touched_by: Option<i64>,
 }
 
 impl Motors {
@@ -85,7 +92,13 @@ impl Motors {
             let least = if index < 2 { own } else { own.min(machine.down.max_acceleration_mm_per_s2) };
             least * axis.scale.steps_per_mm() * per_tick2
         });
-        Self { braking_steps_per_tick2: braking, start_stop_hz }
+        let foot = machine.foot.on.then(|| machine.output_place(&machine.foot.output)).flatten();
+        let told = foot.is_some() && machine.tells(Input::FootDown);
+        let pressed = if told { Input::FootDown.bit() } else { 0 };
+        let process = &machine.process;
+        let looks = process.contact_tolerance > Length::ZERO && machine.tells(Input::Contact);
+        let touched_by = looks.then(|| machine.z.scale.steps(process.surface - process.contact_tolerance));
+        Self { braking_steps_per_tick2: braking, start_stop_hz, foot, pressed, touched_by }
     }
 }
 
@@ -107,6 +120,8 @@ pub struct Playhead {
     pub late: u64,
     /// Axes whose latest step counted down: where such an axis has play, its table stands that much above its count.
     pub down: AxisSet,
+    /// The presser foot was put down.
+    pub foot_down: bool,
 }
 
 /// How a segment ended. Always at rest, with [`Playhead::position`] exact.
@@ -120,6 +135,8 @@ pub enum Outcome {
     Unmet(Gate),
     /// A sensor that must not be reached turned on.
     Guarded(Input),
+    /// A sensor that must be on is off.
+    Missing(Input),
     /// A step came later than its motor could wait for, by so many ticks: steps may be lost.
     Late {
         /// How late.
@@ -146,10 +163,19 @@ impl Playhead {
     }
 }
 
-/// Sensors that must stay off all through a segment: those in the direction of motion.
+/// Sensors that must stay off all through a segment: those in the direction of motion; the presser foot where X or Y moves; and
+/// the cover, wherever it is not a move by hand, homing, or the way up.
 fn guard(segment: &Segment) -> u32 {
-    let mut guard = 0;
+    let by_itself = !matches!(
+        segment.stage,
+        Stage::Jog | Stage::Seek | Stage::BackOff | Stage::Locate | Stage::Offset | Stage::Retract
+    );
+    let moves = !segment.runs.is_empty();
+    let mut guard = if moves && by_itself { Input::CoverOpen.bit() } else { 0 };
     for run in &segment.runs {
+        if run.axes & PLANE != 0 {
+            guard |= Input::FootDown.bit();
+        }
         for axis in (0..AXES).filter(|axis| run.axes >> axis & 1 == 1) {
             guard |= match (axis, run.forward) {
                 (0, false) => Input::XMin.bit(),
@@ -212,6 +238,7 @@ pub async fn play_by_turns(
         stepped: [(start, 0); AXES],
         // Milling is meant to move in the board, and an edge is touched and left again.
         plane: if matches!(segment.stage, Stage::Mill | Stage::Touch) { Plane::Done } else { Plane::Before },
+        touched: false,
         end: None,
         line,
         pins,
@@ -242,6 +269,8 @@ struct Play<'a> {
     /// Of every axis: when it stepped last, and how late it was by then.
     stepped: [(u64, u64); AXES],
     plane: Plane,
+    /// The tip touched the board since it was above the place by which it must.
+    touched: bool,
     /// Why it comes to rest early.
     end: Option<Outcome>,
     line: &'a mut Playhead,
@@ -252,9 +281,19 @@ struct Play<'a> {
 
 impl Play<'_> {
     async fn run(mut self) -> Outcome {
-        if let Switching::Spindle { rpm } = self.segment.effect {
-            self.line.wait(self.line.tick, self.clock).await;
-            self.pins.spindle(self.line.tick, rpm);
+        match self.segment.effect {
+            Switching::Spindle { rpm } => {
+                self.line.wait(self.line.tick, self.clock).await;
+                self.pins.spindle(self.line.tick, rpm);
+            }
+            Switching::Foot { down } => {
+                self.line.wait(self.line.tick, self.clock).await;
+                if let Some(place) = self.motors.foot {
+                    self.pins.output(self.line.tick, place, down);
+                }
+                self.line.foot_down = down;
+            }
+            Switching::None | Switching::AwaitBit { .. } => {}
         }
         self.look();
         let mut pulses = replay(self.segment);
@@ -393,9 +432,14 @@ impl Play<'_> {
         }
         let contact = if self.plane == Plane::Moving { Input::Contact.bit() } else { 0 };
         let guard = inputs & (self.guard | contact);
-        let hit = Input::ALL.into_iter().find(|input| guard & input.bit() != 0);
-        if let Some(hit) = hit {
+        let goes_down = matches!(self.segment.stage, Stage::Approach | Stage::Drill);
+        let needed = if goes_down && self.line.foot_down { self.motors.pressed } else { 0 };
+        let missing = if self.is_untouched(inputs) { Input::Contact.bit() } else { needed & !inputs };
+        let first = |inputs: u32| Input::ALL.into_iter().find(|input| inputs & input.bit() != 0);
+        if let Some(hit) = first(guard) {
             self.end = Some(Outcome::Guarded(hit));
+        } else if let Some(gone) = first(missing) {
+            self.end = Some(Outcome::Missing(gone));
         } else if let Some(gate) = self.segment.gate {
             // Planned time: a lower feed override leaves a stroke as many steps as it had.
             let deadline = u64::from(gate.deadline_us) * (TICK_HZ / 1_000_000);
@@ -405,6 +449,17 @@ impl Play<'_> {
                 self.end = Some(Outcome::Unmet(gate));
             }
         }
+    }
+
+    /// Whether the tip is so far down over a hole that it must have touched the board, and did not: it is broken, or not there. What is
+    /// in the hole already may lose the contact.
+    fn is_untouched(&mut self, inputs: u32) -> bool {
+        let stroke = matches!(self.segment.stage, Stage::Drill | Stage::NextHole)
+            && matches!(self.segment.mark, Mark::Hole(_));
+        let Some(by) = self.motors.touched_by.filter(|_| stroke) else { return false };
+        let (low, was) = (self.line.position[2] < by, self.touched);
+        self.touched = inputs & Input::Contact.bit() != 0 || low && (was || !self.moving);
+        low && !self.touched
     }
 
     /// After a step: sets the rate to the next one. True when it came to rest for good.

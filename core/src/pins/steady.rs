@@ -36,7 +36,7 @@ impl<P: Pins> Steady<P> {
 }
 
 impl<P: Pins> Pins for Steady<P> {
-    pass_pins_on!(step, spindle, spindle_state, output, rest, due, bit, ahead, attend, safe);
+    pass_pins_on!(step, spindle, spindle_state, output, rest, due, bit, stock, ahead, attend, safe);
 
     fn inputs(&mut self, at_tick: u64) -> u32 {
         let pins = &mut self.pins;

@@ -8,7 +8,7 @@
 //! homed, nor who plays.
 
 use super::rules::home_place;
-use super::run::{Harm, QueueReport, late};
+use super::run::{Harm, QueueReport, guarded, late, missing};
 use super::text::refuse;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Mark, Stage};
@@ -92,10 +92,8 @@ impl Homing {
         };
         let mut correction = 0;
         match (self.stage, report.outcome) {
-            (_, Outcome::Guarded(hit)) => {
-                let why = refuse("control.end_sensor").with("sensor", format!("{hit:?}"));
-                return Err((why, Harm::Lost));
-            }
+            (_, Outcome::Guarded(hit)) => return Err((guarded(hit).0, Harm::Lost)),
+            (_, Outcome::Missing(gone)) => return Err((missing(gone), Harm::Lost)),
             (_, Outcome::Late { ticks }) => return Err((late(ticks), Harm::Lost)),
             (_, Outcome::Spindle { trouble }) => return Err((trouble.diagnostic(), Harm::Lost)),
             (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),

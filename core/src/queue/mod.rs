@@ -29,7 +29,9 @@ pub use check::{CheckedQueue, check};
 pub use homing::{Homing, HomingNext};
 pub use rehearse::{Rehearsal, Rig};
 pub use rules::{Standing, after};
-pub use run::{Harm, Mode, QueueAction, QueueReport, QueueRun, Rest, RowResult, RowState, late};
+pub use run::{
+    Harm, Mode, QueueAction, QueueReport, QueueRun, Rest, RowResult, RowState, guarded, late, missing,
+};
 pub use text::{QueueRow, print, read, read_row};
 pub use words::{Argument, ArgumentKind, ArgumentValue, Axes, WORDS, Word, WorkCommand};
 pub use work::travel;

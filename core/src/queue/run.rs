@@ -455,13 +455,26 @@ pub fn late(ticks: u64) -> Diagnostic {
     refuse("control.executor_late").with("ms", libm::ceil(ticks as f64 / TICKS_OF_MS as f64))
 }
 
+/// What a sensor means that turned on where it must not, and what it leaves of the trust: every step is counted, unless an axis met
+/// its end.
+pub fn guarded(input: Input) -> (Diagnostic, Harm) {
+    match input {
+        Input::CoverOpen => (refuse("control.cover_open"), Harm::None),
+        Input::FootDown => (refuse("control.foot_down"), Harm::None),
+        _ => (refuse("control.end_sensor").with("sensor", format!("{input:?}")), Harm::Suspect),
+    }
+}
+
+/// What a sensor means that is off where it must be on: no board under the tip, or no presser foot on it.
+pub fn missing(input: Input) -> Diagnostic {
+    refuse(if input == Input::Contact { "control.no_contact" } else { "control.foot_gone" })
+}
+
 /// What an outcome means that is not the end of a row.
 fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
     match outcome {
-        Outcome::Guarded(input) => {
-            let why = refuse("control.end_sensor").with("sensor", format!("{input:?}"));
-            Some((why, Harm::Suspect))
-        }
+        Outcome::Guarded(input) => Some(guarded(*input)),
+        Outcome::Missing(input) => Some((missing(*input), Harm::None)),
         Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
         Outcome::Spindle { trouble } => Some((trouble.diagnostic(), Harm::None)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {

@@ -197,7 +197,21 @@ impl WorkCommand {
 }
 
 /// Inputs by name, in the order of [`Input::ALL`].
-pub(super) const INPUTS: [&str; 7] = ["X_MIN", "X_MAX", "Y_MIN", "Y_MAX", "Z_TOP", "Z_BOTTOM", "CONTACT"];
+pub(super) const INPUTS: [&str; Input::ALL.len()] = [
+    "X_MIN",
+    "X_MAX",
+    "Y_MIN",
+    "Y_MAX",
+    "Z_TOP",
+    "Z_BOTTOM",
+    "CONTACT",
+    "FOOT_DOWN",
+    "CLAMP_OPEN",
+    "TOOL_HELD",
+    "PLACE_TAKEN",
+    "COVER_OPEN",
+    "AIR",
+];
 /// States of inputs and outputs.
 pub(super) const STATES: [&str; 2] = ["OFF", "ON"];
 

@@ -20,15 +20,9 @@ fn rest(end: Steps, duration_ticks: u64, effect: Switching) -> Segment {
     Segment { leg: 0, mark, stage, duration_ticks, runs: Vec::new(), effect, gate: None, end }
 }
 
-/// X and Y in a straight line. An axis with play that goes down comes up through it at the end, as it does by hand: rows say
-/// where the bit is to be, not its motor.
+/// X and Y in a straight line ([`cycles::travel`]).
 pub fn travel(machine: &Machine, from: Steps, to: Steps) -> Result<Vec<Segment>, Diagnostic> {
-    let mut beyond = to;
-    for axis in (0..2).filter(|axis| to[*axis] < from[*axis]) {
-        beyond[axis] -= machine.axis(axis).scale.steps(machine.axis(axis).backlash);
-    }
-    let moves = [cycles::go_to(machine, from, beyond)?, cycles::go_to(machine, beyond, to)?];
-    Ok(moves.iter().flat_map(|way| segments(way, machine)).collect())
+    Ok(cycles::travel(machine, from, to)?.iter().flat_map(|way| segments(way, machine)).collect())
 }
 
 /// Through the board: settle, down to just above it, then at feed to the lower sensor or, without one, by counted steps.
@@ -38,12 +32,24 @@ pub(super) fn down(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagn
         deadline_us: libm::round(machine.longest_drilling_s * 1e6) as u32,
         otherwise: Otherwise::Alarm,
     });
-    Ok(segments(&cycles::stroke(machine, from, bottom(machine), gate)?, machine))
+    let mut pieces = foot(machine, from, true);
+    pieces.extend(segments(&cycles::stroke(machine, from, bottom(machine), gate)?, machine));
+    Ok(pieces)
+}
+
+/// The presser foot down, or up, and the time that it takes; nothing where there is none.
+fn foot(machine: &Machine, at: Steps, down: bool) -> Vec<Segment> {
+    let press = || rest(at, machine.foot.ticks(), Switching::Foot { down });
+    machine.foot.on.then(press).into_iter().collect()
 }
 
 /// Z up.
 pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>, Diagnostic> {
-    Ok(segments(&cycles::retract(machine, from, z)?, machine))
+    let mut pieces = segments(&cycles::retract(machine, from, z)?, machine);
+    let mut above = from;
+    cycles::together(machine, 2).for_each(|axis| above[axis] = z);
+    pieces.extend(foot(machine, above, false));
+    Ok(pieces)
 }
 
 /// Another spindle speed, and the time to reach it.

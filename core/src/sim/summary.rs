@@ -2,8 +2,9 @@
 //!
 //! Comes in: a timeline, its stream and its machine. Goes out: times and step counts. Knows no format.
 
-use crate::job::{Mark, Stage};
+use crate::job::{Mark, Stage, Switching};
 use crate::machine::{AXES, Machine};
+use crate::magazine;
 use crate::motion::{AxisMove, Move, Timeline};
 use crate::steps::StepStream;
 use crate::units::TICK_HZ;
@@ -17,7 +18,7 @@ pub struct Spent {
     pub mill_s: f64,
     /// The rest of the legs that mill: from way to way, up, and down to the board.
     pub between_s: f64,
-    /// Changes of bits, without the waits for people.
+    /// Changes of bits, without the waits for people: with a magazine all of them.
     pub change_s: f64,
     /// Before the first and after the last.
     pub other_s: f64,
@@ -70,9 +71,12 @@ pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> S
             steps[axis] += u64::from(run.count);
         }
     }
+    let changes_s = changes_s(timeline, machine);
+    let mut spent = spent(timeline);
+    spent.change_s += changes_s;
     Summary {
-        total_s: timeline.total_s(),
-        spent: spent(timeline),
+        total_s: timeline.total_s() + changes_s,
+        spent,
         toolpaths: toolpaths(timeline),
         holes: times.len() as u32,
         holes_per_min: per_min(drilling_s),
@@ -81,6 +85,15 @@ pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> S
         longest_hole_s: times.last().copied().map_or(0.0, seconds),
         steps,
     }
+}
+
+/// How long the machine's own changes of tools take, s: the first from an empty spindle. None where people change them.
+fn changes_s(timeline: &Timeline, machine: &Machine) -> f64 {
+    let waits = timeline.moves.iter().filter(|planned| matches!(planned.effect, Switching::AwaitBit { .. }));
+    let count = if machine.has_magazine() { waits.count() } else { 0 };
+    let change_s = |has_old: bool| magazine::change_s(machine, has_old).unwrap_or(0.0);
+    let further = count.saturating_sub(1) as f64;
+    if count == 0 { 0.0 } else { change_s(false) + further * change_s(true) }
 }
 
 fn spent(timeline: &Timeline) -> Spent {

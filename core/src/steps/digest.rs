@@ -89,6 +89,7 @@ fn put_segment(segment: &Segment, sink: &mut dyn Sink) {
         Switching::None => (0_u8, 0),
         Switching::Spindle { rpm } => (1, rpm),
         Switching::AwaitBit { bit } => (2, bit),
+        Switching::Foot { down } => (3, u32::from(down)),
     };
     sink.put(&[tag]);
     sink.put(&value.to_le_bytes());

@@ -54,6 +54,8 @@ pub enum Breakage {
     TooFast,
     /// It was deeper than its edges are long.
     TooDeep,
+    /// It was dropped, or pushed onto something, at the magazine.
+    Crashed,
 }
 
 /// Where the tip is.
@@ -89,6 +91,8 @@ pub struct MountedBit {
     pub holes: u32,
     /// Why it makes no more holes, if so.
     pub broken: Option<Breakage>,
+    /// There is no bit in the spindle.
+    is_out: bool,
     inside: bool,
     /// Over the edge of the board.
     beside: bool,
@@ -121,6 +125,7 @@ impl MountedBit {
             rpm: 0,
             holes: 0,
             broken: None,
+            is_out: false,
             inside: false,
             beside: false,
             through: false,
@@ -133,7 +138,12 @@ impl MountedBit {
 
     /// A new, sharp one of this kind.
     pub fn change(&mut self, kind: &job::Bit) {
-        (self.holes, self.broken, self.kind) = (0, None, Some(kind.clone()));
+        (self.holes, self.broken, self.kind, self.is_out) = (0, None, Some(kind.clone()), false);
+    }
+
+    /// It is taken out of the spindle.
+    pub fn take_out(&mut self) {
+        (self.kind, self.is_out) = (None, true);
     }
 
     /// From now on it stays sharp for so many holes more, and gets through the board no faster than that.
@@ -155,6 +165,11 @@ impl MountedBit {
     /// Whether the tip at `z` is below the board's surface and not beside it.
     pub fn touches(&self, z: i64) -> bool {
         z < self.board.0 && !self.beside
+    }
+
+    /// Whether there is a whole tip, and it touches the board at `z`.
+    pub fn contacts(&self, z: i64) -> bool {
+        self.touches(z) && self.broken.is_none() && !self.is_out
     }
 
     /// The fastest it cuts, steps per second; none when it never holds the motor back.

@@ -114,6 +114,36 @@ pub const FAULTS: &[FaultRow] = &[
         seen: Some("control.board_differs"),
         put: || Faults { unplugged: true, ..none() },
     },
+    FaultRow {
+        name: "cover-open",
+        after: 2,
+        seen: Some("control.cover_open"),
+        put: || Faults { cover_open: true, ..none() },
+    },
+    FaultRow {
+        name: "clamp-stuck",
+        after: 2,
+        seen: Some("magazine.clamp_closed"),
+        put: || Faults { clamp_stuck: true, ..none() },
+    },
+    FaultRow {
+        name: "tool-dropped",
+        after: 2,
+        seen: Some("magazine.no_tool"),
+        put: || Faults { tool_drops: true, ..none() },
+    },
+    FaultRow {
+        name: "place-occupied",
+        after: 0,
+        seen: Some("magazine.place_taken"),
+        put: || Faults { place_occupied: true, ..none() },
+    },
+    FaultRow {
+        name: "no-air",
+        after: 2,
+        seen: Some("magazine.no_air"),
+        put: || Faults { no_air: true, ..none() },
+    },
 ];
 
 /// The fault of a word, `NAME` or `NAME@HOLES`, and after how many holes it comes.
@@ -171,6 +201,11 @@ impl Faults {
         self.bit_breaks |= other.bit_breaks;
         self.spindle_stands |= other.spindle_stands;
         self.unplugged |= other.unplugged;
+        self.clamp_stuck |= other.clamp_stuck;
+        self.tool_drops |= other.tool_drops;
+        self.place_occupied |= other.place_occupied;
+        self.no_air |= other.no_air;
+        self.cover_open |= other.cover_open;
     }
 
     /// What comes now that so many holes are made.

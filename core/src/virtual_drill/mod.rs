@@ -17,6 +17,7 @@
 //! Does not know programs.
 
 mod bit;
+mod changer;
 pub mod faults;
 mod rotor;
 mod switches;
@@ -29,8 +30,10 @@ pub use switches::Switches;
 pub use tally::{Again, Tally, made_again, missing_legs, tally};
 pub use uneven::UnevenBoard;
 
+use self::changer::{Changer, Happened, Head};
 use crate::job::{self, Input};
 use crate::machine::{DriveKind, Machine, StrokeEnd};
+use crate::magazine::{StockedTool, ToolStock};
 use crate::pins::{AxisSet, Pins};
 use crate::steps::TICK_HZ;
 use crate::units::Length;
@@ -67,6 +70,8 @@ pub struct VirtualHole {
     pub tick: u64,
     /// By which spindle: 0 is Z1.
     pub spindle: u8,
+    /// Diameter of the tool that made it, mm, where that came from a magazine.
+    pub bit_mm: Option<f64>,
 }
 
 /// Where the holes are written down, one by one, the moment they are made.
@@ -129,6 +134,16 @@ pub struct Faults {
     pub spindle_stands: bool,
     /// No pulse reaches the machine, and no sensor is heard.
     pub unplugged: bool,
+    /// The clamp of the spindle does not move.
+    pub clamp_stuck: bool,
+    /// The next tool that is fetched from the magazine falls.
+    pub tool_drops: bool,
+    /// Something lies in the place of the next tool that is fetched.
+    pub place_occupied: bool,
+    /// There is no air for clamp and foot.
+    pub no_air: bool,
+    /// The cover is open.
+    pub cover_open: bool,
     /// What comes later: after so many holes.
     pub later: Vec<(u32, Faults)>,
     /// The words that all of it was read from ([`faults::read`]), each `NAME@HOLES`.
@@ -149,6 +164,8 @@ pub struct VirtualDrill {
     switches: Switches,
     /// One for each spindle.
     bits: Vec<MountedBit>,
+    /// Clamp, foot and magazine.
+    changer: Changer,
     faults: Faults,
     slips: Vec<Slip>,
     /// Holes that all bits made.
@@ -229,6 +246,7 @@ impl VirtualDrill {
             }),
             switches: Switches::new(seed, bouncing, faults.glitches),
             bits: vec![bit; spindles],
+            changer: Changer::new(machine),
             faults,
             slips: Vec::new(),
             made: 0,
@@ -250,6 +268,7 @@ impl VirtualDrill {
             && one.edges == other.edges
             && one.steps_per_mm == other.steps_per_mm
             && one.switches == other.switches
+            && one.changer == other.changer
     }
 
     /// The same, with somebody who is told where steps are lost, the moment they are.
@@ -297,6 +316,16 @@ impl VirtualDrill {
         self.bits.iter().find_map(|bit| bit.broken)
     }
 
+    /// The tool in the spindle, where it comes from a magazine.
+    pub fn held(&self) -> Option<&StockedTool> {
+        self.changer.held()
+    }
+
+    /// The tools in the places of the magazine.
+    pub fn lie(&self) -> &[Option<StockedTool>] {
+        self.changer.lie()
+    }
+
     fn step_axis(&mut self, tick: u64, axis: usize, forward: bool) {
         let (step, place) = (self.rotors[axis].sent + 1, self.rotors[axis].at);
         let throws = axis == 1 && self.faults.throws > 0 && step.is_multiple_of(THROWS_APART);
@@ -308,11 +337,13 @@ impl VirtualDrill {
             self.slipped(Slip { axis, tick, step, place, lost, cause, until: tick });
         }
         if axis > 1 {
+            self.head_moved(axis, !forward);
             return self.stroked(tick, axis - 2);
         }
         let before = self.tables[axis].at;
         self.tables[axis].pushed(self.rotors[axis].at);
         if self.tables[axis].at != before {
+            self.head_moved(axis, false);
             self.lie_under();
             for spindle in 0..self.bits.len() {
                 let (tip, whole) = (self.tip(tick, spindle), self.bits[spindle].broken.is_none());
@@ -322,8 +353,44 @@ impl VirtualDrill {
         }
     }
 
+    fn head(&self) -> Head {
+        Head { at: self.real(), turns: self.bits.first().is_some_and(|bit| bit.rpm > 0) }
+    }
+
+    fn head_moved(&mut self, axis: usize, down: bool) {
+        let head = self.head();
+        let happened = self.changer.moved(head, axis, down);
+        self.happened(happened);
+    }
+
+    /// Cylinders go on.
+    fn cylinders(&mut self, tick: u64) {
+        let head = self.head();
+        let happened = self.changer.attend(tick, head);
+        self.happened(happened);
+    }
+
+    fn happened(&mut self, happened: Happened) {
+        if happened == Happened::Nothing {
+            return;
+        }
+        match self.changer.held() {
+            Some(tool) => self.bits[0].change(&tool.bit),
+            None => self.bits[0].take_out(),
+        }
+        if happened == Happened::Crashed {
+            let whole = self.bits[0].broken.is_none();
+            self.bits[0].broken.get_or_insert(Breakage::Crashed);
+            self.broke(0, whole);
+        }
+    }
+
     /// What is broken from now on shows.
     fn faults_came(&mut self) {
+        self.changer.stuck = self.faults.clamp_stuck;
+        self.changer.drops |= std::mem::take(&mut self.faults.tool_drops);
+        self.changer.occupied |= std::mem::take(&mut self.faults.place_occupied);
+        (self.changer.no_air, self.changer.open) = (self.faults.no_air, self.faults.cover_open);
         self.switches.flip(self.faults.glitches);
         self.lie_under();
         let (life, dull_hz) = (self.faults.bit_life, self.faults.dull_bit_hz);
@@ -357,7 +424,8 @@ impl VirtualDrill {
         if let Some(depth) = came_through {
             let depth_mm = depth as f64 / self.steps_per_mm[2];
             let [x_mm, y_mm, _] = tip.mm;
-            (self.drilled)(&VirtualHole { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8 });
+            let bit_mm = self.changer.held().map(|tool| tool.bit.diameter.mm());
+            (self.drilled)(&VirtualHole { x_mm, y_mm, depth_mm, tick, spindle: spindle as u8, bit_mm });
             self.made += 1;
             if self.faults.come(self.made) {
                 self.faults_came();
@@ -407,12 +475,13 @@ impl VirtualDrill {
         let [x, y, _] = self.real();
         // The lowest spindle is the first that is down, and the last that is up.
         let lowest = self.rotors.iter().skip(2).map(|rotor| rotor.at).min().unwrap_or(0);
-        let touches = self.bits.first().is_some_and(|bit| bit.touches(lowest));
+        let touches = self.bits.first().is_some_and(|bit| bit.contacts(lowest));
         let contact = if touches { Input::Contact.bit() } else { 0 };
         on(0, x, (Input::XMin, Input::XMax))
             | on(1, y, (Input::YMin, Input::YMax))
             | on(2, lowest, (Input::ZBottom, Input::ZTop))
             | contact
+            | self.changer.inputs([x, y, lowest])
     }
 }
 
@@ -439,6 +508,7 @@ impl Pins for VirtualDrill {
         if self.faults.unplugged {
             return 0;
         }
+        self.cylinders(at_tick);
         let sensed = self.sensed();
         (self.switches.read(at_tick, sensed) | self.faults.stuck_on) & !self.faults.stuck_off
     }
@@ -447,7 +517,24 @@ impl Pins for VirtualDrill {
         self.bits.iter_mut().for_each(|own| own.change(bit));
     }
 
+    fn output(&mut self, at_tick: u64, place: u8, on: bool) {
+        if self.faults.unplugged {
+            return;
+        }
+        self.cylinders(at_tick);
+        self.changer.output(at_tick, place, on);
+    }
+
+    fn stock(&mut self, at_tick: u64, stock: &ToolStock) {
+        if self.changer.changes() {
+            self.cylinders(at_tick);
+            self.changer.lay(stock);
+            self.happened(Happened::Held);
+        }
+    }
+
     fn safe(&mut self) {
         self.bits.iter_mut().for_each(|bit| bit.rpm = 0);
+        self.changer.safe();
     }
 }

@@ -305,7 +305,7 @@ mod tests {
     }
 
     fn at(x_mm: f64, y_mm: f64) -> VirtualHole {
-        VirtualHole { x_mm: x_mm + 5.0, y_mm: y_mm + 7.0, depth_mm: 1.8, tick: 0, spindle: 0 }
+        VirtualHole { x_mm: x_mm + 5.0, y_mm: y_mm + 7.0, depth_mm: 1.8, tick: 0, spindle: 0, bit_mm: None }
     }
 
     fn found(done: Range<usize>, drilled: &[VirtualHole]) -> [u32; 3] {

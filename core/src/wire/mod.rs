@@ -20,18 +20,21 @@ pub mod auth;
 mod frames;
 mod lab;
 mod level;
+mod magazine;
 pub mod program;
 mod status;
 
 pub use frames::understand;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 pub use level::HeightMapReport;
+pub use magazine::MagazineReport;
 pub use status::{DrilledReport, MissingReport, SlipReport, Status, ToolsReport};
 
 use crate::control::{Ending, Timing};
 use crate::diagnostic::Diagnostic;
 use crate::level::ProbeGrid;
 use crate::machine::Value;
+use crate::magazine::{Held, Seen, StockedTool};
 use crate::queue::Mode;
 use serde::{Deserialize, Serialize};
 
@@ -182,6 +185,19 @@ pub enum Ask {
         /// Number in the rack.
         number: u32,
     },
+    /// What lies in the places of the magazine and in the spindle, as a person says. Refused while anything moves, and where there is no
+    /// magazine.
+    Stock {
+        /// The tool in each place, from the first on.
+        places: Vec<Option<StockedTool>>,
+        /// What the spindle holds.
+        spindle: Held,
+    },
+    /// What a person sees where a change of tools stopped. The clamp closes where the tool is in the spindle.
+    ToolSeen {
+        /// Where the tool is.
+        seen: Seen,
+    },
     /// The alarm was read.
     AcknowledgeAlarm,
     /// Forget an interrupted job.
@@ -284,6 +300,8 @@ impl Ask {
             | Self::Survey { .. }
             | Self::ForgetHeightMap
             | Self::Unlock
+            | Self::Stock { .. }
+            | Self::ToolSeen { .. }
             | Self::AcknowledgeAlarm => Scope::Jog,
             Self::Arm { .. }
             | Self::Start { .. }
@@ -430,6 +448,8 @@ pub enum Tell {
     },
     /// What is known of the surface of the board; when a page comes and after every change.
     HeightMap(Box<HeightMapReport>),
+    /// What lies in the magazine and how a change of tools stands; when a page comes and after every step. Machines with a magazine alone.
+    Magazine(Box<MagazineReport>),
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.

@@ -115,9 +115,9 @@ pub struct Status {
     pub feed_override_percent: u8,
     /// Inputs, one bit each ([`crate::job::Input::bit`]).
     pub inputs: u32,
-    /// Touches of each of [`Input::ALL`] that were shorter than its filter; none where nothing is filtered and counted.
+    /// Touches of each of [`Input::OF_AXES`] that were shorter than its filter; none where nothing is filtered and counted.
     #[serde(default)]
-    pub touches: Option<[ShortTouches; Input::ALL.len()]>,
+    pub touches: Option<[ShortTouches; Input::OF_AXES.len()]>,
     /// Phase bytes put out to X, Y, Z.
     pub phases: [u8; 3],
     /// Where the virtual drill lost steps, since it was built.

@@ -92,7 +92,7 @@ async fn run(
             }
             Instruction::Spindle { rpm } => adapter.spindle(rpm).await?,
             Instruction::Output { on, .. } => adapter.output(on).await?,
-            Instruction::Bit(_) => {}
+            Instruction::Bit(_) | Instruction::Stock(_) => {}
             Instruction::Abandon => {
                 lift(adapter, memory.lift_to).await?;
                 break;

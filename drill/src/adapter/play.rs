@@ -95,7 +95,7 @@ impl Adapter {
     }
 
     /// Touches of the sensors that were shorter than their filter; none where no sensor has one, and before it was told.
-    fn touches(&self) -> Option<[ShortTouches; Input::ALL.len()]> {
+    fn touches(&self) -> Option<[ShortTouches; Input::OF_AXES.len()]> {
         let told = self.line.touches?;
         let of = |input: Input| {
             let number = self.machine.adapter.sensor(input).map(usize::from);
@@ -103,7 +103,7 @@ impl Adapter {
                 number.and_then(|number| Some((*told.short.get(number)?, *told.longest_us.get(number)?)));
             own.map_or(ShortTouches::default(), |(count, longest_us)| ShortTouches { count, longest_us })
         };
-        Some(Input::ALL.map(of))
+        Some(Input::OF_AXES.map(of))
     }
 
     /// Hears what came, sends what is due, gives way. An adapter that was unplugged is waited for.

@@ -13,6 +13,7 @@ use crate::journal::{Contents, Damage, JobRecord, Progress, WorkZero, sealed, un
 use crate::recording::Keeper;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{Steps, ToolWear};
+use annulus_core::magazine::ToolStock;
 use serde::{Deserialize, Serialize};
 
 /// What a slot holds.
@@ -25,6 +26,8 @@ struct Slot {
     #[serde(default)]
     wear: Vec<ToolWear>,
     damage: Option<Damage>,
+    #[serde(default)]
+    stock: Option<ToolStock>,
     /// Which file has the program of the job.
     program: bool,
 }
@@ -55,9 +58,9 @@ impl<F: Files> Slots<F> {
         if damaged {
             slots.put_aside()?;
         }
-        let Slot { job, zero, wear, damage, program, .. } = slots.last.clone();
+        let Slot { job, zero, wear, damage, stock, program, .. } = slots.last.clone();
         let program = job.is_some().then(|| slots.files.read(File::Program(program)).ok()).flatten();
-        Ok((slots, Contents { job, zero, wear, damage }, program))
+        Ok((slots, Contents { job, zero, wear, damage, stock }, program))
     }
 
     /// The key of the job that it has.
@@ -120,6 +123,10 @@ impl<F: Files> Keeper for Slots<F> {
 
     fn keep_zero(&mut self, zero: Option<&WorkZero>) -> Result<(), Diagnostic> {
         self.change(|slot| slot.zero = zero.cloned())
+    }
+
+    fn keep_stock(&mut self, stock: &ToolStock) -> Result<(), Diagnostic> {
+        self.change(|slot| slot.stock = Some(stock.clone()))
     }
 
     fn forget_damage(&mut self) -> Result<(), Diagnostic> {

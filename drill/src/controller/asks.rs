@@ -82,6 +82,7 @@ impl<F: Files> Station<F> {
             Ask::Provoke { .. } => refusal("fault.of_virtual_drill"),
             Ask::Queue { .. } | Ask::QueueRun { .. } | Ask::QueueClear => refusal("grbl.no_queue"),
             Ask::OutputLease { .. } | Ask::Output { .. } => refusal("grbl.no_outputs"),
+            Ask::Stock { .. } | Ask::ToolSeen { .. } => refusal("grbl.no_magazine"),
             // The line answers these itself.
             Ask::Arm { .. }
             | Ask::Hello { .. }
@@ -302,7 +303,10 @@ impl<F: Files> Station<F> {
             }
         }
         let refused = |mut reasons: Vec<Diagnostic>| reasons.swap_remove(0);
-        machine::apply(&self.machine, changes).map_err(refused)?;
+        let changed = machine::apply(&self.machine, changes).map_err(refused)?;
+        if changed.has_magazine() || changed.foot.on {
+            return refusal("grbl.no_magazine");
+        }
         let mut kept = self.ledger.settings();
         kept.retain(|(key, _)| changes.iter().all(|(changed, _)| changed != key));
         kept.extend(changes.iter().cloned());

@@ -57,6 +57,7 @@ impl Owner {
             safe_hz: self.timing.as_ref().map(|timing| timing.safe_hz),
             spindle_answers: self.spindle_answers(),
             wear: self.wear.clone(),
+            stock: self.machine.has_magazine().then(|| self.tools.stock.clone()),
             offer: offer.map(|(job, progress)| Broken {
                 key: job.key.clone(),
                 next_leg: progress.done,
@@ -193,6 +194,7 @@ impl Owner {
         let Some(work) = self.work.take() else { return };
         self.executor.shared.set_feed_override(work.percent.min(100));
         self.board_ends(&work);
+        self.change_over();
         self.prepared = None;
         self.session.armed = None;
         if ending == Ending::Done {

@@ -102,7 +102,8 @@ impl Owner {
 /// A hole as a line of the drilled-board record.
 pub fn line(hole: &VirtualHole) -> String {
     let spindle = if hole.spindle == 0 { String::new() } else { format!(" Z{}", hole.spindle + 1) };
-    format!("{:.4} {:.4} {:.4}{spindle}\n", hole.x_mm, hole.y_mm, hole.depth_mm)
+    let bit = hole.bit_mm.map_or(String::new(), |mm| format!(" D{mm:.4}"));
+    format!("{:.4} {:.4} {:.4}{spindle}{bit}\n", hole.x_mm, hole.y_mm, hole.depth_mm)
 }
 
 /// The hole of a line.
@@ -110,8 +111,15 @@ pub(crate) fn drilled(line: &str) -> Option<VirtualHole> {
     let mut words = line.split(' ');
     let mut number = || words.next()?.parse::<f64>().ok();
     let (x_mm, y_mm, depth_mm) = (number()?, number()?, number()?);
-    let spindle = words.next().map_or(Some(1), |word| word.strip_prefix('Z')?.parse::<u8>().ok())?;
-    Some(VirtualHole { x_mm, y_mm, depth_mm, tick: 0, spindle: spindle.checked_sub(1)? })
+    let (mut spindle, mut bit_mm) = (1_u8, None);
+    for word in words {
+        match word.split_at_checked(1)? {
+            ("Z", number) => spindle = number.parse().ok()?,
+            ("D", mm) => bit_mm = Some(mm.parse().ok()?),
+            _ => return None,
+        }
+    }
+    Some(VirtualHole { x_mm, y_mm, depth_mm, tick: 0, spindle: spindle.checked_sub(1)?, bit_mm })
 }
 
 /// Numbers in their order as runs: the first and the one behind the last.

@@ -14,12 +14,15 @@ use std::sync::Arc;
 
 /// Settings that say where a machine's places are: when one changes, it must be homed. So it must when its wiring is another one;
 /// what else a virtual drill is built from, it says itself.
-const BUILT_FROM: [&str; 9] = [
+const BUILT_FROM: [&str; 12] = [
     "machine.spindles",
     "x.",
     "y.",
     "z.",
     "drive.",
+    "foot.",
+    "magazine.",
+    "stroke.contact_tolerance",
     "stroke.end",
     "stroke.surface",
     "stroke.board_thickness",
@@ -69,6 +72,9 @@ impl Owner {
         self.queue_greeting().into_iter().for_each(|tell| self.tell(tell));
         self.tell(self.outputs_tell());
         self.tell(self.surface_tell());
+        if self.machine.has_magazine() {
+            self.tell(self.magazine_tell());
+        }
         Ok(())
     }
 
@@ -94,6 +100,7 @@ impl Owner {
         let (executor, timing) = self.hands.executor(&self.machine, measured, shared, &*self.outside)?;
         (self.executor, self.timing) = (executor, timing);
         (self.position, self.down, self.in_spindle) = (Steps::default(), 0, None);
+        self.stock_for_pins();
         Ok(())
     }
 }

@@ -44,7 +44,10 @@ impl Owner {
 
     fn homing_goes_on(&mut self, homing: Homing, next: HomingNext) {
         match next {
-            HomingNext::Homed => self.pending.push_back(Event::Homed),
+            HomingNext::Homed => {
+                self.settle_stock();
+                self.pending.push_back(Event::Homed);
+            }
             HomingNext::Play { segment, correction_steps: correction } => {
                 for axis in cycles::together(&self.machine, homing.axis()) {
                     self.executor.correct(axis, correction);

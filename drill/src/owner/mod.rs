@@ -5,6 +5,7 @@
 
 mod begin;
 pub(crate) mod board;
+mod change;
 mod configure;
 mod faster;
 mod hands;
@@ -19,6 +20,7 @@ mod touch;
 
 use self::begin::Starting;
 use self::board::Judged;
+use self::change::ToolChanger;
 use self::hands::Hands;
 use self::moves::{Doing, Work, ruler};
 use self::outputs::ManualOutputs;
@@ -77,6 +79,11 @@ pub enum Message {
     Begun(Result<(), Diagnostic>),
     /// What a newcomer must know is wanted.
     Greeting(Sender<Vec<Tell>>),
+    /// What lies in the magazine is on the disk.
+    StockKept {
+        /// Number of its record.
+        number: u32,
+    },
     /// A task ended.
     Report(Report),
     /// The executor is no more; what it was doing was not reported.
@@ -137,6 +144,8 @@ pub struct Owner {
     pub(crate) in_spindle: Option<Bit>,
     /// What tools have done since they were new.
     pub(crate) wear: Vec<ToolWear>,
+    /// What changes tools.
+    pub(crate) tools: ToolChanger,
     /// The queue of work commands.
     pub(crate) lab: Option<Lab>,
     /// The height map of the board.
@@ -187,7 +196,7 @@ impl Owner {
         let begun = interrupted.as_ref().and_then(|(job, _)| zero_of(job, &machine));
         let kept = contents.zero.filter(|zero| zero.ruler == ruler(&machine)).map(|zero| zero.steps);
         session.zeros = begun.or(kept).into_iter().collect();
-        Ok(Self {
+        let owner = Self {
             machine,
             speed,
             hands,
@@ -203,6 +212,7 @@ impl Owner {
             doing: Doing::Nothing,
             in_spindle: None,
             wear: contents.wear,
+            tools: ToolChanger::new(contents.stock.unwrap_or_default()),
             lab: None,
             surface: surface.map(Arc::new),
             touching: None,
@@ -215,7 +225,9 @@ impl Owner {
             told: (None, time()),
             tools_told: ToolsReport::default(),
             tickets,
-        })
+        };
+        owner.stock_for_pins();
+        Ok(owner)
     }
 
     /// How long it needs nothing where no message comes.
@@ -265,6 +277,10 @@ impl Owner {
             Message::InWork(reply) => drop(reply.send(self.work.as_ref().map(Work::wanted))),
             Message::Anew(anew) => self.anew(*anew),
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
+            Message::StockKept { number } => {
+                self.stock_kept(number);
+                self.drain();
+            }
             Message::Report(report) => {
                 self.reported(&report);
                 self.drain();
@@ -310,6 +326,8 @@ impl Owner {
             Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
             Ask::ToolChanged => self.try_event(Event::ToolChanged)?,
             Ask::NewTool { number } => self.new_tool(number)?,
+            Ask::Stock { places, spindle } => self.stock_said(places, spindle)?,
+            Ask::ToolSeen { seen } => self.tool_seen(seen)?,
             Ask::AcknowledgeAlarm => {
                 if self.executor.is_gone() {
                     self.renew_executor()?;
@@ -398,11 +416,15 @@ impl Owner {
             Action::Queue if self.touching.is_some() => self.touching_begins(),
             Action::Queue => self.queue_go(),
             Action::NextLeg => self.leg(Vec::new()),
+            Action::ChangeTool => self.change_tool()?,
             Action::RestOfLeg => self.rest_of_leg(),
             Action::SpindleOn => self.spindle_on(),
             Action::MakeSafe { lift } => self.make_safe(lift),
             Action::SpindleOff => self.executor.spindle_off()?,
-            Action::Brake => self.executor.shared.stop(self.task),
+            Action::Brake => {
+                self.executor.shared.stop(self.task);
+                self.brake_change();
+            }
             Action::KeepZero => {
                 self.prepared = None;
                 let ruler = ruler(&self.machine);

@@ -18,7 +18,7 @@ use annulus_core::job::worn::{self, Wear};
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
-use annulus_core::queue::{Homing, late};
+use annulus_core::queue::{Harm, Homing, guarded, late, missing};
 use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use annulus_core::wire::Tell;
@@ -147,6 +147,8 @@ pub(crate) enum Doing {
     Queue,
     /// A move of what is being touched.
     Touch,
+    /// A step of a change of tools.
+    Change,
     /// Up from the bottom of a hole, because the next one does not follow at once.
     Lift {
         /// That leg drilled a hole or milled a toolpath.
@@ -182,7 +184,10 @@ pub(crate) fn ruler(machine: &Machine) -> Ruler {
         ScaleUnit::Inch => NM_PER_INCH,
     };
     Ruler {
-        scale: [0, 1].map(|axis| (scale(axis).micro_steps, per_nm(axis))),
+        scale: [0, 1].map(|axis| {
+            let own = scale(axis);
+            (own.micro_steps * i64::from(own.gear_up), per_nm(axis) * i64::from(own.gear_down))
+        }),
         home_edge: [0, 1].map(|axis| home_edge(machine, axis)),
     }
 }
@@ -211,7 +216,9 @@ impl Owner {
         }
         self.doing = doing;
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
-        let lift_to = (self.session.trust == Trust::Trusted).then(|| self.top());
+        // While the clamp moves nobody but the owner lifts the head.
+        let may_lift = self.session.trust == Trust::Trusted && self.clamp_wait_ticks() == 0;
+        let lift_to = may_lift.then(|| self.top());
         let follows = self.doing == Doing::Leg && self.goes_on_low();
         let granted = self.doing == Doing::Jog;
         if granted {
@@ -362,7 +369,7 @@ impl Owner {
         let Some(work) = &mut self.work else { return };
         if std::mem::take(&mut work.is_worn) {
             let bit = work.bit.unwrap_or(0);
-            self.put_in(bit, true);
+            self.worn_is_replaced(bit);
             if let Err(why) = self.approach() {
                 self.fails(why, self.session.trust);
             }
@@ -383,13 +390,23 @@ impl Owner {
 
     /// Bit `bit` of the program is in the spindles: a new one, or perhaps still the same.
     pub(super) fn put_in(&mut self, bit: u32, is_new: bool) {
-        self.tool_is_in(bit, is_new);
+        // What the machine fetches itself is what lay there.
+        self.tool_is_in(bit, is_new && !self.machine.has_magazine());
         let bits = self.work.as_ref().map(|work| &work.job.program.bits);
         let Some(bit) = bits.and_then(|bits| bits.get(bit as usize)).cloned() else { return };
-        if is_new || self.in_spindle.as_ref() != Some(&bit) {
+        if self.machine.has_magazine() {
+            // It came by itself.
+            self.in_spindle = Some(bit);
+        } else if is_new || self.in_spindle.as_ref() != Some(&bit) {
+            self.put_in_by_hand();
             self.executor.bit(bit.clone());
             self.in_spindle = Some(bit);
         }
+    }
+
+    /// What it is when a bit is waited for: a person puts it in, or the machine fetches it.
+    fn bit_wanted(&self) -> Event {
+        if self.machine.has_magazine() { Event::ChangeWanted } else { Event::BitWanted }
     }
 
     /// All segments given are played: the leg is done, waits for a bit, or goes on behind a gate.
@@ -398,7 +415,8 @@ impl Owner {
         let Some(work) = &mut self.work else { return };
         if work.next().is_some() {
             let waits = work.awaited().is_some();
-            return if waits { self.pending.push_back(Event::BitWanted) } else { self.leg(Vec::new()) };
+            let wanted = self.bit_wanted();
+            return if waits { self.pending.push_back(wanted) } else { self.leg(Vec::new()) };
         }
         let leg = work.leg;
         let wear = self.count_wear(leg);
@@ -452,7 +470,7 @@ impl Owner {
 
     /// Machine steps of Z with the tip all the way up.
     fn top(&self) -> i64 {
-        self.machine.z.scale.steps(self.machine.z.max - self.machine.z.home_offset)
+        cycles::top(&self.machine)
     }
 
     pub(crate) fn make_safe(&mut self, lift: bool) {
@@ -464,11 +482,19 @@ impl Owner {
     pub(super) fn up_and_off(&mut self, lift: bool) -> Vec<Segment> {
         let top = self.top();
         let mut segments_up = Vec::new();
+        let clamp_ticks = self.clamp_wait_ticks();
+        if clamp_ticks > 0 {
+            segments_up.push(rest(Stage::Dwell, Switching::None, clamp_ticks, self.position));
+        }
         if lift && self.machine.lowest(&self.position) < top {
             match cycles::retract(&self.machine, self.position, top) {
-                Ok(timeline) => segments_up = segments(&timeline, &self.machine),
+                Ok(timeline) => segments_up.extend(segments(&timeline, &self.machine)),
                 Err(why) => self.fails(why, self.session.trust),
             }
+        }
+        if self.machine.foot.on {
+            let ticks = self.machine.foot.ticks();
+            segments_up.push(rest(Stage::Dwell, Switching::Foot { down: false }, ticks, self.position));
         }
         segments_up.push(rest(Stage::Dwell, Switching::Spindle { rpm: 0 }, 0, self.position));
         segments_up
@@ -479,7 +505,7 @@ impl Owner {
         if report.id != self.task {
             return;
         }
-        (self.position, self.down) = (report.position, report.down);
+        (self.position, self.down, self.tools.inputs) = (report.position, report.down, report.inputs);
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         let stopping = self.session.state == State::Stopping;
         match (doing, report.ended) {
@@ -493,7 +519,15 @@ impl Owner {
             }
             (Doing::Queue, _) => self.queue_reported(report),
             (Doing::ToChange, Ended::Completed) => self.pending.push_back(Event::BitWanted),
-            (Doing::Safe, Ended::Completed) => self.pending.push_back(Event::Safe),
+            (Doing::Safe, Ended::Completed) => {
+                self.settle_stock();
+                self.pending.push_back(Event::Safe);
+            }
+            (Doing::Change, Ended::Completed) => {
+                if let Err(why) = self.change_reported(report) {
+                    self.fails(why, self.session.trust);
+                }
+            }
             (Doing::Lift { cut, last }, Ended::Completed) => {
                 self.pending.push_back(Event::LegDone { cut, last });
             }
@@ -516,26 +550,17 @@ impl Owner {
             (_, Ended::Spindle { trouble }) => self.fails(trouble.diagnostic(), self.session.trust),
             (_, Ended::Late { ticks }) => self.fails(late(ticks), Trust::Suspect),
             (_, Ended::Guarded(input)) => {
-                let why = alarm("control.end_sensor").with("sensor", name(input));
-                self.fails(why, Trust::Suspect);
+                let (why, harm) = guarded(input);
+                self.fails(why, if harm == Harm::None { self.session.trust } else { Trust::Suspect });
             }
+            (_, Ended::Missing(input)) => self.fails(missing(input), self.session.trust),
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);
                 let why = alarm("control.drilling_too_long").with("sensor", name(gate.input));
                 self.fails(why.with("seconds", us / 1e6), self.session.trust);
             }
-            (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => {
-                if let (Ended::Gated(at), Some(work)) = (report.ended, &mut self.work) {
-                    work.stop = Some(at);
-                }
-                if stopping {
-                    return self.pending.push_back(Event::Rested);
-                }
-                if let Err(why) = self.rejoin() {
-                    self.fails(why, self.session.trust);
-                }
-            }
+            (Doing::Leg, Ended::Gated(_) | Ended::Unmet(_)) => self.gated(report.ended, stopping),
             (Doing::Leg, Ended::Completed) => {
                 let more = self.work.as_ref().is_some_and(|work| work.next().is_some());
                 if stopping && more { self.pending.push_back(Event::Rested) } else { self.leg_ended() }
@@ -546,9 +571,22 @@ impl Owner {
                 if asks && unattended && !stopping {
                     return self.rest_of_leg();
                 }
-                self.pending.push_back(if asks { Event::BitWanted } else { Event::Arrived });
+                self.pending.push_back(if asks { self.bit_wanted() } else { Event::Arrived });
             }
             (_, _) => self.pending.push_back(Event::Arrived),
+        }
+    }
+
+    /// A stroke ended on its sensor, or without it: what is left of the leg follows.
+    fn gated(&mut self, ended: Ended, is_stopping: bool) {
+        if let (Ended::Gated(at), Some(work)) = (ended, &mut self.work) {
+            work.stop = Some(at);
+        }
+        if is_stopping {
+            return self.pending.push_back(Event::Rested);
+        }
+        if let Err(why) = self.rejoin() {
+            self.fails(why, self.session.trust);
         }
     }
 

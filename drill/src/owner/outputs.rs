@@ -136,6 +136,9 @@ impl Owner {
             return Err(diagnostic("control.pulse_range").with("ms", ms).with("most", LONGEST_PULSE));
         }
         let now = self.now();
+        if let Some(output) = place.checked_sub(1).and_then(|place| u8::try_from(place).ok()) {
+            self.switched_by_hand(output);
+        }
         self.by_hand.switch((place, on), pulse_ms, now);
         self.put_out(&[(place, on)]);
         Ok(())

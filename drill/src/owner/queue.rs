@@ -145,6 +145,7 @@ impl Owner {
             Ended::Gated(at) => Outcome::Gated(at),
             Ended::Unmet(gate) => Outcome::Unmet(gate),
             Ended::Guarded(input) => Outcome::Guarded(input),
+            Ended::Missing(input) => Outcome::Missing(input),
             Ended::Late { ticks } => Outcome::Late { ticks },
             Ended::Spindle { trouble } => Outcome::Spindle { trouble },
             Ended::Stopped | Ended::Starved | Ended::RanDry => Outcome::Stopped,
@@ -156,7 +157,10 @@ impl Owner {
     fn queue_act(&mut self, actions: Vec<QueueAction>) {
         for action in actions {
             match action {
-                QueueAction::Output { place, on } => self.executor.output(place, on),
+                QueueAction::Output { place, on } => {
+                    self.switched_by_hand(place);
+                    self.executor.output(place, on);
+                }
                 QueueAction::Correct { axis, steps } => {
                     for axis in cycles::together(&self.machine, axis) {
                         self.executor.correct(axis, steps);

@@ -88,6 +88,7 @@ impl Owner {
         tells.extend(self.queue_greeting());
         tells.push(self.outputs_tell());
         tells.push(self.surface_tell());
+        tells.extend(self.machine.has_magazine().then(|| self.magazine_tell()));
         tells
     }
 

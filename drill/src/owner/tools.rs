@@ -95,6 +95,19 @@ impl Owner {
         true
     }
 
+    /// A person put a new tool in the place of bit `bit`, whose life is over; in a magazine it goes back to the same place.
+    pub(super) fn worn_is_replaced(&mut self, bit: u32) {
+        self.tool_is_in(bit, true);
+        let bits = self.work.as_ref().map(|work| &work.job.program.bits);
+        if let Some(new) = bits.and_then(|bits| bits.get(bit as usize)).cloned() {
+            if self.machine.has_magazine() {
+                self.executor.bit(new);
+            } else {
+                self.put_in(bit, true);
+            }
+        }
+    }
+
     /// What everybody sees of the tools.
     pub(super) fn tools_report(&self) -> ToolsReport {
         let work = self.work.as_ref();

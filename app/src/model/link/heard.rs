@@ -11,6 +11,7 @@ use crate::health::{self, Freshness};
 use crate::model::{Effect, Model};
 use annulus_core::control::Ending;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::Value;
 use annulus_core::queue::{MOST_ROWS, RowResult};
 use annulus_core::wire::{Ask, OLDEST_PROTOCOL, PROTOCOL, Paired, QueueStatus, Status, Tell, auth};
 use std::sync::Arc;
@@ -40,6 +41,12 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             }
             link.fingerprint = fingerprint;
             link.settings = Arc::new(settings);
+            let by_itself = |(key, value): &(String, Value)| {
+                key == "rack.change" && *value == Value::Text("magazine".to_owned())
+            };
+            if !link.settings.iter().any(by_itself) {
+                link.magazine = None;
+            }
             model.describe_machine();
         }
         Tell::Status(status) => told(model, *status),
@@ -64,6 +71,14 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         Tell::Outputs(outputs) => link.outputs = outputs,
         Tell::HeightMap(report) => link.height_map = Arc::new(*report),
         Tell::Tools(report) => link.tools = report,
+        Tell::Magazine(report) => {
+            let step = report.stock.change.as_ref().filter(|_| report.changes).map(|change| change.step);
+            let before = link.magazine.as_ref().and_then(|before| before.stock.change.as_ref());
+            if let Some(step) = step.filter(|step| before.map(|before| before.step) != Some(*step)) {
+                link.note(wall_ms, Noted::Change(step));
+            }
+            link.magazine = Some(Arc::new(*report));
+        }
         Tell::Touched { .. } => {}
         Tell::Controller { flavour, version, values } => {
             link.controller.who = Some(Arc::new(Who { flavour, version, values }));

@@ -24,7 +24,7 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
 use annulus_core::wire::{
-    Ask, HeightMapReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell, ToolsReport,
+    Ask, HeightMapReport, MagazineReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell, ToolsReport,
 };
 pub use controller::{Controller, ControllerEvent, Support};
 pub use hand::{Hand, HandEvent};
@@ -164,6 +164,8 @@ pub struct Link {
     pub tools: ToolsReport,
     /// What is known of the surface of the board on a controller.
     pub height_map: Arc<HeightMapReport>,
+    /// What lies in the magazine; none on a machine without one.
+    pub magazine: Option<Arc<MagazineReport>>,
     /// Who this page is to the bridge.
     pub(super) session: Option<Paired>,
     /// Tries since the line was open last.

@@ -53,7 +53,8 @@ fn inputs() -> impl IntoView {
             inputs.with(|inputs| inputs.changed_ms[index]).map_or_else(|| "–".to_owned(), super::log::clock)
         };
         let short = move || {
-            let own = touches.get().map(|touches| touches[index]).filter(|own| own.count > 0);
+            let own =
+                touches.get().and_then(|touches| touches.get(index).copied()).filter(|own| own.count > 0);
             own.map_or_else(
                 || "–".to_owned(),
                 |own| say!("page.lab.io.short_touches_of", count = own.count, longest = own.longest_us),

@@ -27,6 +27,10 @@ fn in_words(event: &LogEvent) -> String {
             let look = words::state(*state);
             format!("{}. {}", crate::i18n::text(look.word, &[]), crate::i18n::text(look.meaning, &[]))
         }
+        LogEvent::Change(step) => {
+            let title = say!("page.magazine.step", number = step.number());
+            format!("{title}. {}", crate::i18n::text(step.sentence_key(), &[]))
+        }
         LogEvent::Ended { ending, holes, toolpaths } => {
             let made = crate::screens::machine::made(true, *holes, *toolpaths);
             crate::i18n::text(words::ending(*ending), &[("made", made)])

@@ -14,6 +14,7 @@ mod ended;
 mod job;
 mod jog;
 mod level;
+mod magazine;
 mod offer;
 mod preflight;
 mod readouts;
@@ -67,7 +68,12 @@ pub fn machine() -> impl IntoView {
     let line = link::link();
     let met = Memo::new(move |_| line.ever.get());
     let sides = move || {
-        met.get().then(|| (operate(), div().class("panel right job").child((job::job(), sensors::sensors()))))
+        met.get().then(|| {
+            (
+                operate(),
+                div().class("panel right job").child((job::job(), magazine::magazine(), sensors::sensors())),
+            )
+        })
     };
     let top = div().class("top machine-top").child((
         banner::banner(),

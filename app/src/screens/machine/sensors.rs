@@ -7,7 +7,7 @@ use crate::i18n::{key, say, t};
 use crate::page::link;
 use crate::widgets::{shape, unseen};
 use annulus_core::job::Input;
-use annulus_core::machine::axis_name;
+use annulus_core::machine::{Value, axis_name};
 use annulus_core::wire::SlipReport;
 use leptos::html::{div, h3, li, section, span, ul};
 use leptos::prelude::*;
@@ -20,6 +20,17 @@ fn lamp(input: Input, on: Memo<u32>) -> impl IntoView {
         span().child(move || crate::i18n::text(word, &[])),
         unseen(move || if lit() { say!("page.sensor.on") } else { say!("page.sensor.off") }),
     ))
+}
+
+/// The inputs of presser foot and magazine.
+fn further() -> impl Iterator<Item = Input> {
+    Input::ALL.into_iter().skip(Input::OF_AXES.len())
+}
+
+/// Whether a setting says that there is a presser foot or a magazine.
+fn has_more((key, value): &(String, Value)) -> bool {
+    let is = |word: &str| *value == Value::Text(word.to_owned());
+    key == "foot.on" && is("yes") || key == "rack.change" && is("magazine")
 }
 
 /// Why a motor fell behind, in words.
@@ -47,6 +58,7 @@ pub(crate) fn sensors() -> impl IntoView {
     let line = link::link();
     let inputs =
         Memo::new(move |_| line.status.with(|status| status.as_ref().map_or(0, |status| status.inputs)));
+    let more = Memo::new(move |_| line.settings.with(|settings| settings.iter().any(has_more)));
     let phases =
         Memo::new(move |_| line.status.with(|status| status.as_ref().map_or([0; 3], |status| status.phases)));
     let bits = move || {
@@ -65,7 +77,9 @@ pub(crate) fn sensors() -> impl IntoView {
         div()
             .class("lamps")
             .attr("role", "list")
-            .child(Vec::from(Input::ALL.map(|input| lamp(input, inputs)))),
+            .child((Vec::from(Input::OF_AXES.map(|input| lamp(input, inputs))), move || {
+                more.get().then(|| further().map(|input| lamp(input, inputs)).collect::<Vec<_>>())
+            })),
         h3().class("phases-title").child(t!("page.sensor.phases")),
         div().class("phase-bits").child(bits),
         lost,

@@ -72,7 +72,9 @@ fn named(tool: Option<String>) -> String {
 /// The dialog.
 pub fn tool_change() -> impl IntoView {
     let line = link::link();
-    let asked = Memo::new(move |_| line.state() == Some(State::ToolChange));
+    // What the machine fetches itself is not waited for.
+    let by_hand = Memo::new(move |_| line.magazine.with(Option::is_none));
+    let asked = Memo::new(move |_| line.state() == Some(State::ToolChange) && by_hand.get());
     let put_off = RwSignal::new(false);
     // A tool that is touched off moves by hand in the middle of its change.
     let in_change = Memo::new(move |_| asked.get() || line.state() == Some(State::Jogging));

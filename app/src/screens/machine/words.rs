@@ -89,6 +89,9 @@ pub fn of(line: Link) -> Look {
         Some(State::Running) if mills(line) => {
             Look { word: key!("page.state.milling"), ..state(State::Running) }
         }
+        Some(State::ToolChange) if line.magazine.with(Option::is_some) => {
+            Look { meaning: key!("page.magazine.changing"), ..state(State::ToolChange) }
+        }
         Some(now) => state(now),
         None => phase(LinkPhase::Connecting),
     }
@@ -141,6 +144,12 @@ pub fn sensor(input: Input) -> &'static str {
         Input::ZTop => key!("page.sensor.z_top"),
         Input::ZBottom => key!("page.sensor.z_bottom"),
         Input::Contact => key!("page.sensor.contact"),
+        Input::FootDown => key!("page.sensor.foot_down"),
+        Input::ClampOpen => key!("page.sensor.clamp_open"),
+        Input::ToolHeld => key!("page.sensor.tool_held"),
+        Input::PlaceTaken => key!("page.sensor.place_taken"),
+        Input::CoverOpen => key!("page.sensor.cover_open"),
+        Input::Air => key!("page.sensor.air"),
     }
 }
 

@@ -26,6 +26,8 @@ fn section_name(section: &str) -> &'static str {
         "parallel" => key!("page.settings.parallel"),
         "adapter" => key!("page.settings.adapter"),
         "converter" => key!("page.settings.converter"),
+        "magazine" => key!("page.settings.magazine"),
+        "foot" => key!("page.settings.foot"),
         "x" => key!("page.settings.x"),
         "y" => key!("page.settings.y"),
         "z" => key!("page.settings.z"),

@@ -116,6 +116,7 @@ fn higher_feeds_are_planned_to_the_same_places_and_checked() {
         safe_hz: None,
         spindle_answers: None,
         wear: Vec::new(),
+        stock: None,
         offer: None,
         surface: None,
     };

@@ -1,0 +1,131 @@
+//! The magazine: what lies where, which step of a change is in work, where one stopped and how it goes on; and what a person says of it.
+//!
+//! Comes in: what the machine tells of its magazine, the job on show. Goes out: asks. Nothing moves by them.
+
+use crate::i18n::{language, say, t};
+use crate::page::link::{self, Link};
+use crate::widgets::{push, push_if};
+use annulus_core::control::State;
+use annulus_core::job::Program;
+use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool, ToolStock};
+use annulus_core::wire::{Ask, MagazineReport};
+use leptos::html::{details, div, h3, li, ol, p, section, strong, summary};
+use leptos::prelude::*;
+
+/// Whether a person may say what lies where: nothing moves, and this page is in control.
+fn may_say(line: Link) -> bool {
+    line.may_act() && matches!(line.state(), Some(State::Ready | State::NotHomed))
+}
+
+fn called(tool: &StockedTool) -> String {
+    say!("page.magazine.tool", number = tool.number, bit = tool.bit.title(&language()))
+}
+
+fn name(step: ChangeStep) -> String {
+    crate::i18n::text(step.sentence_key(), &[])
+}
+
+/// Place by place, and the spindle.
+fn list(stock: &ToolStock) -> impl IntoView + use<> {
+    let row = |what: String, holds: String| li().child((strong().child(what), " ", holds));
+    let held = match &stock.spindle {
+        Held::Unknown => say!("page.magazine.unknown"),
+        Held::Nothing => say!("page.magazine.empty"),
+        Held::Tool { tool, .. } => called(tool),
+    };
+    let mut rows = vec![row(say!("page.magazine.spindle"), held)];
+    for (number, tool) in (1..).zip(&stock.places) {
+        let holds = tool.as_ref().map_or_else(|| say!("page.magazine.empty"), called);
+        rows.push(row(say!("page.magazine.place", number = number), holds));
+    }
+    ol().class("places").child(rows)
+}
+
+/// The step in work, or the one at which a change stopped and the way on.
+fn standing(report: &MagazineReport) -> Option<impl IntoView + use<>> {
+    let change = report.stock.change.as_ref()?;
+    let step = change.step;
+    let title = if report.changes {
+        say!("page.magazine.step", number = step.number())
+    } else {
+        say!("page.magazine.stopped", number = step.number())
+    };
+    let on = report.goes_on_with.filter(|_| !report.changes);
+    let way = on.map(|next| {
+        let words = say!("page.magazine.goes_on", number = next.number());
+        p().child((words, " ", name(next)))
+    });
+    Some((p().attr("role", "status").child((strong().child(title), " ", name(step))), way))
+}
+
+/// Where nobody knows what the spindle holds after a stop: a person looks and answers.
+fn question(line: Link, report: &MagazineReport) -> Option<impl IntoView + use<>> {
+    let change = report.stock.change.as_ref().filter(|_| !report.changes)?;
+    if report.stock.spindle != Held::Unknown {
+        return None;
+    }
+    let (tool, place) = change.uncertain();
+    let ask = say!("page.magazine.look", tool = called(tool));
+    let number = u32::from(*place) + 1;
+    let answer = move |seen: Seen, words: String| {
+        let words = move || words.clone();
+        push_if("button", move || may_say(line), words, move |_| link::ask(Ask::ToolSeen { seen }))
+    };
+    let answers = (
+        answer(Seen::InSpindle, say!("page.magazine.in_spindle")),
+        answer(Seen::InPlace, say!("page.magazine.in_place", number = number)),
+        answer(Seen::TakenAway, say!("page.magazine.taken_away")),
+    );
+    Some(div().class("notice tone-alarm").attr("role", "alert").child((p().child(ask), answers)))
+}
+
+/// The tools of `program` in the order of their use.
+fn needed(program: &Program) -> Vec<Option<StockedTool>> {
+    (1..).zip(&program.bits).map(|(number, bit)| Some(StockedTool { number, bit: bit.clone() })).collect()
+}
+
+/// What lies where, as a person says it.
+fn edit(line: Link) -> impl IntoView {
+    let job = move || line.shown_job.get();
+    let says = |places: Vec<Option<StockedTool>>| link::ask(Ask::Stock { places, spindle: Held::Nothing });
+    let tools = move || {
+        job().map(|job| {
+            let rows = needed(&job.program).into_iter().flatten().map(|tool| li().child(called(&tool)));
+            ol().child(rows.collect::<Vec<_>>())
+        })
+    };
+    details().child((
+        summary().child(t!("page.magazine.edit")),
+        p().child(t!("page.magazine.fill_is")),
+        tools,
+        push_if(
+            "button",
+            move || may_say(line) && job().is_some(),
+            t!("page.magazine.fill"),
+            move |_| {
+                if let Some(job) = line.shown_job.get_untracked() {
+                    says(needed(&job.program));
+                }
+            },
+        ),
+        push("button", t!("page.magazine.none"), move |_| says(Vec::new())),
+    ))
+}
+
+/// The block of a machine that has a magazine.
+pub(super) fn magazine() -> impl IntoView {
+    let line = link::link();
+    let has = Memo::new(move |_| line.magazine.with(Option::is_some));
+    let report = move || line.magazine.get();
+    move || {
+        has.get().then(|| {
+            section().class("block magazine").attr("aria-label", t!("page.magazine.title")).child((
+                h3().child(t!("page.magazine.title")),
+                move || report().and_then(|report| standing(&report)),
+                move || report().and_then(|report| question(line, &report)),
+                move || report().map(|report| list(&report.stock)),
+                edit(line),
+            ))
+        })
+    }
+}

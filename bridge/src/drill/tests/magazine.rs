@@ -1,0 +1,200 @@
+//! Tools that the machine fetches itself (C5): stopped at every step, taken up as offered, every hole once and with its tool.
+
+use super::*;
+use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool};
+use annulus_core::wire::MagazineReport;
+use annulus_drill::line;
+
+/// Bits of 0.6, 0.8 and 1.0 mm, two holes each.
+fn three_tools(machine: &Machine) -> Program {
+    let base = grid(machine, 6);
+    let bit = |um: i64| Bit { diameter: Length::from_um(um), name: format!("{um}"), cutter: Cutter::Drill };
+    let mut legs = Vec::new();
+    for (hole, leg) in (0..).zip(base.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_)))) {
+        if hole % 2 == 0 {
+            let commands = vec![
+                Command::Spindle { rpm: 0 },
+                Command::AwaitBit { bit: hole / 2 },
+                Command::Spindle { rpm: 20_000 },
+                Command::Dwell { us: (machine.process.spin_up_ms * 1e3) as u32 },
+            ];
+            legs.push(Leg { mark: Mark::ToolChange(hole / 2), commands });
+        }
+        legs.push(leg.clone());
+    }
+    legs.extend(base.legs.last().cloned());
+    Program { bits: vec![bit(600), bit(800), bit(1_000)], legs, ..base }
+}
+
+fn changer() -> Machine {
+    Machine { tool_change: ToolChange::Magazine, ..virtual_drill() }
+}
+
+impl Bench {
+    fn magazine(&self) -> MagazineReport {
+        let tells = self.drill.greeting();
+        let report = |tell| if let Tell::Magazine(report) = tell { Some(*report) } else { None };
+        tells.into_iter().find_map(report).unwrap()
+    }
+
+    fn fill(&self, program: &Program) {
+        let places = (1..)
+            .zip(&program.bits)
+            .map(|(number, bit)| Some(StockedTool { number, bit: bit.clone() }))
+            .collect();
+        self.drill.ask(Ask::Stock { places, spindle: Held::Nothing }).unwrap();
+    }
+
+    /// Waits until a change begins with `step` after `changes` others, or the job is over: then STOP.
+    fn stop_at(&mut self, step: ChangeStep, changes: u32) -> bool {
+        let mut begun = 0;
+        loop {
+            match self.tells.blocking_recv() {
+                Ok(Tell::Magazine(report)) if report.changes => {
+                    let now = report.stock.change.map(|change| change.step);
+                    begun += u32::from(now == Some(ChangeStep::RaiseZ));
+                    if now == Some(step) && begun > changes {
+                        self.drill.ask(Ask::Stop).unwrap();
+                        return true;
+                    }
+                }
+                Ok(Tell::Ended { .. }) => return false,
+                Ok(_) | Err(broadcast::error::RecvError::Lagged(_)) => {}
+                Err(why) => panic!("{why}"),
+            }
+        }
+    }
+
+    /// Takes the job up where it was left, and runs it to its end.
+    fn go_on(&self, program: &Program) {
+        let bytes = program::encode(program);
+        let job = program::key(&bytes);
+        let from_leg = self.offer().unwrap();
+        let tells = self.drill.ask(Ask::Arm { job: job.clone(), from_leg }).unwrap();
+        let Some(Tell::Armed { stream_digest, checks, .. }) = tells.into_iter().next() else {
+            panic!("no verdict")
+        };
+        assert!(checks.iter().all(|row| row.verdict != RowVerdict::Fail), "{checks:?}");
+        self.drill.ask(Ask::Start { job, stream_digest, from_leg }).unwrap();
+    }
+
+    /// Every hole is there once, made with its tool, and nothing broke.
+    fn is_whole(&self, trace: &str) {
+        let status = self.wait(|status| matches!(status.state, State::Ready | State::Alarm));
+        assert_eq!((status.state, &status.alarm), (State::Ready, &None), "{trace}");
+        let record = std::fs::read_to_string(self.folder.path().join(RECORD)).unwrap();
+        let mut holes: Vec<(i64, &str)> = record
+            .lines()
+            .map(|line| {
+                let words: Vec<&str> = line.split(' ').collect();
+                ((words[0].parse::<f64>().unwrap() * 1e4) as i64, words[words.len() - 1])
+            })
+            .collect();
+        holes.sort_unstable();
+        let tools: Vec<&str> = holes.iter().map(|(_, tool)| *tool).collect();
+        assert_eq!(
+            tools,
+            ["D0.6000", "D0.6000", "D0.8000", "D0.8000", "D1.0000", "D1.0000"],
+            "{trace}: {record}"
+        );
+        holes.dedup();
+        assert_eq!(holes.len(), 6, "{trace}: {record}");
+        let report = self.magazine();
+        assert_eq!((report.stock.change, report.changes), (None, false), "{trace}");
+        let held = matches!(&report.stock.spindle, Held::Tool { tool, place: Some(2) } if tool.number == 3);
+        assert!(held, "{trace}: {:?}", report.stock.spindle);
+        let lie: Vec<u32> =
+            report.stock.places.iter().map(|place| place.as_ref().map_or(0, |tool| tool.number)).collect();
+        assert_eq!(lie[..3], [1, 2, 0], "{trace}");
+    }
+}
+
+#[test]
+fn a_change_is_stopped_at_every_step_and_the_job_goes_on_as_offered() {
+    let machine = changer();
+    let program = three_tools(&machine);
+    let mut stops = 0;
+    // The first change is from an empty spindle, the second puts a tool back.
+    for (step, changes) in ChangeStep::ALL.into_iter().flat_map(|step| [(step, 0), (step, 1)]) {
+        let trace = format!("{step:?} of change {changes}");
+        let mut bench = Bench::new(&machine, Faults::default());
+        bench.fill(&program);
+        bench.start(&program);
+        if bench.stop_at(step, changes) {
+            stops += 1;
+            let status = bench.wait(|status| matches!(status.state, State::Ready | State::Alarm));
+            assert_eq!((status.state, &status.alarm), (State::Ready, &None), "{trace}");
+            // Stop may have come just behind the last step.
+            let interrupted =
+                bench.drill.greeting().iter().any(|tell| matches!(tell, Tell::Interrupted { .. }));
+            assert!(interrupted, "{trace}");
+            let report = bench.magazine();
+            assert!(report.stock.change.is_none() || report.goes_on_with.is_some(), "{trace}: {report:?}");
+            bench.go_on(&program);
+        }
+        bench.wait(|status| status.job.is_none() && status.state != State::Stopping);
+        bench.is_whole(&trace);
+    }
+    assert!(stops > 40, "{stops}");
+}
+
+#[test]
+fn what_the_sensors_do_not_tell_a_person_is_asked_for_and_no_job_starts_before() {
+    let machine = changer();
+    let program = three_tools(&machine);
+    let faults = annulus_core::virtual_drill::faults::read(["tool-dropped@2"]).unwrap();
+    let bench = Bench::new(&machine, faults);
+    let code = |ask| bench.drill.ask(ask).unwrap_err().code;
+    assert_eq!(code(Ask::ToolSeen { seen: Seen::InPlace }), "magazine.nothing_stopped");
+    bench.home();
+    bench.drill.ask(Ask::SetZero).unwrap();
+    let refused = |bench: &Bench| {
+        let (_, _, checks) = bench.arm(&program);
+        checks.into_iter().find(|row| row.verdict == RowVerdict::Fail).map(|row| row.finding.code)
+    };
+    assert_eq!(refused(&bench).as_deref(), Some("magazine.spindle_unknown"));
+    bench.drill.ask(Ask::Stock { places: vec![], spindle: Held::Nothing }).unwrap();
+    assert_eq!(refused(&bench).as_deref(), Some("preflight.bit_not_in_magazine"));
+    bench.fill(&program);
+    bench.start_here(&program);
+    let status = bench.wait(|status| status.state == State::Alarm);
+    assert_eq!(status.alarm.map(|why| why.code).as_deref(), Some("magazine.no_tool"));
+    let report = bench.magazine();
+    assert_eq!(report.stock.change.map(|change| change.step), Some(ChangeStep::RaiseFromNew));
+    assert_eq!((report.stock.spindle, report.goes_on_with), (Held::Unknown, None));
+    bench.drill.ask(Ask::AcknowledgeAlarm).unwrap();
+    bench.wait(|status| status.state == State::Ready);
+    assert_eq!(refused(&bench).as_deref(), Some("magazine.spindle_unknown"));
+    // It is picked up and laid into its place.
+    bench.drill.ask(Ask::ToolSeen { seen: Seen::InPlace }).unwrap();
+    assert_eq!(bench.magazine().goes_on_with, Some(ChangeStep::RaiseBeforeNew));
+    bench.go_on(&program);
+    bench.wait(|status| status.job.is_none() && status.state != State::Stopping);
+    bench.is_whole("dropped");
+}
+
+#[test]
+fn the_clamp_switched_by_hand_and_a_machine_without_a_magazine() {
+    let bench = Bench::new(&changer(), Faults::default());
+    bench.fill(&three_tools(&changer()));
+    bench.home();
+    bench.drill.ask(Ask::OutputLease { minutes: 1 }).unwrap();
+    bench.drill.ask(Ask::Output { name: "clamp".to_owned(), on: true, pulse_ms: None }).unwrap();
+    assert_eq!(bench.magazine().stock.spindle, Held::Unknown);
+    let without = Bench::new(&virtual_drill(), Faults::default());
+    let ask = Ask::Stock { places: vec![], spindle: Held::Nothing };
+    assert_eq!(without.drill.ask(ask).unwrap_err().code, "magazine.none");
+}
+
+#[test]
+fn the_record_tells_the_tool_and_is_read_back() {
+    let hole = annulus_core::virtual_drill::VirtualHole {
+        x_mm: 1.0,
+        y_mm: 2.0,
+        depth_mm: 1.8,
+        tick: 0,
+        spindle: 1,
+        bit_mm: Some(0.8),
+    };
+    assert_eq!(line(&hole), "1.0000 2.0000 1.8000 Z2 D0.8000\n");
+}

@@ -1,0 +1,132 @@
+//! The presser foot (C7): it holds the board down while the bit is in it.
+//!
+//! ```text
+//! foot   ‾‾‾‾╲______________╱‾‾‾‾      time: from the output to the foot on the board, and back
+//! bit    ‾‾‾‾‾‾‾‾╲____╱‾‾‾‾‾‾‾‾‾‾      the bit goes down after it, and X and Y move after it is up again
+//! ```
+//!
+//! It is for holes: a path is milled with the foot up. Its sensor, where there is one, is an interlock.
+//!
+//! Goes out: the foot as data, the section "foot" of the settings table, and every reason why it cannot be. Does not know wires:
+//! which output it is has a name.
+
+use super::settings::{Setting, Value, ValueKind};
+use super::wiring::whole;
+use super::{Machine, Output};
+use crate::diagnostic::Diagnostic;
+use crate::units::TICK_HZ;
+
+/// A presser foot.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Foot {
+    /// Whether there is one.
+    pub on: bool,
+    /// Name of its output: on while it is down.
+    pub output: String,
+    /// How long it takes to go down, or up, in ms.
+    pub time_ms: f64,
+}
+
+impl Default for Foot {
+    /// None; as a small cylinder would be.
+    fn default() -> Self {
+        Self { on: false, output: "foot".to_owned(), time_ms: 60.0 }
+    }
+}
+
+impl Foot {
+    /// How long it takes, in ticks.
+    pub fn ticks(&self) -> u64 {
+        libm::ceil(self.time_ms * 1e-3 * TICK_HZ as f64) as u64
+    }
+}
+
+/// The section "foot" of the settings table.
+pub(super) const ROWS: &[Setting] = &[
+    Setting {
+        key: "foot.on",
+        unit: "",
+        kind: ValueKind::Choice(&["no", "yes"]),
+        shapes_stream: true,
+        get: |m| Value::Text(if m.foot.on { "yes" } else { "no" }.to_owned()),
+        set: |m, v| m.foot.on = matches!(v, Value::Text(word) if word == "yes"),
+    },
+    Setting {
+        key: "foot.output",
+        unit: "",
+        kind: ValueKind::Text(32),
+        shapes_stream: false,
+        get: |m| Value::Text(m.foot.output.clone()),
+        set: |m, v| {
+            if let Value::Text(text) = v {
+                m.foot.output.clone_from(text);
+            }
+        },
+    },
+    Setting {
+        key: "foot.time",
+        unit: "ms",
+        kind: ValueKind::Number(0.0, 5_000.0),
+        shapes_stream: true,
+        get: |m| Value::Number(m.foot.time_ms),
+        set: |m, v| m.foot.time_ms = whole(v),
+    },
+];
+
+/// Why the output called `name`, which the row `key` wants, cannot be switched on `machine`, if it cannot.
+pub(super) fn not_named(machine: &Machine, key: &str, name: &str) -> Option<Diagnostic> {
+    let known = machine.output_names();
+    let why = || Diagnostic::error("machine.output_not_named").with("key", key).with("name", name);
+    (!known.iter().any(|own| own == name)).then(|| why().with("known", known.join(", ")))
+}
+
+/// Every reason why `machine` cannot have its foot.
+pub(super) fn validate(machine: &Machine) -> Vec<Diagnostic> {
+    if !machine.foot.on {
+        return Vec::new();
+    }
+    let refuse = |code: &str| Diagnostic::error(code).with("key", "foot.on");
+    let mut diagnostics = Vec::new();
+    if machine.output == Output::Adapter {
+        diagnostics.push(refuse("machine.foot_beside_adapter"));
+    } else {
+        diagnostics.extend(not_named(machine, "foot.output", &machine.foot.output));
+    }
+    if machine.overlap.on {
+        diagnostics.push(refuse("machine.foot_with_overlap"));
+    }
+    diagnostics
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{apply, lab, virtual_drill};
+    use super::*;
+
+    #[test]
+    fn a_foot_that_cannot_be_names_its_field() {
+        let text = |text: &str| Value::Text(text.to_owned());
+        let codes = |machine: &Machine, changes: &[(&str, Value)]| {
+            let changes: Vec<_> =
+                changes.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+            let refusals = apply(machine, &changes).err().unwrap_or_default();
+            refusals.into_iter().map(|why| why.code).collect::<Vec<_>>()
+        };
+        let on = ("foot.on", text("yes"));
+        let alone = ("overlap.on", text("no"));
+        let card = ("machine.output", text("card"));
+        let none = Vec::<String>::new();
+        assert_eq!(codes(&virtual_drill(), &[on.clone()]), ["machine.foot_with_overlap"]);
+        assert_eq!(codes(&virtual_drill(), &[on.clone(), alone.clone()]), none);
+        assert_eq!(codes(&lab(), &[on.clone(), card.clone()]), ["machine.output_not_named"]);
+        let named = [
+            on.clone(),
+            card,
+            ("card.output_names", text("foot")),
+            ("card.outputs", Value::Numbers(vec![25.0])),
+        ];
+        assert_eq!(codes(&lab(), &named), none);
+        let adapter = ("machine.output", text("adapter"));
+        assert_eq!(codes(&virtual_drill(), &[on, alone, adapter]), ["machine.foot_beside_adapter"]);
+    }
+}

@@ -1,0 +1,54 @@
+//! How long changes take, before anything moves: the same moves, timed.
+//!
+//! Comes in: a machine, and how many changes. Goes out: seconds. A change is taken to go from the first place to the one in the middle
+//! of the magazine, from over the middle of the table. Does not know which tool lies where.
+
+use super::{Change, Held, StockedTool, ToolStock};
+use crate::diagnostic::Diagnostic;
+use crate::job::{Bit, Cutter};
+use crate::machine::{Machine, Steps};
+use crate::motion::cycles;
+use crate::units::{Length, TICK_HZ};
+
+/// Seconds of one change, from an old tool to a new one where `has_old`, else from an empty spindle.
+pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
+    let tool = |number: u32| StockedTool {
+        number,
+        bit: Bit {
+            diameter: Length::from_um(i64::from(number) * 1_000),
+            name: number.to_string(),
+            cutter: Cutter::Drill,
+        },
+    };
+    let middle = machine.magazine.places() / 2;
+    let mut stock = ToolStock { places: vec![None; machine.magazine.places()], ..ToolStock::default() };
+    stock.places.iter_mut().skip(middle).take(1).for_each(|place| *place = Some(tool(2)));
+    if middle == 0 && has_old {
+        // A magazine of one place has no room for two tools.
+        stock.places.push(None);
+    }
+    let place = stock.way_back(Some(0));
+    stock.spindle = if has_old { Held::Tool { tool: tool(1), place } } else { Held::Nothing };
+    let mut at = Steps::default();
+    for (axis, place) in at.iter_mut().enumerate().take(2) {
+        let settings = machine.axis(axis);
+        *place = settings.scale.steps(Length::from_nm((settings.min.nm() + settings.max.nm()) / 2));
+    }
+    let high = machine.process.surface + machine.process.safe_height;
+    cycles::together(machine, 2).for_each(|axis| at[axis] = machine.z.scale.steps(high));
+    let Some(mut change) = Change::new(&mut stock, &tool(2).bit, (at, [false; 2]))? else {
+        return Ok(0.0);
+    };
+    let mut ticks = 0;
+    while let Some(step) = change.step() {
+        // What has to be so is so.
+        let inputs = step.before().on;
+        let work = change.begin(machine, &mut stock, (at, inputs))?;
+        for segment in &work.segments {
+            ticks += segment.duration_ticks;
+            at = segment.end;
+        }
+        change.done(machine, &mut stock, step.after().on)?;
+    }
+    Ok(ticks as f64 / TICK_HZ as f64)
+}

@@ -1,0 +1,340 @@
+//! Which tool lies in which place of the magazine, what the spindle holds, and where a change stopped.
+//!
+//! ```text
+//! places    1: T1 drill 0.8   2: –   3: T3 drill 1.2        place 2 is where the tool in the spindle came from
+//! spindle   T2 drill 1.0, from place 2
+//! ```
+//!
+//! Comes in: what a person says, inputs. Goes out: the same as data that is kept, and what it is worth after a stop. A tool is in one
+//! place. Places are counted from 0. Does not know moves.
+
+use super::ChangeStep;
+use crate::diagnostic::Diagnostic;
+use crate::job::{Bit, Input};
+use crate::machine::{MOST_PLACES, Machine};
+use serde::{Deserialize, Serialize};
+
+/// Longest name of a tool.
+const LONGEST_NAME: usize = 60;
+
+/// A tool in the magazine or the spindle.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StockedTool {
+    /// Its number, which no other tool has.
+    pub number: u32,
+    /// Of which form and size it is.
+    pub bit: Bit,
+}
+
+/// What the spindle holds.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Held {
+    /// Nobody knows: a person has to say it.
+    #[default]
+    Unknown,
+    /// Nothing.
+    Nothing,
+    /// A tool.
+    Tool {
+        /// Which.
+        tool: StockedTool,
+        /// The place where it belongs; none where it was put in by hand.
+        place: Option<u8>,
+    },
+}
+
+/// A change that is in work, or that stopped.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Unfinished {
+    /// The step in work, or at which it stopped.
+    pub step: ChangeStep,
+    /// The tool that is put back, and its place.
+    pub old: Option<(StockedTool, u8)>,
+    /// The tool that is fetched, and its place.
+    pub new: (StockedTool, u8),
+    /// Sensors contradict what was believed: no sensor, but a person tells where the tool is.
+    #[serde(default)]
+    pub is_lost: bool,
+}
+
+/// What a person sees in the spindle where a change stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Seen {
+    /// The tool is in the spindle.
+    InSpindle,
+    /// The spindle is empty, and the tool in its place.
+    InPlace,
+    /// The spindle is empty, and the tool was taken out of the machine.
+    TakenAway,
+}
+
+/// What lies where.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ToolStock {
+    /// The tool in each place of the magazine.
+    pub places: Vec<Option<StockedTool>>,
+    /// What the spindle holds.
+    pub spindle: Held,
+    /// A change that did not come to its end.
+    pub change: Option<Unfinished>,
+}
+
+impl ToolStock {
+    /// The tool in place `place`.
+    pub fn lies(&self, place: u8) -> Option<&StockedTool> {
+        self.places.get(usize::from(place))?.as_ref()
+    }
+
+    /// The first place with a tool like `bit`.
+    pub fn place_of(&self, bit: &Bit) -> Option<u8> {
+        let like = |tool: &Option<StockedTool>| tool.as_ref().is_some_and(|tool| tool.bit.is_same_tool(bit));
+        self.places.iter().position(like).and_then(|place| u8::try_from(place).ok())
+    }
+
+    /// Whether the spindle holds a tool like `bit`.
+    pub fn holds(&self, bit: &Bit) -> bool {
+        matches!(&self.spindle, Held::Tool { tool, .. } if tool.bit.is_same_tool(bit))
+    }
+
+    /// Whether a tool like `bit` is here at all.
+    pub fn has(&self, bit: &Bit) -> bool {
+        self.holds(bit) || self.place_of(bit).is_some()
+    }
+
+    /// The place to which the tool in the spindle is put back: where it belongs, or the first that is empty.
+    pub fn way_back(&self, belongs: Option<u8>) -> Option<u8> {
+        let is_free = |place: &u8| self.places.get(usize::from(*place)) == Some(&None);
+        let free = || (0..self.places.len()).filter_map(|place| u8::try_from(place).ok()).find(is_free);
+        belongs.filter(is_free).or_else(free)
+    }
+
+    /// Lays `tool` into `place`, or takes what lies there away.
+    pub(super) fn lay(&mut self, place: u8, tool: Option<StockedTool>) {
+        if let Some(lies) = self.places.get_mut(usize::from(place)) {
+            *lies = tool;
+        }
+    }
+
+    /// As a person says that it is, for `machine`: as many places as it has, every tool once. What a change stopped at is forgotten.
+    pub fn reported(
+        places: Vec<Option<StockedTool>>,
+        spindle: Held,
+        machine: &Machine,
+    ) -> Result<Self, Diagnostic> {
+        let most = machine.magazine.places().min(MOST_PLACES);
+        let refuse = |code: &str| Diagnostic::error(code);
+        if places.len() > most {
+            return Err(refuse("magazine.too_many_places").with("places", places.len()).with("most", most));
+        }
+        let held = if let Held::Tool { tool, .. } = &spindle { Some(tool) } else { None };
+        let tools: Vec<&StockedTool> = places.iter().flatten().chain(held).collect();
+        for (at, tool) in tools.iter().enumerate() {
+            if tools.iter().take(at).any(|other| other.number == tool.number) {
+                return Err(refuse("magazine.tool_twice").with("number", tool.number));
+            }
+            if tool.bit.name.chars().count() > LONGEST_NAME || tool.bit.diameter.nm() <= 0 {
+                return Err(refuse("magazine.no_such_bit").with("number", tool.number));
+            }
+        }
+        let mut stock = Self { places, spindle, change: None };
+        stock.places.resize(most, None);
+        Ok(stock)
+    }
+
+    /// What is known when a change rests at the step at which it stopped: the inputs, of which those in `told` are told, and whether the
+    /// head stands over the place where it was. Where they do not say what the spindle holds, nobody knows.
+    pub fn settle(&mut self, told: u32, inputs: u32, is_over_place: bool) {
+        let Some(change) = self.change.clone() else { return };
+        let says = |input: Input| (told & input.bit() != 0).then_some(inputs & input.bit() != 0);
+        let held = says(Input::ToolHeld);
+        let is_gone = is_over_place && says(Input::PlaceTaken) == Some(false);
+        let contradicts = match &self.spindle {
+            Held::Tool { .. } => held == Some(false),
+            Held::Nothing => held == Some(true),
+            Held::Unknown => held == Some(false) && is_gone,
+        };
+        if contradicts {
+            // A tool that was there is not there any more, or one is there that was not: it is not guessed where it is.
+            self.spindle = Held::Unknown;
+            self.change = Some(Unfinished { is_lost: true, ..change });
+            return;
+        }
+        match &self.spindle {
+            Held::Tool { .. } | Held::Nothing => {}
+            Held::Unknown if change.is_lost => {}
+            Held::Unknown => match held {
+                Some(true) if says(Input::ClampOpen) == Some(false) => self.see(&change, Seen::InSpindle),
+                Some(false) => self.see(&change, Seen::InPlace),
+                _ => {}
+            },
+        }
+    }
+
+    /// How long the head stays where it is before it is lifted, in ticks: a clamp that moves comes to its end first, or its tool falls.
+    pub fn wait_before_lift_ticks(&self, machine: &Machine) -> u64 {
+        let moves =
+            [ChangeStep::OpenClamp, ChangeStep::WaitOpen, ChangeStep::CloseClamp, ChangeStep::WaitClosed];
+        let clamp = self.change.as_ref().is_some_and(|change| moves.contains(&change.step));
+        if clamp { machine.magazine.clamp_ticks() } else { 0 }
+    }
+
+    /// The same, where a person looks.
+    pub fn seen(&mut self, seen: Seen) -> Result<(), Diagnostic> {
+        let change = self.change.clone().ok_or_else(|| Diagnostic::error("magazine.nothing_stopped"))?;
+        self.see(&change, seen);
+        self.change = Some(Unfinished { is_lost: false, ..change });
+        Ok(())
+    }
+
+    fn see(&mut self, change: &Unfinished, seen: Seen) {
+        let &(ref tool, place) = change.uncertain();
+        let lies = (seen == Seen::InPlace).then(|| tool.clone());
+        self.lay(place, lies);
+        self.spindle = match seen {
+            Seen::InSpindle => Held::Tool { tool: tool.clone(), place: Some(place) },
+            Seen::InPlace | Seen::TakenAway => Held::Nothing,
+        };
+    }
+
+    /// The step with which the change that stopped goes on when its job is taken up; none where a person has to look first.
+    pub fn goes_on_with(&self) -> Option<ChangeStep> {
+        let change = self.change.as_ref()?;
+        match &self.spindle {
+            Held::Unknown => None,
+            Held::Nothing => Some(ChangeStep::RaiseBeforeNew),
+            Held::Tool { tool, .. } if *tool == change.new.0 => Some(ChangeStep::GoOn),
+            Held::Tool { .. } => Some(ChangeStep::RaiseZ),
+        }
+    }
+}
+
+impl Unfinished {
+    /// The tool of which nobody knows for a moment where it is, and its place: the old one until it was put back.
+    pub fn uncertain(&self) -> &(StockedTool, u8) {
+        match &self.old {
+            Some(old) if self.step <= ChangeStep::RaiseFromOld => old,
+            _ => &self.new,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::Cutter;
+    use crate::machine::virtual_drill;
+    use crate::units::Length;
+
+    pub(crate) fn tool(number: u32) -> StockedTool {
+        let diameter = Length::from_um(500 + 100 * i64::from(number));
+        StockedTool { number, bit: Bit { diameter, name: format!("{number}"), cutter: Cutter::Drill } }
+    }
+
+    fn held(number: u32, place: u8) -> Held {
+        Held::Tool { tool: tool(number), place: Some(place) }
+    }
+
+    #[test]
+    fn what_a_person_says_is_taken_where_every_tool_is_once() {
+        let machine = virtual_drill();
+        let told = |numbers: &[u32], spindle| {
+            let places = numbers.iter().map(|number| (*number > 0).then(|| tool(*number))).collect();
+            ToolStock::reported(places, spindle, &machine)
+                .map(|stock| stock.places.len())
+                .map_err(|why| why.code)
+        };
+        let code = |code: &str| Err(code.to_owned());
+        assert_eq!(told(&[1, 0, 2], held(3, 1)), Ok(8));
+        assert_eq!(told(&[1, 0, 1], Held::Nothing), code("magazine.tool_twice"));
+        assert_eq!(told(&[1, 0, 2], held(2, 1)), code("magazine.tool_twice"));
+        assert_eq!(told(&[0; 9], Held::Nothing), code("magazine.too_many_places"));
+        let mut nothing = tool(4);
+        nothing.bit.diameter = Length::ZERO;
+        let found = ToolStock::reported(vec![Some(nothing)], Held::Nothing, &machine).unwrap_err();
+        assert_eq!(found.code, "magazine.no_such_bit");
+    }
+
+    #[test]
+    fn a_tool_goes_back_where_it_belongs_or_to_the_first_empty_place() {
+        let places = vec![Some(tool(1)), None, None];
+        let stock = ToolStock { places, ..ToolStock::default() };
+        let rows = [(Some(2), Some(2)), (Some(0), Some(1)), (None, Some(1)), (Some(9), Some(1))];
+        for (belongs, back) in rows {
+            assert_eq!(stock.way_back(belongs), back, "{belongs:?}");
+        }
+        let full = ToolStock { places: vec![Some(tool(1))], ..ToolStock::default() };
+        assert_eq!(full.way_back(None), None);
+    }
+
+    #[test]
+    fn after_a_stop_the_sensors_tell_what_the_spindle_holds_or_nobody_knows() {
+        let [hand, open, place] = [Input::ToolHeld, Input::ClampOpen, Input::PlaceTaken].map(Input::bit);
+        let all = hand | open | place;
+        let unknown = Held::Unknown;
+        // (what was believed, step, inputs that are told, inputs that are on, over the place, what is known, what lies in 1 and 2)
+        let rows: [(Held, ChangeStep, u32, u32, bool, Held, [u32; 2]); 15] = [
+            (held(1, 0), ChangeStep::YToOld, all, hand, false, held(1, 0), [0, 2]),
+            (held(1, 0), ChangeStep::YToOld, all, 0, false, unknown.clone(), [0, 2]),
+            (held(1, 0), ChangeStep::YToOld, 0, 0, false, held(1, 0), [0, 2]),
+            (unknown.clone(), ChangeStep::OpenClamp, all, hand, true, held(1, 0), [0, 2]),
+            (unknown.clone(), ChangeStep::WaitOpen, all, hand | open, true, unknown.clone(), [0, 2]),
+            (unknown.clone(), ChangeStep::WaitOpen, all, open | place, true, Held::Nothing, [1, 2]),
+            (unknown.clone(), ChangeStep::WaitOpen, all, open, true, unknown.clone(), [0, 2]),
+            (unknown.clone(), ChangeStep::WaitOpen, all, open, false, Held::Nothing, [1, 2]),
+            (
+                unknown.clone(),
+                ChangeStep::WaitOpen,
+                open | place,
+                open | place,
+                true,
+                unknown.clone(),
+                [0, 2],
+            ),
+            (Held::Nothing, ChangeStep::XToNew, all, open, false, Held::Nothing, [0, 2]),
+            (Held::Nothing, ChangeStep::XToNew, all, hand, false, unknown.clone(), [0, 2]),
+            (unknown.clone(), ChangeStep::CloseClamp, all, hand, true, held(2, 1), [0, 0]),
+            (unknown.clone(), ChangeStep::WaitClosed, all, place, true, Held::Nothing, [0, 2]),
+            (unknown.clone(), ChangeStep::RaiseFromNew, all, 0, true, unknown.clone(), [0, 2]),
+            (held(2, 1), ChangeStep::PauseAtEnd, all, 0, false, unknown.clone(), [0, 2]),
+        ];
+        for (believed, step, told, inputs, over, known, lie) in rows {
+            let change = Unfinished { step, old: Some((tool(1), 0)), new: (tool(2), 1), is_lost: false };
+            let mut stock = ToolStock {
+                places: vec![None, Some(tool(2))],
+                spindle: believed.clone(),
+                change: Some(change),
+            };
+            stock.settle(told, inputs, over);
+            // Later sensors do not guess what these did not know.
+            let settled = stock.spindle.clone();
+            stock.settle(told, inputs, false);
+            assert_eq!(stock.spindle, settled, "{step:?} {told:b} {inputs:b}");
+            let numbers = [0, 1].map(|place| stock.lies(place).map_or(0, |tool| tool.number));
+            assert_eq!((&stock.spindle, numbers), (&known, lie), "{believed:?} {step:?} {told:b} {inputs:b}");
+        }
+    }
+
+    #[test]
+    fn a_person_says_where_the_tool_in_doubt_is_and_the_change_goes_on_from_there() {
+        let rows = [
+            (ChangeStep::WaitOpen, Seen::InSpindle, held(1, 0), [0, 2], ChangeStep::RaiseZ),
+            (ChangeStep::WaitOpen, Seen::InPlace, Held::Nothing, [1, 2], ChangeStep::RaiseBeforeNew),
+            (ChangeStep::WaitOpen, Seen::TakenAway, Held::Nothing, [0, 2], ChangeStep::RaiseBeforeNew),
+            (ChangeStep::WaitClosed, Seen::InSpindle, held(2, 1), [0, 0], ChangeStep::GoOn),
+            (ChangeStep::WaitClosed, Seen::InPlace, Held::Nothing, [0, 2], ChangeStep::RaiseBeforeNew),
+            (ChangeStep::WaitClosed, Seen::TakenAway, Held::Nothing, [0, 0], ChangeStep::RaiseBeforeNew),
+        ];
+        for (step, seen, spindle, lie, on) in rows {
+            let change = Unfinished { step, old: Some((tool(1), 0)), new: (tool(2), 1), is_lost: false };
+            let mut stock =
+                ToolStock { places: vec![None, Some(tool(2))], spindle: Held::Unknown, change: Some(change) };
+            assert_eq!(stock.goes_on_with(), None);
+            stock.seen(seen).unwrap();
+            let numbers = [0, 1].map(|place| stock.lies(place).map_or(0, |tool| tool.number));
+            assert_eq!((&stock.spindle, numbers), (&spindle, lie), "{step:?} {seen:?}");
+            assert_eq!(stock.goes_on_with(), Some(on), "{step:?} {seen:?}");
+        }
+        assert_eq!(ToolStock::default().seen(Seen::InPlace).unwrap_err().code, "magazine.nothing_stopped");
+    }
+}

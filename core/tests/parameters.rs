@@ -1,0 +1,221 @@
+//! Every parameter of an axis, of the system and of the process (C2): changed one by one, each changes a stream, a cycle, a plan, what is put
+//! out, or is refused. The table is that of the manual's page on the machine.
+
+use crate::programs::{Chance, one_by_one, random_program};
+use annulus_core::board::{Board, Hole};
+use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
+use annulus_core::cam::work::Work;
+use annulus_core::cam::{HoleOrder, PlanOptions};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Command, Leg, Mark};
+use annulus_core::machine::{self, Machine, Steps, Value, preset, six_spindles, virtual_drill};
+use annulus_core::magazine::{Change, Held, StockedTool, ToolStock, change_s};
+use annulus_core::motion::cycles;
+use annulus_core::pins::Motors;
+use annulus_core::units::Length;
+use annulus_core::{motion, steps};
+use std::fs;
+use std::path::Path;
+
+/// What of a machine is looked at.
+type Look = fn(&Machine) -> String;
+
+/// Digest of a stream that drills and mills round a corner.
+fn stream(machine: &Machine) -> String {
+    let mut program = random_program(&mut Chance::new(3), machine, 4);
+    let deep = Length::from_mm(-0.2);
+    let mill =
+        |x: f64, y: f64| Command::Mill { to: Point::from_mm(x, y), height: deep, feed_um_per_s: 9_000 };
+    let commands = vec![
+        Command::Rapid { to: Point::from_mm(5.0, 5.0) },
+        Command::Plunge { to: deep, feed_um_per_s: 1_000, gate: None },
+        mill(15.0, 5.0),
+        mill(15.0, 9.0),
+        mill(5.0, 9.3),
+        Command::Retract { to: machine.process.safe_height },
+    ];
+    let last = program.legs.len() - 1;
+    program.legs.insert(last, Leg { mark: Mark::Toolpath(0), commands });
+    let timeline = motion::timeline(&program, machine).unwrap();
+    steps::digest(&steps::stream(&timeline, machine).unwrap())
+}
+
+/// Homing of all axes.
+fn homing(machine: &Machine) -> String {
+    format!("{:?}", cycles::home(machine).unwrap())
+}
+
+/// A stroke by hand, as the Lab makes it.
+fn stroke(machine: &Machine) -> String {
+    let mut from = Steps::default();
+    from[2] = machine.z.scale.steps(machine.process.surface + machine.process.safe_height);
+    let bottom = machine.z.scale.steps(machine.process.surface - machine.process.board_thickness);
+    format!("{:?}", cycles::stroke(machine, from, bottom, None).unwrap())
+}
+
+/// The program that is planned for a board of three holes.
+fn plan(machine: &Machine) -> String {
+    let hole = |x: f64, size_um: i64| Hole {
+        at: Point::from_mm(x, 4.0),
+        diameter: Some(Length::from_um(size_um)),
+        plated: None,
+        source: 0,
+        tool_code: 1,
+        line: 1,
+    };
+    let board = Board { holes: vec![hole(1.0, 800), hole(2.0, 840), hole(3.0, 1_000)], ..Board::default() };
+    let work = Work::drilling(&board, machine, HoleOrder::File);
+    let options = PlanOptions::default();
+    let means = Means { options: &options, rapid_time: &|a, b| a.distance_mm(b) };
+    let (planned, _) = plan_work(&board, &work, machine, &means, &mut |_| true).unwrap();
+    format!("{:?}", lower_work(&planned, &work, machine).legs)
+}
+
+/// A change of tools, step by step.
+fn change(machine: &Machine) -> String {
+    let bit = |number: i64| annulus_core::job::Bit {
+        diameter: Length::from_um(100 * number),
+        name: String::new(),
+        cutter: annulus_core::job::Cutter::Drill,
+    };
+    let tool = |number: u32| StockedTool { number, bit: bit(i64::from(number)) };
+    let spindle = Held::Tool { tool: tool(1), place: Some(0) };
+    let mut stock = ToolStock::reported(vec![None, Some(tool(2))], spindle, machine).unwrap();
+    let at = Steps::default();
+    let mut change = Change::new(&mut stock, &bit(2), (at, [false; 2])).unwrap().unwrap();
+    let mut all = String::new();
+    while let Some(step) = change.step() {
+        let work = change.begin(machine, &mut stock, (at, step.before().on)).unwrap();
+        all += &format!("{step:?} {work:?}\n");
+        change.done(machine, &mut stock, step.after().on).unwrap();
+    }
+    all + &format!("{:?}", change_s(machine, true))
+}
+
+/// Whether the machine changes its tools, and how many seconds it takes.
+fn mode(machine: &Machine) -> String {
+    format!("{:?} {:?}", machine.has_magazine(), machine.tool_change)
+}
+
+/// What the executor of the machine goes by.
+fn executor(machine: &Machine) -> String {
+    format!("{:?} {:?}", Motors::of(machine), machine.output_names())
+}
+
+/// Which bits of the port are on when low.
+fn levels(machine: &Machine) -> String {
+    format!("{:?}", [0, 1].map(|byte| machine.wiring().low_bits(byte)))
+}
+
+fn with_magazine() -> Machine {
+    let on = ("rack.change".to_owned(), Value::Text("magazine".to_owned()));
+    machine::apply(&one_by_one(), &[on]).unwrap()
+}
+
+fn with_foot() -> Machine {
+    let on = ("foot.on".to_owned(), Value::Text("yes".to_owned()));
+    machine::apply(&one_by_one(), &[on]).unwrap()
+}
+
+fn breakout() -> Machine {
+    preset("breakout").unwrap()
+}
+
+/// The paper's name, ours, another value, the machine, and what the change has to show in.
+fn rows() -> Vec<(&'static str, &'static str, Value, fn() -> Machine, Look)> {
+    let number = Value::Number;
+    let list = |numbers: &[f64]| Value::Numbers(numbers.to_vec());
+    let word = |word: &str| Value::Text(word.to_owned());
+    vec![
+        ("installed", "machine.spindles", number(2.0), six_spindles, stream),
+        ("home direction", "x.home_end", word("max"), virtual_drill, homing),
+        ("backlash", "x.backlash", number(0.1), virtual_drill, stream),
+        ("maximum speed", "x.max_speed", number(20.0), virtual_drill, stream),
+        ("maximum acceleration", "y.max_acceleration", number(900.0), virtual_drill, stream),
+        ("S ratio", "x.max_jerk", number(40_000.0), virtual_drill, stream),
+        ("S ratio", "motion.plane", word("linear"), virtual_drill, stream),
+        ("pulse equivalent", "x.scale", number(100.0), virtual_drill, stream),
+        ("pulse equivalent", "x.scale_per", word("inch"), virtual_drill, stream),
+        ("gear numerator", "x.gear_up", number(3.0), virtual_drill, stream),
+        ("gear denominator", "z.gear_down", number(2.0), virtual_drill, stream),
+        ("feedback direction", "parallel.outputs_low", list(&[9.0, 1.0]), breakout, levels),
+        ("home speed", "z.home_speed", number(12.0), virtual_drill, homing),
+        ("search distance", "y.home_search", number(260.0), virtual_drill, homing),
+        ("offset move", "x.home_offset", number(2.0), virtual_drill, homing),
+        ("depth-check distance", "stroke.feed_height", number(0.5), virtual_drill, stroke),
+        ("interpolation accuracy", "motion.corner", number(0.05), virtual_drill, stream),
+        ("in-position period", "stroke.settle", number(25.0), virtual_drill, stream),
+        ("magazine coordinates", "magazine.x", list(&[60.0, 90.0]), with_magazine, change),
+        ("magazine coordinates", "magazine.y", list(&[180.0; 8]), with_magazine, change),
+        ("magazine coordinates", "magazine.height", number(-22.0), with_magazine, change),
+        ("magazine coordinates", "magazine.pause_x", number(35.0), with_magazine, change),
+        ("magazine coordinates", "magazine.pause_y", number(140.0), with_magazine, change),
+        ("magazine delay", "magazine.clamp_time", number(700.0), with_magazine, change),
+        ("magazine delay", "magazine.spin_down", number(2_500.0), with_magazine, change),
+        ("magazine clamp", "magazine.clamp", word("drawbar"), with_magazine, executor),
+        ("presser foot", "foot.on", word("yes"), one_by_one, stream),
+        ("presser foot", "foot.time", number(90.0), with_foot, stream),
+        ("presser foot", "foot.output", word("press"), with_foot, executor),
+        ("depth detection", "stroke.contact_tolerance", number(0.3), virtual_drill, executor),
+        ("broken-bit tolerance", "stroke.contact_tolerance", number(0.1), virtual_drill, executor),
+        ("feed", "stroke.feed", number(6.0), virtual_drill, plan),
+        ("lift speed", "z.max_speed", number(30.0), virtual_drill, stream),
+        ("down speed", "motion.down_speed", number(20.0), virtual_drill, stream),
+        ("working stroke", "stroke.board_thickness", number(1.0), virtual_drill, plan),
+        ("working stroke", "stroke.breakthrough", number(0.8), virtual_drill, plan),
+        ("working stroke", "stroke.safe_height", number(3.0), virtual_drill, plan),
+        ("lower dead point", "stroke.surface", number(-29.0), virtual_drill, stroke),
+        ("spindle speed", "spindle.speed", number(24_000.0), virtual_drill, plan),
+        ("tool-change mode", "rack.change", word("magazine"), virtual_drill, mode),
+    ]
+}
+
+#[test]
+fn every_parameter_acts() {
+    for (name, key, value, machine, look) in rows() {
+        let before = machine();
+        // A magazine has as many places along Y as along X.
+        let mut changes = vec![(key.to_owned(), value.clone())];
+        if key == "magazine.x" {
+            changes.push(("magazine.y".to_owned(), Value::Numbers(vec![190.0; 2])));
+        }
+        let after = machine::apply(&before, &changes).unwrap_or_else(|why| panic!("{name}, {key}: {why:?}"));
+        assert_ne!(look(&before), look(&after), "{name}: {key} = {value} does nothing");
+    }
+}
+
+#[test]
+fn an_axis_is_enabled_by_the_job() {
+    let machine = six_spindles();
+    let program = random_program(&mut Chance::new(3), &machine, 3);
+    let digest = |spindles| {
+        let program = annulus_core::job::Program { spindles, ..program.clone() };
+        let timeline = motion::timeline(&program, &machine).unwrap();
+        steps::digest(&steps::stream(&timeline, &machine).unwrap())
+    };
+    assert_ne!(digest(0b11_1111), digest(0b10_0001));
+}
+
+#[test]
+fn the_manual_has_every_name() {
+    let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/manual/machine.md");
+    let manual = fs::read_to_string(page).unwrap();
+    for (name, key, ..) in rows() {
+        let said = manual
+            .lines()
+            .any(|line| line.starts_with('|') && line.contains(name) && line.contains(&format!("`{key}`")));
+        assert!(said, "the manual has no row of {name} with {key}");
+    }
+}
+
+#[test]
+fn a_gear_is_exact_however_far_an_axis_goes() {
+    let mut scale = virtual_drill().x.scale;
+    (scale.gear_up, scale.gear_down) = (3, 7);
+    for turns in [1_i64, 7, 70, 7_000_000] {
+        // 80 steps a millimetre, by 3/7.
+        assert_eq!(scale.steps(Length::from_um(7_000 * turns)), 240 * turns);
+        assert_eq!(scale.length(240 * turns), Length::from_um(7_000 * turns));
+    }
+    assert!((scale.steps_per_mm() - 240.0 / 7.0).abs() < 1e-12);
+}

@@ -1,0 +1,231 @@
+//! Tools that the machine changes by itself (C5): `core` knows the steps; here they become tasks, and what lies where is kept.
+//!
+//! ```text
+//! bit wanted ─▶ step ─▶ report, looked at ─▶ step … ─▶ changed ─▶ the leg goes on
+//!                │ the clamp moves only when the journal has it
+//!                └ stop, alarm ─▶ tip up ─▶ what the sensors say is kept ─▶ offered as the way on
+//! ```
+//!
+//! Comes in: bits that are wanted, reports, what a person says lies where. Goes out: tasks, outputs, events, records, tells. Does not know
+//! what a step looks at.
+
+use super::moves::Doing;
+use super::{Owner, diagnostic};
+use crate::executor::Report;
+use crate::journal::Record;
+use annulus_core::control::{Event, State};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::Bit;
+use annulus_core::magazine::{Change, Held, Seen, StepWork, StockedTool, ToolStock};
+use annulus_core::wire::{MagazineReport, Tell};
+
+/// What changes tools.
+#[derive(Default)]
+pub(crate) struct ToolChanger {
+    /// Which tool lies where.
+    pub(crate) stock: ToolStock,
+    /// The change in work.
+    change: Option<Change>,
+    /// Number of the latest record of what lies where.
+    record: u32,
+    /// A step that waits until the record with this number is on the disk.
+    waits: Option<(u32, StepWork)>,
+    /// What the inputs said at the last rest.
+    pub(super) inputs: u32,
+}
+
+impl ToolChanger {
+    pub(crate) fn new(stock: ToolStock) -> Self {
+        Self { stock, ..Self::default() }
+    }
+}
+
+impl Owner {
+    /// The bit that the job in work waits for.
+    fn wanted_bit(&self) -> Option<Bit> {
+        let work = self.work.as_ref()?;
+        let bit = work.awaited().or(work.bit)?;
+        work.job.program.bits.get(bit as usize).cloned()
+    }
+
+    /// Fetches the bit that the job waits for.
+    pub(crate) fn change_tool(&mut self) -> Result<(), Diagnostic> {
+        let Some(bit) = self.wanted_bit() else {
+            self.pending.push_back(Event::Changed);
+            return Ok(());
+        };
+        let from = [0, 1].map(|axis: usize| self.down >> axis & 1 == 1);
+        let back = (self.position, from);
+        self.tools.change = Change::new(&mut self.tools.stock, &bit, back)?;
+        self.keep_stock();
+        if self.tools.change.is_some() {
+            return self.change_step();
+        }
+        self.pending.push_back(Event::Changed);
+        Ok(())
+    }
+
+    /// Begins with the step of the change that is next.
+    fn change_step(&mut self) -> Result<(), Diagnostic> {
+        let Some(change) = &self.tools.change else { return Ok(()) };
+        let stands = (self.position, self.tools.inputs);
+        let work = change.begin(&self.machine, &mut self.tools.stock, stands)?;
+        let segments = self.in_time(work.segments.clone())?;
+        let work = StepWork { segments, ..work };
+        self.tell(self.magazine_tell());
+        if !work.needs_kept {
+            self.do_step(work);
+            return Ok(());
+        }
+        self.keep_stock();
+        self.tools.waits = Some((self.tools.record, work));
+        Ok(())
+    }
+
+    fn do_step(&mut self, work: StepWork) {
+        if let Some((place, on)) = work.output {
+            self.executor.output(place, on);
+        }
+        self.give(Doing::Change, work.segments);
+    }
+
+    /// The record of what lies where with this number is on the disk.
+    pub(crate) fn stock_kept(&mut self, number: u32) {
+        if let Some((_, work)) = self.tools.waits.take_if(|(wanted, _)| *wanted == number) {
+            self.do_step(work);
+        }
+    }
+
+    /// The job is over, and with it its change.
+    pub(super) fn change_over(&mut self) {
+        self.tools.waits = None;
+        if self.tools.change.take().is_some() {
+            self.tell(self.magazine_tell());
+        }
+    }
+
+    /// Nothing of a change moves: what waited for the disk does not begin.
+    pub(crate) fn brake_change(&mut self) {
+        if self.tools.waits.take().is_some() {
+            self.pending.push_back(Event::Rested);
+        }
+    }
+
+    /// A step of the change was played.
+    pub(super) fn change_reported(&mut self, report: &Report) -> Result<(), Diagnostic> {
+        if self.session.state == State::Stopping {
+            self.pending.push_back(Event::Rested);
+            return Ok(());
+        }
+        let Some(change) = &mut self.tools.change else { return Ok(()) };
+        let before = self.tools.stock.spindle.clone();
+        let is_done = change.done(&self.machine, &mut self.tools.stock, report.inputs)?;
+        if is_done || self.tools.stock.spindle != before {
+            self.keep_stock();
+        }
+        if !is_done {
+            return self.change_step();
+        }
+        self.tools.change = None;
+        self.pending.push_back(Event::Changed);
+        Ok(())
+    }
+
+    /// At rest, with the tip up: what is in the spindle where a change stopped.
+    pub(super) fn settle_stock(&mut self) {
+        self.tools.change = None;
+        if self.tools.stock.change.is_some() {
+            let over = Change::is_over_place(&self.machine, &self.tools.stock, &self.position);
+            self.tools.stock.settle(self.machine.told_inputs(), self.tools.inputs, over);
+            self.clamp_holds();
+            self.keep_stock();
+        }
+    }
+
+    /// How long a clamp that moves still needs, in ticks.
+    pub(super) fn clamp_wait_ticks(&self) -> u64 {
+        if self.tools.change.is_some() { self.tools.stock.wait_before_lift_ticks(&self.machine) } else { 0 }
+    }
+
+    /// What is known to be in the spindle is held.
+    fn clamp_holds(&self) {
+        let clamp = self.machine.output_place(&self.machine.magazine.clamp);
+        let holds = matches!(self.tools.stock.spindle, Held::Tool { .. });
+        if let Some(place) = clamp.filter(|_| holds && self.machine.has_magazine()) {
+            self.executor.output(place, false);
+        }
+    }
+
+    /// Has what lies where written down, and tells it.
+    fn keep_stock(&mut self) {
+        self.tools.record = self.tools.record.wrapping_add(1);
+        let (stock, number) = (Box::new(self.tools.stock.clone()), self.tools.record);
+        self.outside.record(Record::Stock { stock, number });
+        self.tell(self.magazine_tell());
+    }
+
+    /// A person says what lies where.
+    pub(crate) fn stock_said(
+        &mut self,
+        places: Vec<Option<StockedTool>>,
+        spindle: Held,
+    ) -> Result<(), Diagnostic> {
+        let stock = ToolStock::reported(places, spindle, &self.machine)?;
+        self.stock_is(stock)
+    }
+
+    /// A person says what the spindle holds where a change stopped.
+    pub(crate) fn tool_seen(&mut self, seen: Seen) -> Result<(), Diagnostic> {
+        let mut stock = self.tools.stock.clone();
+        stock.seen(seen)?;
+        self.stock_is(stock)
+    }
+
+    fn stock_is(&mut self, stock: ToolStock) -> Result<(), Diagnostic> {
+        if !self.machine.has_magazine() {
+            return Err(diagnostic("magazine.none"));
+        }
+        self.try_event(Event::Disarmed { position_lost: false })?;
+        self.prepared = None;
+        self.tools.stock = stock;
+        self.stock_for_pins();
+        self.clamp_holds();
+        self.keep_stock();
+        Ok(())
+    }
+
+    /// Whoever has no sensors but a model of everything is told how it lies.
+    pub(crate) fn stock_for_pins(&self) {
+        if self.machine.has_magazine() {
+            self.executor.stock(self.tools.stock.clone());
+        }
+    }
+
+    /// An output was switched by hand: where it is the clamp, nobody knows any more what the spindle holds.
+    pub(crate) fn switched_by_hand(&mut self, place: u8) {
+        let clamp = self.machine.output_place(&self.machine.magazine.clamp);
+        if self.machine.has_magazine() && clamp == Some(place) {
+            self.spindle_is_unknown();
+        }
+    }
+
+    /// Somebody put a tool in by hand.
+    pub(super) fn put_in_by_hand(&mut self) {
+        if self.tools.stock.spindle != Held::Unknown {
+            self.spindle_is_unknown();
+        }
+    }
+
+    fn spindle_is_unknown(&mut self) {
+        (self.tools.stock.spindle, self.tools.stock.change) = (Held::Unknown, None);
+        self.keep_stock();
+    }
+
+    pub(crate) fn magazine_tell(&self) -> Tell {
+        Tell::Magazine(Box::new(MagazineReport {
+            stock: self.tools.stock.clone(),
+            changes: self.tools.change.is_some(),
+            goes_on_with: self.tools.stock.goes_on_with(),
+        }))
+    }
+}
