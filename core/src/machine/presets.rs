@@ -6,7 +6,8 @@
 use super::boards;
 use super::{
     AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, Foot, HomeEnd, Law, Machine,
-    Magazine, MotionLaws, Output, Overlap, Parallel, PhaseTable, Process, RackTool, Scale, StrokeEnd, ToolChange,
+    Magazine, MotionLaws, Output, Overlap, Parallel, PhaseTable, Process, RackTool, Scale, StrokeEnd,
+    ToolChange,
 };
 use crate::units::Length;
 

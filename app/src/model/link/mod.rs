@@ -24,7 +24,8 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
 use annulus_core::wire::{
-    Ask, HeightMapReport, MagazineReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell, ToolsReport,
+    Ask, HeightMapReport, MagazineReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell,
+    ToolsReport,
 };
 pub use controller::{Controller, ControllerEvent, Support};
 pub use hand::{Hand, HandEvent};
