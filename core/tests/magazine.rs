@@ -15,7 +15,10 @@ use annulus_core::virtual_drill::{Faults, VirtualDrill};
 
 fn tool(number: u32) -> StockedTool {
     let diameter = Length::from_um(500 + 100 * i64::from(number));
-    StockedTool { number, bit: Bit { diameter, name: format!("{number}"), cutter: Cutter::Drill } }
+    StockedTool {
+        number,
+        bit: Bit { diameter, name: format!("{number}"), cutter: Cutter::Drill, handling: Default::default() },
+    }
 }
 
 /// The virtual drill with its magazine and a presser foot.

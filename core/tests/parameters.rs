@@ -77,6 +77,7 @@ fn change(machine: &Machine) -> String {
         diameter: Length::from_um(100 * number),
         name: String::new(),
         cutter: annulus_core::job::Cutter::Drill,
+        handling: Default::default(),
     };
     let tool = |number: u32| StockedTool { number, bit: bit(i64::from(number)) };
     let spindle = Held::Tool { tool: tool(1), place: Some(0) };

@@ -11,6 +11,7 @@ use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
+use annulus_core::job::Program;
 use annulus_core::level::key_of;
 use annulus_core::locale;
 use annulus_core::machine::{Output, axis_name};

@@ -18,6 +18,7 @@ pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
             diameter: Length::from_um(i64::from(number) * 1_000),
             name: number.to_string(),
             cutter: Cutter::Drill,
+            handling: Default::default(),
         },
     };
     let middle = machine.magazine.places() / 2;

@@ -228,7 +228,15 @@ mod tests {
 
     pub(crate) fn tool(number: u32) -> StockedTool {
         let diameter = Length::from_um(500 + 100 * i64::from(number));
-        StockedTool { number, bit: Bit { diameter, name: format!("{number}"), cutter: Cutter::Drill } }
+        StockedTool {
+            number,
+            bit: Bit {
+                diameter,
+                name: format!("{number}"),
+                cutter: Cutter::Drill,
+                handling: Default::default(),
+            },
+        }
     }
 
     fn held(number: u32, place: u8) -> Held {

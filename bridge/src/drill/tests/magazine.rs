@@ -8,7 +8,12 @@ use annulus_drill::line;
 /// Bits of 0.6, 0.8 and 1.0 mm, two holes each.
 fn three_tools(machine: &Machine) -> Program {
     let base = grid(machine, 6);
-    let bit = |um: i64| Bit { diameter: Length::from_um(um), name: format!("{um}"), cutter: Cutter::Drill };
+    let bit = |um: i64| Bit {
+        diameter: Length::from_um(um),
+        name: format!("{um}"),
+        cutter: Cutter::Drill,
+        handling: Default::default(),
+    };
     let mut legs = Vec::new();
     for (hole, leg) in (0..).zip(base.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_)))) {
         if hole % 2 == 0 {
