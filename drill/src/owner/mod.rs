@@ -13,7 +13,6 @@ mod moves;
 mod outputs;
 mod queue;
 mod status;
-mod survey;
 mod touch;
 
 use self::begin::Starting;
@@ -23,8 +22,7 @@ use self::moves::{Doing, Work, ruler};
 use self::outputs::ManualOutputs;
 use self::queue::Lab;
 use self::status::HEARTBEAT;
-use self::survey::SurveyWish;
-use self::touch::Touching;
+use self::touch::{SurveyWish, Touching};
 use crate::executor::{Executor, Report, Shared, Time};
 use crate::journal::{Contents, Damage, JobRecord, Progress, Record, WorkZero};
 use crate::outside::Outside;
