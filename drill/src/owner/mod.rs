@@ -14,7 +14,6 @@ mod moves;
 mod outputs;
 mod queue;
 mod status;
-mod survey;
 mod tools;
 mod touch;
 
@@ -26,8 +25,7 @@ use self::moves::{Doing, Work, ruler};
 use self::outputs::ManualOutputs;
 use self::queue::Lab;
 use self::status::HEARTBEAT;
-use self::survey::SurveyWish;
-use self::touch::Touching;
+use self::touch::{SurveyWish, Touching};
 use crate::executor::{Executor, Report, Shared, Time};
 use crate::journal::{Contents, Damage, JobRecord, Progress, Record, WorkZero};
 use crate::outside::Outside;

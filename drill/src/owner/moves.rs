@@ -7,7 +7,7 @@
 //!
 //! Comes in: actions and reports. Goes out: tasks and events. Does not know asks.
 
-use super::Owner;
+use super::{Owner, touch};
 use crate::executor::{Ended, Report, Task};
 use crate::journal::Record;
 use crate::journal::{Progress, Ruler};
@@ -539,12 +539,7 @@ impl Owner {
             (_, Ended::Starved) => {
                 self.fails(alarm("control.starved"), self.session.trust);
             }
-            (Doing::Touch, Ended::Completed | Ended::Gated(_) | Ended::Unmet(_)) if stopping => {
-                self.pending.push_back(Event::Rested);
-            }
-            // The contact ends a move beside the board: nothing was pushed, every step is counted.
-            (Doing::Touch, ended @ (Ended::Completed | Ended::Gated(_) | Ended::Unmet(_)))
-            | (Doing::Touch, ended @ Ended::Guarded(Input::Contact)) => self.touched(ended, report.inputs),
+            (Doing::Touch, ended) if touch::sees_to(ended) => self.touched(ended, report.inputs),
             (Doing::Homing(homing), _) => self.homed(homing, report),
             // Every step is counted: what is wrong is the spindle alone.
             (_, Ended::Spindle { trouble }) => self.fails(trouble.diagnostic(), self.session.trust),

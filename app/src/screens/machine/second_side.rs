@@ -141,7 +141,7 @@ fn learnt(line: Link) -> impl IntoView {
             }),
             push("button small quiet", t!("page.second.dot"), |_| send(SecondSideEvent::Dot)),
             push_if("button small quiet", has_dot, t!("page.second.on_dot"), |_| {
-                send(SecondSideEvent::OnDot)
+                send(SecondSideEvent::OnDot);
             }),
         )),
     )

@@ -124,7 +124,7 @@ fn length(
                 .attr("inputmode", "decimal")
                 .prop("value", shown)
                 .on(ev::input, move |event| send(typed(event_target_value(&event)))),
-            span().child("mm"),
+            span().child(crate::i18n::unit_of("mm")),
         )),
     ))
 }

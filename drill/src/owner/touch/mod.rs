@@ -12,8 +12,12 @@
 //!
 //! Comes in: asks, reports. Goes out: tasks, the work zero, the board's surface. Does not know which height fits to which.
 
+mod survey;
+
+pub(crate) use survey::SurveyWish;
+
+use self::survey::Surveying;
 use super::moves::{Doing, rest, segments};
-use super::survey::Surveying;
 use super::{Owner, diagnostic};
 use crate::executor::Ended;
 use crate::surface::KeptSurface;
@@ -68,6 +72,13 @@ pub(crate) struct Touching {
     from: Steps,
     /// Where the contact closed.
     found: Option<Steps>,
+}
+
+/// Whether a step came to such an end that what is touched sees to it. The contact ends a way beside the board: nothing was pushed, and
+/// every step is counted.
+pub(crate) fn sees_to(ended: Ended) -> bool {
+    let own = matches!(ended, Ended::Completed | Ended::Gated(_) | Ended::Unmet(_));
+    own || ended == Ended::Guarded(Input::Contact)
 }
 
 pub(super) fn length(um: u32) -> Length {
@@ -134,12 +145,10 @@ impl Owner {
         let zero = self.session.zero().ok_or_else(|| diagnostic("preflight.no_zero"))?;
         let place = [place.x, place.y];
         let at = [0, 1].map(|axis: usize| zero[axis] + self.machine.axis(axis).scale.steps(place[axis]));
-        for axis in 0..2 {
-            if !self.travel_steps(axis).contains(&at[axis]) {
-                return Err(diagnostic("level.no_room").with("axis", axis_name(axis)));
-            }
+        match (0..2).find(|axis| !self.travel_steps(*axis).contains(&at[*axis])) {
+            Some(axis) => Err(diagnostic("level.no_room").with("axis", axis_name(axis))),
+            None => Ok(at),
         }
-        Ok(at)
     }
 
     fn travel_steps(&self, axis: usize) -> std::ops::RangeInclusive<i64> {
@@ -262,6 +271,9 @@ impl Owner {
 
     /// A step came to its end.
     pub(crate) fn touched(&mut self, ended: Ended, inputs: u32) {
+        if self.session.state == State::Stopping {
+            return self.pending.push_back(Event::Rested);
+        }
         let Some(touching) = &self.touching else { return };
         let (step, from) = (touching.step, touching.from);
         let closed = inputs & Input::Contact.bit() != 0;
@@ -370,7 +382,7 @@ impl Owner {
         };
         let map = self.surface.as_deref().filter(lies).map(|kept| kept.map.clone());
         if let Some(map) = &map {
-            height = height - map.height(self.place(at));
+            height -= map.height(self.place(at));
         }
         let changes = [("stroke.surface".to_owned(), Value::Number(height.mm()))];
         let changed = machine::apply(&self.machine, &changes)

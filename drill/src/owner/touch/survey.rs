@@ -3,8 +3,8 @@
 //! Comes in: asks, heights that were touched. Goes out: the map. Heights over the board's surface as it is set. Does not know how
 //! anything is touched.
 
-use super::touch::{TouchFor, length};
-use super::{Owner, diagnostic};
+use super::super::{Owner, diagnostic};
+use super::{TouchFor, length};
 use crate::surface::KeptSurface;
 use annulus_core::control::Event;
 use annulus_core::diagnostic::Diagnostic;
