@@ -176,7 +176,8 @@ fn its_sensor_stops_the_bit_and_the_plane_and_the_cover_stops_everything_but_the
         at
     };
     let there = down_at + FOOT_TICKS;
-    let rows: [(&[(u64, u32)], Outcome, &str); 4] = [
+    type Row<'a> = (&'a [(u64, u32)], Outcome, &'a str);
+    let rows: [Row; 4] = [
         (&[(0, 0)], Outcome::Missing(Input::FootDown), "it never came down"),
         (&[(down_at, foot), (there + TICK_HZ / 50, 0)], Outcome::Missing(Input::FootDown), "it lets go"),
         (&[(down_at, foot)], Outcome::Guarded(Input::FootDown), "it stays down"),

@@ -123,7 +123,9 @@ fn breakout() -> Machine {
 }
 
 /// The paper's name, ours, another value, the machine, and what the change has to show in.
-fn rows() -> Vec<(&'static str, &'static str, Value, fn() -> Machine, Look)> {
+type Row = (&'static str, &'static str, Value, fn() -> Machine, Look);
+
+fn rows() -> Vec<Row> {
     let number = Value::Number;
     let list = |numbers: &[f64]| Value::Numbers(numbers.to_vec());
     let word = |word: &str| Value::Text(word.to_owned());

@@ -194,7 +194,7 @@ pub enum Instruction {
     /// A new bit is in the spindles.
     Bit(Bit),
     /// A person says what lies in the magazine and the spindle.
-    Stock(ToolStock),
+    Stock(Box<ToolStock>),
     /// It ends, and there is nobody who could still make the machine safe.
     Abandon,
     /// It ends.
@@ -370,7 +370,7 @@ impl Executor {
 
     /// What lies in the magazine and the spindle, as a person says.
     pub(crate) fn stock(&self, stock: ToolStock) {
-        self.seat.order(Instruction::Stock(stock));
+        self.seat.order(Instruction::Stock(Box::new(stock)));
     }
 
     /// Whether it died: nothing that is given will be reported.

@@ -116,7 +116,7 @@ mod tests {
         let alone = ("overlap.on", text("no"));
         let card = ("machine.output", text("card"));
         let none = Vec::<String>::new();
-        assert_eq!(codes(&virtual_drill(), &[on.clone()]), ["machine.foot_with_overlap"]);
+        assert_eq!(codes(&virtual_drill(), std::slice::from_ref(&on)), ["machine.foot_with_overlap"]);
         assert_eq!(codes(&virtual_drill(), &[on.clone(), alone.clone()]), none);
         assert_eq!(codes(&lab(), &[on.clone(), card.clone()]), ["machine.output_not_named"]);
         let named = [

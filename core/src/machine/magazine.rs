@@ -248,7 +248,8 @@ mod tests {
             })
         };
         assert_eq!(found(&[]), None, "the virtual drill has one as it is shipped");
-        let rows: [(&[(&str, Value)], &str, &str); 12] = [
+        type Row<'a> = (&'a [(&'a str, Value)], &'a str, &'a str);
+        let rows: [Row; 12] = [
             (&[("magazine.x", Value::Numbers(vec![60.0]))], "machine.magazine_places", "magazine.x"),
             (
                 &[("magazine.x", Value::Numbers(vec![])), ("magazine.y", Value::Numbers(vec![]))],

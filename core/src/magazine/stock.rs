@@ -281,7 +281,8 @@ mod tests {
         let all = hand | open | place;
         let unknown = Held::Unknown;
         // (what was believed, step, inputs that are told, inputs that are on, over the place, what is known, what lies in 1 and 2)
-        let rows: [(Held, ChangeStep, u32, u32, bool, Held, [u32; 2]); 15] = [
+        type Row = (Held, ChangeStep, u32, u32, bool, Held, [u32; 2]);
+        let rows: [Row; 15] = [
             (held(1, 0), ChangeStep::YToOld, all, hand, false, held(1, 0), [0, 2]),
             (held(1, 0), ChangeStep::YToOld, all, 0, false, unknown.clone(), [0, 2]),
             (held(1, 0), ChangeStep::YToOld, 0, 0, false, held(1, 0), [0, 2]),
@@ -304,7 +305,7 @@ mod tests {
             (unknown.clone(), ChangeStep::CloseClamp, all, hand, true, held(2, 1), [0, 0]),
             (unknown.clone(), ChangeStep::WaitClosed, all, place, true, Held::Nothing, [0, 2]),
             (unknown.clone(), ChangeStep::RaiseFromNew, all, 0, true, unknown.clone(), [0, 2]),
-            (held(2, 1), ChangeStep::PauseAtEnd, all, 0, false, unknown.clone(), [0, 2]),
+            (held(2, 1), ChangeStep::PauseAtEnd, all, 0, false, unknown, [0, 2]),
         ];
         for (believed, step, told, inputs, over, known, lie) in rows {
             let change = Unfinished { step, old: Some((tool(1), 0)), new: (tool(2), 1), is_lost: false };
