@@ -43,6 +43,9 @@ fn changes(setting: &Setting, machine: &Machine) -> Vec<Vec<(String, Value)>> {
         let port = ("converter.port".to_owned(), Value::Text("/dev/ttyUSB0".to_owned()));
         return vec![vec![port, (setting.key.to_owned(), Value::Text("delta".to_owned()))]];
     }
+    if setting.key == "spindle.enabled" {
+        return vec![vec![(setting.key.to_owned(), Value::Numbers(vec![1.0, 0.0]))]];
+    }
     if setting.key.ends_with(".outputs_low") {
         return vec![vec![(setting.key.to_owned(), Value::Numbers(vec![2.0]))]];
     }

@@ -7,7 +7,6 @@
 //! Comes in: lines, a row, a column, text. Goes out: lines. What is no number stays as it was typed, and is refused as such. Does not
 //! know what a tool has done.
 
-use super::settings::SettingsDraft;
 use crate::format;
 use annulus_core::machine::{Machine, TOOL_FIELDS, TOOL_FORMS};
 
@@ -23,8 +22,8 @@ pub const DIAMETER: &str = "diameter";
 const VEE: &str = " tip 0.1 angle 30";
 
 /// The lines as they are now: typed, else those of the machine.
-pub fn lines(draft: &SettingsDraft, machine: &Machine) -> Vec<String> {
-    match draft.typed.get(RACK_KEY) {
+pub fn lines(typed: Option<&String>, machine: &Machine) -> Vec<String> {
+    match typed {
         Some(text) => text.lines().map(str::to_owned).collect(),
         None => machine.rack.iter().map(ToString::to_string).collect(),
     }

@@ -82,6 +82,11 @@ impl SettingsDraft {
         staged.collect()
     }
 
+    /// The lines of the rack, as they are typed or else as they are.
+    pub fn rack(&self, machine: &Machine) -> Vec<String> {
+        rack::lines(self.typed.get(rack::RACK_KEY), machine)
+    }
+
     /// What is wrong with that.
     pub fn refusals(&self, machine: &Machine) -> Vec<Diagnostic> {
         machine::apply(machine, &self.changes(machine)).err().unwrap_or_default()
@@ -121,7 +126,7 @@ pub(super) fn update(model: &mut Model, event: SettingsEvent) -> Vec<Effect> {
 
 /// The rack as it is typed becomes what `change` makes of it.
 fn change_rack(model: &mut Model, change: impl FnOnce(Vec<String>) -> Vec<String>) {
-    let lines = change(rack::lines(&model.settings, &model.machine));
+    let lines = change(model.settings.rack(&model.machine));
     model.settings.typed.insert(rack::RACK_KEY, lines.join("\n"));
 }
 

@@ -109,12 +109,12 @@ pub fn default_iterations(holes: usize) -> u64 {
     (30 * holes).min(40_000).min(2_000_000_000 / holes.max(1))
 }
 
-/// The spindles that are to drill: all that the machine has, or those wanted, if it has them.
+/// The spindles that are to drill: all that are enabled, or those wanted, if they are.
 fn spindles(wanted: Option<u8>, machine: &Machine) -> Result<u8, Vec<Diagnostic>> {
-    let installed = u8::MAX >> (8 - machine.spindles.clamp(1, 6));
+    let there = machine.installed() & machine.enabled;
     match wanted {
-        None => Ok(installed),
-        Some(set) if set != 0 && set & !installed == 0 => Ok(set),
+        None => Ok(there),
+        Some(set) if set != 0 && set & !there == 0 => Ok(set),
         Some(_) => Err(vec![Diagnostic::error("plan.no_such_spindle").with("count", machine.spindles)]),
     }
 }

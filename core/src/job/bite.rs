@@ -136,7 +136,7 @@ mod tests {
         for (um, cutter, rpm, does) in rows {
             let bit = bit(um, cutter);
             let found = judged(&bit, 1.0, rpm);
-            assert_eq!(found.first().is_some(), does, "{um} {rpm}");
+            assert_eq!(!found.is_empty(), does, "{um} {rpm}");
             for why in found {
                 assert_eq!(why.code, "job.bit_burns");
                 let slower = why.args.iter().find(|(key, _)| key == "slower").unwrap().1.parse().unwrap();

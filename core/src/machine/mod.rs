@@ -81,6 +81,8 @@ pub struct Machine {
     pub z: Axis,
     /// How many spindles are on Z, 1 … 6. All are alike and work together.
     pub spindles: u32,
+    /// Those of them that are to drill, one bit each: bit 0 is Z1.
+    pub enabled: u8,
     /// How step times come about.
     pub drive: DriveKind,
     /// Interrupt frequency of table-stepped drives, in Hz.
@@ -312,6 +314,21 @@ impl Machine {
             0 => &self.x,
             1 => &self.y,
             _ => &self.z,
+        }
+    }
+
+    /// Its spindles, one bit each: bit 0 is Z1.
+    pub fn installed(&self) -> u8 {
+        u8::MAX >> (u8::BITS - self.spindles.clamp(1, AXES as u32 - 2))
+    }
+
+    /// Whether a sensor tells that a tip touches the board: then the plane goes on only once it says that none does, else by the time
+    /// that tips take alone.
+    pub fn senses_contact(&self) -> bool {
+        match self.output {
+            Output::Virtual => true,
+            Output::Adapter => self.adapter.sensor(Input::Contact).is_some(),
+            Output::Card | Output::Parallel => self.wiring().sensor(Input::Contact) != UNWIRED,
         }
     }
 

@@ -214,6 +214,17 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     (
         "spindle",
         &[
+            row!(
+                "spindle.enabled",
+                "",
+                ValueKind::Wholes(0.0, 1.0),
+                false,
+                |m| Value::Numbers((0..m.spindles).map(|z| f64::from(m.enabled >> z & 1)).collect()),
+                |m, v| {
+                    let off = numbers(v).iter().take(8).enumerate().filter(|(_, on)| **on == 0.0);
+                    m.enabled = off.fold(u8::MAX, |set, (z, _)| set & !(1 << z));
+                }
+            ),
             whole!("spindle.speed", "rpm", ValueKind::Whole(0.0, MOST_RPM as f64), true, process.spindle_rpm),
             whole!(
                 "spindle.max_speed",

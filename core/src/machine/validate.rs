@@ -50,6 +50,9 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
             );
         }
     }
+    if machine.enabled & machine.installed() == 0 {
+        diagnostics.push(Diagnostic::error("machine.no_spindle_enabled").with("key", "spindle.enabled"));
+    }
     diagnostics.extend(homing_of_z(machine));
     diagnostics.extend(play_of_z(machine));
     diagnostics.extend(contact(machine));
@@ -240,6 +243,18 @@ mod tests {
             (&[number("spindle.speed", 1.0)], None),
         ];
         try_rows(&virtual_drill(), rows);
+    }
+
+    #[test]
+    fn one_spindle_at_least_is_to_drill() {
+        let list = |on: &[f64]| [("spindle.enabled".to_owned(), Value::Numbers(on.to_vec()))];
+        let none = Some(("machine.no_spindle_enabled", "spindle.enabled"));
+        let rows: &[(&[f64], _)] =
+            &[(&[0.0, 1.0, 0.0, 0.0, 0.0, 0.0], None), (&[0.0; 6], none), (&[], None), (&[0.0; 5], None)];
+        for (on, refusal) in rows {
+            try_rows(&super::super::six_spindles(), &[(&list(on), *refusal)]);
+        }
+        try_rows(&virtual_drill(), &[(&list(&[0.0]), none)]);
     }
 
     #[test]

@@ -113,7 +113,7 @@ fn cells_of_the_rack_are_typed_one_by_one_and_what_cannot_be_is_refused() {
             let event = SettingsEvent::TypeTool { row: *row, column, text: (*text).to_owned() };
             assert_eq!(update(&mut model, event.into()), []);
         }
-        let lines = rack::lines(&model.settings, &model.machine);
+        let lines = model.settings.rack(&model.machine);
         assert_eq!(lines, [line, second], "{cells:?}");
         let codes: Vec<_> = model.settings.refusals(&model.machine).into_iter().map(|why| why.code).collect();
         assert_eq!(codes.join(" "), refused, "{cells:?}");
@@ -126,7 +126,7 @@ fn tools_come_and_go_and_what_they_did_is_heard() {
     update(&mut model, SettingsEvent::AddTool.into());
     update(&mut model, SettingsEvent::RemoveTool { row: 0 }.into());
     update(&mut model, SettingsEvent::RemoveTool { row: 9 }.into());
-    let lines = rack::lines(&model.settings, &model.machine);
+    let lines = model.settings.rack(&model.machine);
     assert_eq!(lines, ["T7 vee 3.175 tip 0.1 angle 30 life 50", "T8 drill 1"]);
     assert_eq!(rack::cell(&lines[0], "life"), "50");
     assert_eq!([rack::cell(&lines[0], "rpm"), rack::cell(&lines[1], NUMBER)], ["", "8"]);

@@ -14,6 +14,7 @@ use crate::screens::shown;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
 use annulus_core::machine::ToolWear;
+use annulus_core::motion::drill_cycles;
 use annulus_core::wire::{Ask, Status};
 use leptos::ev;
 use leptos::html::{self, div, dl, h2, header, label, p, section, select, span, strong};
@@ -310,6 +311,13 @@ fn facts(line: Link) -> impl IntoView {
             |mm| format!("{} {}", crate::i18n::number(unit.coordinate(mm)), crate::i18n::unit_word()),
         )
     };
+    let release = move || {
+        open_board().machine.with(|machine| match (drill_cycles::overlaps(machine), machine.senses_contact()) {
+            (false, _) => say!("page.job.release_after"),
+            (true, true) => say!("page.job.release_sensor"),
+            (true, false) => say!("page.job.release_time"),
+        })
+    };
     dl().class("facts").child((
         fact(t!("page.job.command"), text(|status| status.command.clone())),
         fact(t!("page.job.bit"), bit),
@@ -318,6 +326,7 @@ fn facts(line: Link) -> impl IntoView {
             say!("page.job.rpm", rpm = from(line, |status| status.spindle_rpm))
         }),
         fact(t!("page.job.lower_dead_point"), lowest),
+        fact(t!("page.job.release"), release),
         fact(t!("page.job.delay"), move || {
             line.delay_ms
                 .get()

@@ -55,7 +55,7 @@ fn columns() -> impl Iterator<Item = &'static str> {
 pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
     let lines = Memo::new(move |_| {
         let machine = open_board().machine.get();
-        link::link().draft.with(|draft| rack::lines(draft, &machine))
+        link::link().draft.with(|draft| draft.rack(&machine))
     });
     let count = Memo::new(move |_| lines.with(Vec::len));
     let heads = columns().map(|column| th().attr("scope", "col").child(named(column_name(column))));

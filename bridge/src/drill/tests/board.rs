@@ -181,7 +181,7 @@ fn a_spindle_that_drills_while_the_first_stays_up_is_lifted_all_the_same() {
     let slow = program.legs.iter_mut().flat_map(|leg| &mut leg.commands);
     slow.for_each(|command| {
         if let Command::Plunge { feed_um_per_s, .. } = command {
-            *feed_um_per_s = 1;
+            *feed_um_per_s = 20;
         }
     });
     let bench = Bench::new(&machine, Faults::default());

@@ -491,3 +491,20 @@ fn a_drill_goes_down_and_turns_as_the_rack_says_of_it() {
     let bounded = crate::cam::limits::with_bit(&operation, &machine.rack[3].bit(), &machine);
     assert_eq!((bounded.plunge_mm_per_s, bounded.spindle_rpm), (50.0, 60_000));
 }
+
+#[test]
+fn spindles_that_are_not_enabled_stay_up() {
+    let off = crate::machine::Value::Numbers(vec![1.0, 0.0]);
+    let six = crate::machine::six_spindles();
+    let machine = crate::machine::apply(&six, &[("spindle.enabled".to_owned(), off)]).unwrap();
+    let rows = [
+        (&six, None, Some(0b11_1111)),
+        (&machine, None, Some(0b11_1101)),
+        (&machine, Some(0b100), Some(0b100)),
+    ];
+    for (machine, wanted, set) in rows {
+        assert_eq!(crate::cam::spindles(wanted, machine).ok(), set);
+    }
+    let refused = crate::cam::spindles(Some(0b110), &machine).unwrap_err();
+    assert_eq!(refused[0].code, "plan.no_such_spindle");
+}
