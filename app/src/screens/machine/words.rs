@@ -2,11 +2,12 @@
 //!
 //! Comes in: states of `control`, the line. Goes out: keys of the locale tables, classes, icons. Knows no layout.
 
-use crate::i18n::key;
+use crate::i18n::{key, say};
 use crate::page::link::{Freshness, Link, LinkPhase};
 use crate::widgets::Icon;
 use annulus_core::control::{Ending, State};
 use annulus_core::job::Input;
+use annulus_core::machine::{RackTool, ToolWear};
 use annulus_core::steps::Stage;
 use annulus_core::wire::RowVerdict;
 use leptos::prelude::{Get, With};
