@@ -214,7 +214,7 @@ impl MountedBit {
     pub fn moved(&mut self, tip: Tip) -> Option<i64> {
         let below = tip.z < self.board.0;
         self.inside = self.touches(tip.z);
-        if tip.z < self.deepest {
+        if tip.z < self.deepest && !self.beside {
             self.deepest = tip.z;
             // Out of its own hole it comes whole, turning or not.
             if self.rpm == 0 && self.depth_mm(tip.z) > PRESSED_MM {

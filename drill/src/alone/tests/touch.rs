@@ -177,9 +177,10 @@ fn a_contact_that_is_missing_or_closed_ends_it_with_a_sentence_and_leaves_no_map
     let ends = |bench: &Bench| bench.status().alarm.as_ref().map(|why| why.code.clone());
     assert_eq!((ends(&bench).as_deref(), report.grid), (Some("level.no_board"), None));
     assert_eq!(bench.status().trust, Trust::Trusted);
-    // The tip is in the board already: the contact cannot say where it begins.
+    // The tip is on the board already: the contact cannot say where it begins.
     let mut bench = ready(&Memory::default());
-    bench.by_hand(2, -31_000);
+    let down = bench.status().work_mm[2] + 0.03;
+    bench.by_hand(2, (-down * 1e3) as i32);
     bench.ask(&Ask::Probe { depth_um: 5_000, plate_um: 0 });
     bench.until(|status| status.state == State::Alarm);
     assert_eq!(ends(&bench).as_deref(), Some("level.contact_closed"));
