@@ -94,6 +94,14 @@ pub enum Ended {
     Stopped,
 }
 
+impl Ended {
+    /// Whether what is being touched sees to it. The contact ends a way beside the board: nothing was pushed, every step is counted.
+    pub(crate) fn is_of_touch(self) -> bool {
+        let own = matches!(self, Self::Completed | Self::Gated(_) | Self::Unmet(_));
+        own || self == Self::Guarded(Input::Contact)
+    }
+}
+
 /// The latest place, for people to look at.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Glimpse {

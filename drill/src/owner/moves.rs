@@ -7,7 +7,7 @@
 //!
 //! Comes in: actions and reports. Goes out: tasks and events. Does not know asks.
 
-use super::{Owner, touch};
+use super::Owner;
 use crate::executor::{Ended, Report, Task};
 use crate::journal::Record;
 use crate::journal::{Progress, Ruler};
@@ -539,7 +539,7 @@ impl Owner {
             (_, Ended::Starved) => {
                 self.fails(alarm("control.starved"), self.session.trust);
             }
-            (Doing::Touch, ended) if touch::sees_to(ended) => self.touched(ended, report.inputs),
+            (Doing::Touch, ended) if ended.is_of_touch() => self.touched(ended, report.inputs),
             (Doing::Homing(homing), _) => self.homed(homing, report),
             // Every step is counted: what is wrong is the spindle alone.
             (_, Ended::Spindle { trouble }) => self.fails(trouble.diagnostic(), self.session.trust),

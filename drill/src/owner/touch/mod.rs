@@ -74,13 +74,6 @@ pub(crate) struct Touching {
     found: Option<Steps>,
 }
 
-/// Whether a step came to such an end that what is touched sees to it. The contact ends a way beside the board: nothing was pushed, and
-/// every step is counted.
-pub(crate) fn sees_to(ended: Ended) -> bool {
-    let own = matches!(ended, Ended::Completed | Ended::Gated(_) | Ended::Unmet(_));
-    own || ended == Ended::Guarded(Input::Contact)
-}
-
 pub(super) fn length(um: u32) -> Length {
     Length::from_um(i64::from(um))
 }
