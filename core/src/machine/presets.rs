@@ -73,9 +73,7 @@ pub fn virtual_drill() -> Machine {
             home: HomeEnd::Max,
             home_speed_mm_per_s: 15.0,
             home_search: mm(60.0),
-            home_offset: mm(1.0),
-            backlash: Length::ZERO,
-            phases: PhaseTable::full_step(),
+            ..axis(0.0)
         },
         spindles: 1,
         enabled: u8::MAX,
@@ -137,11 +135,6 @@ pub fn lab() -> Machine {
         name: "Laboratory drill".to_owned(),
         description: "Arendt's laboratory model: two printers' mechanics and a digital I/O card.".to_owned(),
         output: Output::Virtual,
-        card_address: 0x2A0,
-        card: Card::default(),
-        parallel: Parallel::default(),
-        adapter: AdapterWiring::default(),
-        converter: Converter::default(),
         x: axis(-10.0, 2588.0),
         y: axis(-1.0, 2588.0),
         z: Axis {
@@ -159,7 +152,6 @@ pub fn lab() -> Machine {
             phases: PhaseTable::arendt(),
         },
         spindles: 1,
-        enabled: u8::MAX,
         drive: DriveKind::Table,
         interrupt_hz: 500,
         dynamics: Dynamics::arendt(),
@@ -187,6 +179,7 @@ pub fn lab() -> Machine {
             spin_up_ms: 1_000.0,
             surface: mm(-12.0),
         },
+        ..virtual_drill()
     }
 }
 

@@ -312,10 +312,12 @@ fn facts(line: Link) -> impl IntoView {
         )
     };
     let release = move || {
-        open_board().machine.with(|machine| match (drill_cycles::overlaps(machine), machine.senses_contact()) {
-            (false, _) => say!("page.job.release_after"),
-            (true, true) => say!("page.job.release_sensor"),
-            (true, false) => say!("page.job.release_time"),
+        open_board().machine.with(|machine| {
+            match (drill_cycles::overlaps(machine), machine.senses_contact()) {
+                (false, _) => say!("page.job.release_after"),
+                (true, true) => say!("page.job.release_sensor"),
+                (true, false) => say!("page.job.release_time"),
+            }
         })
     };
     dl().class("facts").child((
