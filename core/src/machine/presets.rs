@@ -74,9 +74,7 @@ pub fn virtual_drill() -> Machine {
             home: HomeEnd::Max,
             home_speed_mm_per_s: 15.0,
             home_search: mm(60.0),
-            home_offset: mm(1.0),
-            backlash: Length::ZERO,
-            phases: PhaseTable::full_step(),
+            ..axis(0.0)
         },
         spindles: 1,
         enabled: u8::MAX,
@@ -146,11 +144,6 @@ pub fn lab() -> Machine {
         name: "Laboratory drill".to_owned(),
         description: "Arendt's laboratory model: two printers' mechanics and a digital I/O card.".to_owned(),
         output: Output::Virtual,
-        card_address: 0x2A0,
-        card: Card::default(),
-        parallel: Parallel::default(),
-        adapter: AdapterWiring::default(),
-        converter: Converter::default(),
         x: axis(-10.0, 2588.0),
         y: axis(-1.0, 2588.0),
         z: Axis {
@@ -168,7 +161,6 @@ pub fn lab() -> Machine {
             phases: PhaseTable::arendt(),
         },
         spindles: 1,
-        enabled: u8::MAX,
         drive: DriveKind::Table,
         interrupt_hz: 500,
         dynamics: Dynamics::arendt(),
@@ -184,9 +176,8 @@ pub fn lab() -> Machine {
         rack: common_bits(),
         rack_tolerance: mm(0.1),
         tool_change: ToolChange::Manual,
-        magazine: Magazine::default(),
-        foot: Foot::default(),
         process: lab_process(),
+        ..virtual_drill()
     }
 }
 

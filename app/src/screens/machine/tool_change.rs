@@ -69,11 +69,31 @@ fn named(tool: Option<String>) -> String {
     tool.unwrap_or_else(|| say!("page.change.none"))
 }
 
+/// What the person does, one after the other.
+fn steps(line: Link) -> impl IntoView {
+    let touches_off = controller::plans(line);
+    ol().child((
+        li().child(t!("page.change.wait")),
+        li().child(t!("page.change.swap")),
+        move || {
+            worn(line).map(|(name, tool, wear)| {
+                let words = wear_words(&tool, &wear);
+                li().child(move || say!("page.change.worn", tool = name, done = words))
+            })
+        },
+        li().child(t!("page.change.check")),
+        move || touches_off.get().then(|| li().child(t!("page.controller.touch_off"))),
+    ))
+}
+
 /// The dialog.
 pub fn tool_change() -> impl IntoView {
     let line = link::link();
-    // What the machine fetches itself is not waited for.
-    let by_hand = Memo::new(move |_| line.magazine.with(Option::is_none));
+    // What the machine fetches itself is not waited for; a new tool in the place of one that is worn is, on such a machine too.
+    let by_hand = Memo::new(move |_| {
+        let fetches = line.magazine.with(|magazine| magazine.as_ref().map(|report| report.changes));
+        fetches.is_none_or(|fetches| !fetches && worn(line).is_some())
+    });
     let asked = Memo::new(move |_| line.state() == Some(State::ToolChange) && by_hand.get());
     let put_off = RwSignal::new(false);
     // A tool that is touched off moves by hand in the middle of its change.
@@ -83,7 +103,6 @@ pub fn tool_change() -> impl IntoView {
             put_off.set(false);
         }
     });
-    let touches_off = controller::plans(line);
     let body = (
         div().class("change").child((
             div().child((
@@ -96,18 +115,7 @@ pub fn tool_change() -> impl IntoView {
                 div().class("bit").child(move || named(change(line).1)),
             )),
         )),
-        ol().child((
-            li().child(t!("page.change.wait")),
-            li().child(t!("page.change.swap")),
-            move || {
-                worn(line).map(|(name, tool, wear)| {
-                    let words = wear_words(&tool, &wear);
-                    li().child(move || say!("page.change.worn", tool = name, done = words))
-                })
-            },
-            li().child(t!("page.change.check")),
-            move || touches_off.get().then(|| li().child(t!("page.controller.touch_off"))),
-        )),
+        steps(line),
         // Who only watches sees why Continue is not to be had, and how it can be.
         move || (asked.get() && !line.may_act()).then(|| control(line)),
     );

@@ -46,9 +46,11 @@ fn named(name: &'static str) -> impl Fn() -> String + Copy {
     move || i18n::text(name, &[])
 }
 
-/// The columns that are typed.
-fn columns() -> impl Iterator<Item = &'static str> {
-    [NUMBER, FORM, DIAMETER].into_iter().chain(TOOL_FIELDS.iter().map(|field| field.word))
+/// The columns that are typed before what a tool has done; then come all others.
+const FIRST: [&str; 4] = [NUMBER, FORM, DIAMETER, "life"];
+
+fn others() -> impl Iterator<Item = &'static str> {
+    TOOL_FIELDS.iter().map(|field| field.word).filter(|word| !FIRST.contains(word))
 }
 
 /// The table.
@@ -58,7 +60,8 @@ pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
         link::link().draft.with(|draft| draft.rack(&machine))
     });
     let count = Memo::new(move |_| lines.with(Vec::len));
-    let heads = columns().map(|column| th().attr("scope", "col").child(named(column_name(column))));
+    let head = |column: &'static str| th().attr("scope", "col").child(named(column_name(column)));
+    let (first, others) = (FIRST.map(head), others().map(head).collect::<Vec<_>>());
     let rows = move || (0..count.get()).map(|row| line(lines, row).into_any()).collect::<Vec<_>>();
     let about =
         |found: &&Diagnostic| found.args.iter().any(|(name, value)| name == "key" && value == RACK_KEY);
@@ -77,8 +80,9 @@ pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
         div().class("rack-scroll").child(table().class("rack-table").child((
             caption().class("unseen").child(t!("page.settings.rack")),
             thead().child(tr().child((
-                heads.collect::<Vec<_>>(),
+                first.into_iter().collect::<Vec<_>>(),
                 th().attr("scope", "col").child(t!("page.tools.done")),
+                others,
                 th().attr("scope", "col").child(span().class("unseen").child(t!("page.tools.acts"))),
             ))),
             tbody().child(rows),
@@ -92,19 +96,16 @@ pub(super) fn tools(refused: Memo<Vec<Diagnostic>>) -> impl IntoView {
 fn line(lines: Memo<Vec<String>>, row: usize) -> impl IntoView {
     let now = Memo::new(move |_| lines.with(|lines| lines.get(row).cloned().unwrap_or_default()));
     let number = move || now.with(|line| rack::cell(line, NUMBER));
-    let cells = columns().map(|column| td().child(entry(now, row, column)).into_any());
+    let cell = |column: &'static str| td().child(entry(now, row, column)).into_any();
+    let (first, others) = (FIRST.map(cell), others().map(cell).collect::<Vec<_>>());
     tr().child((
-        cells.collect::<Vec<_>>(),
-        td().child(wear(now)),
-        td().class("rack-acts").child((
-            new_tool(now),
-            push(
-                "button quiet small",
-                move || say!("page.tools.remove", number = number()),
-                move |_| {
-                    send(SettingsEvent::RemoveTool { row });
-                },
-            ),
+        first.into_iter().collect::<Vec<_>>(),
+        td().child(div().class("rack-done").child((wear(now), new_tool(now)))),
+        others,
+        td().child(push(
+            "button quiet small",
+            move || say!("page.tools.remove", number = number()),
+            move |_| send(SettingsEvent::RemoveTool { row }),
         )),
     ))
 }
