@@ -177,7 +177,7 @@ test("a board that bows is touched by the drill itself, and the job follows it w
     await until(() => start.isEnabled(), "nothing that fails");
     await preflight.getByRole("button", { name: "Cancel" }).click();
     // Another zero: the map says so before anything moves.
-    await press(page, page.getByRole("button", { name: "X+" }));
+    await press(page, page.getByRole("button", { name: "Move X to the right" }));
     await page.getByText("At rest, position known.").waitFor();
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await press(page, page.getByRole("button", { name: "Height map…" }));
@@ -205,7 +205,7 @@ test("holes are taken under the crosshair of a camera; without one it is said, a
     const crosshair = side.getByRole("button", { name: "The crosshair is on it" }).first();
     assert.ok(await crosshair.isDisabled(), "nobody knows yet where it looks");
     await side.getByRole("button", { name: "Dot made here" }).click();
-    await press(page, page.getByRole("button", { name: "X+" }));
+    await press(page, page.getByRole("button", { name: "Move X to the right" }));
     await page.getByText("At rest, position known.").waitFor();
     await side.getByRole("button", { name: "Crosshair on the dot" }).click();
     await side.getByText(/^The crosshair is X -/).waitFor();
