@@ -7,6 +7,7 @@ use crate::server::work::{home, row_of_holes, until_status};
 use annulus_core::chance::Chance;
 use annulus_core::control::{Ending, State};
 use annulus_core::wire::{Ask, RowVerdict, Tell, ToolsReport, program};
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fs;
@@ -80,7 +81,7 @@ fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
     let is_new = |report: &ToolsReport| report.wear.iter().any(|wear| (wear.number, wear.hits) == (9, 0));
     page.until(|tell| matches!(tell, Tell::Tools(report) if is_new(report)));
     let mut bridge = bridge;
-    bridge.child.kill().unwrap();
+    kill_process(Pid::from_child(&bridge.child), Signal::TERM).unwrap();
     bridge.child.wait().unwrap();
     let home = bridge.home.take().unwrap();
     assert_eq!(listed(&home), [(1, 4, false), (9, 0, false)]);

@@ -1,10 +1,10 @@
 //! What `cargo xtask test` runs: one list of suites, two of them at a time, each begun in its turn as soon as those before it
 //! that it needs have ended. What only looks at the sources stands last and gives way, so that tests with clocks of their
-//! own are not slowed by it.
+//! own are not slowed by it. Tests that need a computer on time have their turn when no browser runs any more.
 //!
 //! ```text
 //! worker 1   fmt ─ build ──────────── native ─── grbl ─ adapter ─ clippy ─ …
-//! worker 2   page ─────────── tools ─ own ─ … ─ browser ──────── wasm ─ …      time ─▶
+//! worker 2   page ─────────── tools ─ own ─ … ─ browser ──────── clocks ─ …    time ─▶
 //! ```
 //!
 //! Goes out: the suites in order, each able to say its command when its turn comes. Does not know how they are run.
@@ -47,6 +47,7 @@ pub(crate) const SUITES: &[Suite] = &[
     check("tools", &[], || this("tools")),
     tests("native", &["build"], native),
     tests("browser", &["build", "page"], pages),
+    tests("clocks", &["native", "browser"], clocks),
     tests("grbl", &["build"], controllers),
     tests("adapter", &["build"], firmware::tests),
     tests("wasm-app", &["tools", "page"], || in_browser(&["-p", "annulus-app", "--lib"])),
@@ -91,11 +92,23 @@ fn this(word: &str) -> Done<Command> {
     Ok(command(std::env::current_exe().map_err(|error| error.to_string())?, &[word]))
 }
 
+/// Tests of the bridge whose machine is late where the computer is: pulses of a card and a line to a spindle, in the time of life.
+const CLOCKS: [&str; 2] = ["server::card::", "server::spindle::"];
+
 /// Three tests at a time for every core: those of the bridge mostly wait, as a person at a drill does.
 fn native() -> Done<Command> {
     let cores = std::thread::available_parallelism().map_or(1, std::num::NonZero::get);
     let threads = format!("--test-threads={}", 3 * cores);
-    Ok(cargo("test", &["--no-fail-fast", "--", "--show-output", &threads]))
+    let mut native = cargo("test", &["--no-fail-fast", "--", "--show-output", &threads]);
+    native.args(CLOCKS.iter().flat_map(|name| ["--skip", *name]));
+    Ok(native)
+}
+
+/// One at a time.
+fn clocks() -> Done<Command> {
+    let mut clocks = cargo("test", &["--test", "bridge", "--", "--show-output", "--test-threads=1"]);
+    clocks.args(CLOCKS);
+    Ok(clocks)
 }
 
 /// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds.
