@@ -96,9 +96,9 @@ impl Drawings {
 
     /// Tells what is there; the text of the drawing of this tab where that is wanted.
     pub(super) fn look(&self, with_own: bool) {
-        let this = self.clone();
+        let (this, held) = (self.clone(), self.claims.elsewhere(PLACES));
         spawn_local(async move {
-            let held = this.claims.elsewhere(PLACES).await;
+            let held = held.await;
             let mut earlier = Vec::new();
             for place in 0..PLACES {
                 let elsewhere = held.contains(&place);

@@ -112,11 +112,15 @@ impl Claims {
         format!("{}{place}", self.lock)
     }
 
-    /// The places below `end` that other tabs have.
-    pub(super) async fn elsewhere(&self, end: u32) -> BTreeSet<u32> {
+    /// The places below `end` that other tabs have. What this tab has when it asks is not among them: the browser may tell of it for
+    /// a while after it was let go of.
+    pub(super) fn elsewhere(&self, end: u32) -> impl Future<Output = BTreeSet<u32>> + use<> {
         let own: BTreeSet<u32> = self.held.borrow().keys().copied().collect();
-        let held = held().await;
-        (0..end).filter(|place| !own.contains(place) && held.contains(&self.lock_of(*place))).collect()
+        let claims = self.clone();
+        async move {
+            let held = held().await;
+            (0..end).filter(|place| !own.contains(place) && held.contains(&claims.lock_of(*place))).collect()
+        }
     }
 
     /// Whether this tab has `place`, and not only for now.

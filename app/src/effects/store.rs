@@ -54,9 +54,9 @@ pub(super) fn listen() {
 impl Places {
     /// Tells what is there.
     pub(super) fn look(&self) {
-        let claims = self.0.clone();
+        let held = self.0.elsewhere(PLACES);
         spawn_local(async move {
-            let held = claims.elsewhere(PLACES).await;
+            let held = held.await;
             let mut offers: Vec<Offer> = Vec::new();
             for place in 0..PLACES {
                 let elsewhere = held.contains(&place);
