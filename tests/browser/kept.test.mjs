@@ -141,7 +141,13 @@ test("of two tabs on one project one writes, the other says so and keeps a copy"
     await morePasses(other);
     await until(async () => /passes = 3/.test(await kept(other, 1)), "the copy at a place of its own");
     assert.equal(await kept(page, 0), before, "the first tab's is as it was");
+    const third = await context.newPage();
+    await third.goto(bridge.origin);
+    await third.getByText("sensor is open in another tab, which keeps it.").first().waitFor();
+    await third.getByText("Earlier boards: 1").click();
+    assert.equal(await third.getByRole("button", { name: "Restore" }).count(), 0);
     await page.close();
+    await third.getByRole("button", { name: "Restore" }).waitFor();
     await again(other);
     await other.getByRole("button", { name: "Restore" }).first().waitFor();
     await other.getByText("Earlier boards: 1").click();
@@ -174,7 +180,7 @@ test("edits that never rest are kept while they go on, and one made just before 
     await until(async () => (await holes(page)) > 0, "the board in the picture again");
     await page.keyboard.press("2");
     await page.getByRole("button", { name: /1 Isolate/ }).click();
-    await until(async () => Number(await page.getByRole("slider", { name: "Passes" }).inputValue()) === last, "the last edit");
+    await until(async () => Number(await page.getByRole("slider", { name: "Passes" }).inputValue()) === last, `${last} passes, the last edit`);
   } finally {
     await context.close();
     await bridge.stop();

@@ -3,7 +3,7 @@
 //!
 //! Comes in: texts. Goes out: texts, as events. Does not know what a drawing is.
 
-use super::locks::Claims;
+use super::locks::{Claims, RELOAD_MS};
 use super::store::{finished, get, table};
 use crate::browser::{self, tab_storage};
 use crate::model::DrawEvent;
@@ -21,9 +21,6 @@ const OWN: &str = "annulus.drawing";
 
 /// How the lock of a place is called, before its number.
 const LOCK: &str = "annulus drawing ";
-
-/// How long what this tab had before it was loaded again may still look as if another tab had it, in ms.
-const RELOAD_MS: u32 = 1000;
 
 /// The example of the manual, on our own server.
 const EXAMPLE: &str = "drawings/robot.json";

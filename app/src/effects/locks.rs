@@ -16,6 +16,9 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::JsFuture;
 
+/// How long what this tab had before it was loaded again may still look as if another tab had it, in ms.
+pub(super) const RELOAD_MS: u32 = 1000;
+
 /// A lock that this tab holds until this is dropped.
 struct Held(Option<Function>);
 
@@ -44,8 +47,17 @@ fn promise() -> Option<(Promise, Function)> {
     Some((promise, kept?))
 }
 
-/// Holds the lock `name`; none where somebody else does for longer than `patience_ms`.
-async fn hold(name: &str, patience_ms: u32) -> Option<Held> {
+/// How a lock is asked for.
+#[derive(Clone, Copy)]
+enum Way {
+    /// For this tab alone, where nobody holds it for longer than this.
+    Alone { patience_ms: u32 },
+    /// Together with all who only wait that nobody has it alone.
+    Shared,
+}
+
+/// Holds the lock `name`; none where that cannot be.
+async fn hold(name: &str, way: Way) -> Option<Held> {
     let Some(locks) = locks() else { return Some(Held(None)) };
     let request = method(&locks, "request")?;
     let ((answer, answered), (until, release)) = (promise()?, promise()?);
@@ -57,13 +69,12 @@ async fn hold(name: &str, patience_ms: u32) -> Option<Held> {
         if is_ours { JsValue::from(until) } else { JsValue::UNDEFINED }
     });
     let options = Object::new();
-    if patience_ms == 0 {
-        Reflect::set(&options, &"ifAvailable".into(), &true.into()).ok()?;
-    } else {
-        let signals = Reflect::get(&js_sys::global(), &"AbortSignal".into()).ok()?;
-        let signal = method(&signals, "timeout")?.call1(&signals, &patience_ms.into()).ok()?;
-        Reflect::set(&options, &"signal".into(), &signal).ok()?;
-    }
+    let (name_of_option, option) = match way {
+        Way::Alone { patience_ms: 0 } => ("ifAvailable", true.into()),
+        Way::Alone { patience_ms } => ("signal", ends_after(patience_ms)?),
+        Way::Shared => ("mode", "shared".into()),
+    };
+    Reflect::set(&options, &name_of_option.into(), &option).ok()?;
     let asked: Promise = request.call3(&locks, &name.into(), &options, &granted).ok()?.dyn_into().ok()?;
     spawn_local(async move {
         if JsFuture::from(asked).await.is_err() {
@@ -74,14 +85,25 @@ async fn hold(name: &str, patience_ms: u32) -> Option<Held> {
     is_ours.then_some(Held(Some(release)))
 }
 
-/// Names of the locks that any tab of this site holds.
+/// A signal that comes by itself.
+fn ends_after(ms: u32) -> Option<JsValue> {
+    let signals = Reflect::get(&js_sys::global(), &"AbortSignal".into()).ok()?;
+    method(&signals, "timeout")?.call1(&signals, &ms.into()).ok()
+}
+
+fn word(of: &JsValue, name: &str) -> Option<String> {
+    Reflect::get(of, &name.into()).ok()?.as_string()
+}
+
+/// Names of the locks that any tab of this site holds for itself.
 async fn held() -> BTreeSet<String> {
     let asked = async {
         let locks = locks()?;
         let asked: Promise = method(&locks, "query")?.call0(&locks).ok()?.dyn_into().ok()?;
         let state = JsFuture::from(asked).await.ok()?;
         let held: Array = Reflect::get(&state, &"held".into()).ok()?.dyn_into().ok()?;
-        Some(held.iter().filter_map(|lock| Reflect::get(&lock, &"name".into()).ok()?.as_string()).collect())
+        let alone = held.iter().filter(|lock| word(lock, "mode").as_deref() == Some("exclusive"));
+        Some(alone.filter_map(|lock| word(&lock, "name")).collect())
     };
     asked.await.unwrap_or_default()
 }
@@ -100,12 +122,14 @@ pub(super) struct Claims {
     /// How their locks are called, before the number.
     lock: &'static str,
     held: Rc<RefCell<BTreeMap<u32, Holding>>>,
+    /// Those of other tabs that are waited for.
+    awaited: Rc<RefCell<BTreeSet<u32>>>,
 }
 
 impl Claims {
     /// None yet of those whose locks begin with `lock`.
     pub(super) fn new(lock: &'static str) -> Self {
-        Self { lock, held: Rc::default() }
+        Self { lock, held: Rc::default(), awaited: Rc::default() }
     }
 
     fn lock_of(&self, place: u32) -> String {
@@ -123,6 +147,19 @@ impl Claims {
         }
     }
 
+    /// Calls back, once, when the tab that has `place` has let go of it, however long that takes.
+    pub(super) fn when_free(&self, place: u32, call: impl FnOnce() + 'static) {
+        if !self.awaited.borrow_mut().insert(place) {
+            return;
+        }
+        let this = self.clone();
+        spawn_local(async move {
+            drop(hold(&this.lock_of(place), Way::Shared).await);
+            this.awaited.borrow_mut().remove(&place);
+            call();
+        });
+    }
+
     /// Whether this tab has `place`, and not only for now.
     pub(super) fn works_at(&self, place: u32) -> bool {
         self.held.borrow().get(&place).is_some_and(|holding| !holding.for_now)
@@ -137,7 +174,7 @@ impl Claims {
         if self.held.borrow().contains_key(&place) {
             return false;
         }
-        let held = hold(&self.lock_of(place), patience_ms).await;
+        let held = hold(&self.lock_of(place), Way::Alone { patience_ms }).await;
         let is_held = held.is_some();
         self.held.borrow_mut().extend(held.map(|held| (place, Holding { _held: held, for_now: true })));
         is_held

@@ -125,7 +125,7 @@ fn run(running: &Running, effect: Effect) {
         Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),
         Effect::LeaveInStore { place, job, at_ms } => store::leave(place, &job, at_ms),
         Effect::LetGoOfPlace { place } => places.let_go(place),
-        Effect::TakeFromStore { place } => places.take(place),
+        Effect::TakeFromStore { place, is_free } => places.take(place, is_free),
         Effect::LookForDrawings { own } => drawings.look(own),
         Effect::KeepDrawing { of, place, name, text, at_ms } => drawings.keep(of, place, name, text, at_ms),
         Effect::TakeDrawing { place } => drawings.take(place),

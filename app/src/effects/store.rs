@@ -2,7 +2,7 @@
 //!
 //! Comes in: records. Goes out: records, as events. Does not know what a project is.
 
-use super::locks::Claims;
+use super::locks::{Claims, RELOAD_MS};
 use crate::browser::{kept_storage, window};
 use crate::model::keeping::PLACES;
 use crate::model::{Event, KeepEvent, Offer};
@@ -44,19 +44,25 @@ pub(super) fn listen() {
     });
     let _ = document().add_event_listener_with_callback("visibilitychange", hidden.as_ref().unchecked_ref());
     hidden.forget();
+    // The browser waits for what is done at the first of these; a page that is slow it ends before the second one.
+    let leaving = window_event_listener(ev::beforeunload, |_| send(KeepEvent::Leaving));
     let left = window_event_listener(ev::pagehide, |_| send(KeepEvent::Leaving));
     leptos::prelude::on_cleanup(move || {
         looked.remove();
+        leaving.remove();
         left.remove();
     });
 }
 
 impl Places {
-    /// Tells what is there.
+    /// Tells what is there, and that it is to be looked at anew once another tab lets go of something.
     pub(super) fn look(&self) {
-        let held = self.0.elsewhere(PLACES);
+        let (held, claims) = (self.0.elsewhere(PLACES), self.0.clone());
         spawn_local(async move {
             let held = held.await;
+            for place in &held {
+                claims.when_free(*place, || send(KeepEvent::Looked));
+            }
             let mut offers: Vec<Offer> = Vec::new();
             for place in 0..PLACES {
                 let elsewhere = held.contains(&place);
@@ -101,11 +107,12 @@ impl Places {
         self.0.let_go(place);
     }
 
-    /// Takes what is at a place, and holds it where no other tab does.
-    pub(super) fn take(&self, place: u32) {
+    /// Takes what is at a place, and holds it where no other tab does. A place that `is_free` may be that of this tab before it was
+    /// loaded again, which is just leaving.
+    pub(super) fn take(&self, place: u32, is_free: bool) {
         let this = self.clone();
         spawn_local(async move {
-            let own = this.0.take(place).await;
+            let own = this.0.take_soon(place, if is_free { RELOAD_MS } else { 0 }).await;
             let job = row(place).await.map(|(_, job)| job);
             let files =
                 get(&files_key(place)).await.ok().and_then(|files| files.dyn_into::<Uint8Array>().ok());

@@ -198,6 +198,8 @@ pub enum Effect {
     TakeFromStore {
         /// Where.
         place: u32,
+        /// Nobody is known to have it: who still does is just leaving.
+        is_free: bool,
     },
     /// Look for drawings that are kept; comes back as [`super::DrawEvent::Found`].
     LookForDrawings {

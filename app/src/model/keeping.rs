@@ -264,10 +264,10 @@ fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
 /// Takes what is to be restored out of the store, once, when all of it is in there.
 fn take_wanted(model: &mut Model) -> Vec<Effect> {
     let keeping = &mut model.keeping;
-    let Some(place) = keeping.wanted.as_ref().map(|offer| offer.place) else { return Vec::new() };
+    let Some(Offer { place, elsewhere, .. }) = keeping.wanted.clone() else { return Vec::new() };
     let is_written = keeping.records().all(|record| record.kept.place != Some(place));
     let is_new = is_written && keeping.taking.insert(place);
-    is_new.then_some(Effect::TakeFromStore { place }).into_iter().collect()
+    is_new.then_some(Effect::TakeFromStore { place, is_free: !elsewhere }).into_iter().collect()
 }
 
 /// Another project is open: that of a place which this tab holds, or one that has none yet.

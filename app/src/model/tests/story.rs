@@ -80,7 +80,7 @@ fn word(effect: &Effect) -> String {
         }
         Effect::LeaveInStore { place, .. } => format!("leave:{place}"),
         Effect::LetGoOfPlace { place } => format!("let-go:{place}"),
-        Effect::TakeFromStore { place } => format!("take:{place}"),
+        Effect::TakeFromStore { place, .. } => format!("take:{place}"),
         Effect::DropFromStore { place } => format!("drop:{place}"),
         other => format!("{other:?}"),
     }

@@ -96,10 +96,13 @@ pub fn tool_change() -> impl IntoView {
     });
     let asked = Memo::new(move |_| line.state() == Some(State::ToolChange) && by_hand.get());
     let put_off = RwSignal::new(false);
-    // A tool that is touched off moves by hand in the middle of its change.
-    let in_change = Memo::new(move |_| asked.get() || line.state() == Some(State::Jogging));
+    // A tool that is touched off moves by hand in the middle of its change, and a line may be lost and found there.
+    let is_over = Memo::new(move |_| {
+        let in_change = [State::ToolChange, State::Jogging, State::Stopping];
+        line.state().is_some_and(|state| !in_change.contains(&state))
+    });
     Effect::new(move |_| {
-        if !in_change.get() {
+        if is_over.get() {
             put_off.set(false);
         }
     });
