@@ -154,9 +154,11 @@ impl Claims {
         }
         let this = self.clone();
         spawn_local(async move {
-            drop(hold(&this.lock_of(place), Way::Shared).await);
+            let is_free = hold(&this.lock_of(place), Way::Shared).await.is_some();
             this.awaited.borrow_mut().remove(&place);
-            call();
+            if is_free {
+                call();
+            }
         });
     }
 
