@@ -81,7 +81,6 @@ test("a board is drawn by mouse and keys, taken back, kept over a reload, and mi
     for (let step = 0; step < all; step += 1) await page.keyboard.press("Control+y");
     await drawn(page, 15, "all of it again");
     await page.keyboard.press("Control+z");
-    await page.waitForTimeout(1500);
     await page.reload();
     await drawn(page, 14, "the drawing after a reload");
     await page.keyboard.press("Control+y");

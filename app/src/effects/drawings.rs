@@ -3,6 +3,7 @@
 //!
 //! Comes in: texts. Goes out: texts, as events. Does not know what a drawing is.
 
+use super::left::Shelf;
 use super::locks::{Claims, RELOAD_MS};
 use super::store::{finished, get, table};
 use crate::browser::{self, tab_storage};
@@ -21,6 +22,9 @@ const OWN: &str = "annulus.drawing";
 
 /// How the lock of a place is called, before its number.
 const LOCK: &str = "annulus drawing ";
+
+/// Where drawings are put while the page is being left.
+const LEFT: Shelf = Shelf("annulus.left.drawing.");
 
 /// The example of the manual, on our own server.
 const EXAMPLE: &str = "drawings/robot.json";
@@ -44,7 +48,16 @@ fn row_of(place: u32, row: &JsValue) -> Option<Earlier> {
 }
 
 async fn text(place: u32) -> Option<String> {
-    get(&text_key(place)).await.ok()?.as_string()
+    let at_ms = row(place).await?.at_ms;
+    match LEFT.since(place, at_ms) {
+        Some((_, text)) => Some(text),
+        None => get(&text_key(place)).await.ok()?.as_string(),
+    }
+}
+
+/// Keeps a drawing at once.
+pub(super) fn leave(place: u32, text: &str, at_ms: f64) {
+    LEFT.put(place, text, at_ms);
 }
 
 async fn row(place: u32) -> Option<Earlier> {
@@ -158,14 +171,18 @@ async fn put(place: u32, name: &str, text: &str, at_ms: f64) -> Result<(), JsVal
     let (table, done) = table(IdbTransactionMode::Readwrite).await?;
     table.put_with_key(&Array::of2(&at_ms.into(), &name.into()), &row_key(place))?;
     table.put_with_key(&text.into(), &text_key(place))?;
-    finished(&done).await
+    finished(&done).await?;
+    LEFT.stored(place, at_ms);
+    Ok(())
 }
 
 async fn dropped(place: u32) -> Result<(), JsValue> {
     let (table, done) = table(IdbTransactionMode::Readwrite).await?;
     table.delete(&row_key(place))?;
     table.delete(&text_key(place))?;
-    finished(&done).await
+    finished(&done).await?;
+    LEFT.clear(place);
+    Ok(())
 }
 
 /// Fetches the example.

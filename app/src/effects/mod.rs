@@ -16,6 +16,7 @@ mod follow;
 mod from_elsewhere;
 mod jobs;
 mod languages;
+mod left;
 mod limits;
 mod locks;
 mod serial;
@@ -124,6 +125,7 @@ fn run(running: &Running, effect: Effect) {
         Effect::LookInStore => places.look(),
         Effect::WriteStore { place, name, job, files, at_ms } => places.write(place, name, job, files, at_ms),
         Effect::LeaveInStore { place, job, at_ms } => store::leave(place, &job, at_ms),
+        Effect::LeaveDrawing { place, text, at_ms } => drawings::leave(place, &text, at_ms),
         Effect::LetGoOfPlace { place } => places.let_go(place),
         Effect::TakeFromStore { place, is_free } => places.take(place, is_free),
         Effect::LookForDrawings { own } => drawings.look(own),

@@ -2,8 +2,9 @@
 //!
 //! Comes in: records. Goes out: records, as events. Does not know what a project is.
 
+use super::left::Shelf;
 use super::locks::{Claims, RELOAD_MS};
-use crate::browser::{kept_storage, window};
+use crate::browser::window;
 use crate::model::keeping::PLACES;
 use crate::model::{Event, KeepEvent, Offer};
 use crate::page::send;
@@ -165,34 +166,16 @@ async fn put(place: u32, name: &str, job: &str, files: Option<Vec<u8>>, at_ms: f
     }
     table.put_with_key(&row, &job_key(place))?;
     finished(&done).await?;
-    if left(place).is_some_and(|(left_ms, _)| left_ms <= at_ms) {
-        forget_left(place);
-    }
+    LEFT.stored(place, at_ms);
     Ok(())
 }
 
-/// Where a job is put while the page is being left, before the number of its place.
-const LEFT: &str = "annulus.left.";
+/// Where jobs are put while the page is being left.
+const LEFT: Shelf = Shelf("annulus.left.");
 
-/// Keeps a job at once: what takes time does not happen any more in a page that is being left.
+/// Keeps a job at once.
 pub(super) fn leave(place: u32, job: &str, at_ms: f64) {
-    if let Some(storage) = kept_storage() {
-        // Where there is no room, what the store has is half a second old at most.
-        let _ = storage.set_item(&format!("{LEFT}{place}"), &format!("{at_ms} {job}"));
-    }
-}
-
-/// When a page that kept a place was left, and the job as it was then.
-fn left(place: u32) -> Option<(f64, String)> {
-    let text = kept_storage()?.get_item(&format!("{LEFT}{place}")).ok()??;
-    let (at_ms, job) = text.split_once(' ')?;
-    Some((at_ms.parse().ok()?, job.to_owned()))
-}
-
-fn forget_left(place: u32) {
-    if let Some(storage) = kept_storage() {
-        let _ = storage.remove_item(&format!("{LEFT}{place}"));
-    }
+    LEFT.put(place, job, at_ms);
 }
 
 /// Takes out what is at a place.
@@ -201,7 +184,7 @@ async fn dropped(place: u32) -> Result<(), JsValue> {
     table.delete(&files_key(place))?;
     table.delete(&job_key(place))?;
     finished(&done).await?;
-    forget_left(place);
+    LEFT.clear(place);
     Ok(())
 }
 
@@ -217,7 +200,7 @@ fn job_key(place: u32) -> JsValue {
 async fn row(place: u32) -> Option<(Offer, String)> {
     let row: Array = get(&job_key(place)).await.ok()?.dyn_into().ok()?;
     let (at_ms, name, job) = (row.get(0).as_f64()?, row.get(1).as_string()?, row.get(2).as_string()?);
-    let (at_ms, job) = left(place).filter(|(left_ms, _)| *left_ms > at_ms).unwrap_or((at_ms, job));
+    let (at_ms, job) = LEFT.since(place, at_ms).unwrap_or((at_ms, job));
     Some((Offer { place, name, at_ms, elsewhere: false }, job))
 }
 

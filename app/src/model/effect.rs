@@ -219,6 +219,15 @@ pub enum Effect {
         /// When, in ms since 1970.
         at_ms: f64,
     },
+    /// Keep a drawing at once, while the page is being left, until the store is written again.
+    LeaveDrawing {
+        /// Where.
+        place: u32,
+        /// Its text.
+        text: String,
+        /// When, in ms since 1970.
+        at_ms: f64,
+    },
     /// Take a drawing that is kept; comes back as [`super::DrawEvent::Opened`].
     TakeDrawing {
         /// Where.

@@ -191,10 +191,11 @@ fn write(model: &mut Model, purpose: Purpose) -> Vec<Effect> {
 fn project(model: &Model) -> Option<Project> {
     let document = model.board.document.as_ref()?;
     let job = model.job.work.as_ref().map(|work| project::write(work));
-    Some(Project { files: document.files.clone(), said: document.said.clone(), job })
+    Some(Project { files: model.draw.files_of(document), said: document.said.clone(), job })
 }
 
-fn save_project(model: &mut Model) -> Vec<Effect> {
+/// The project is asked for as one file.
+pub(super) fn save_project(model: &mut Model) -> Vec<Effect> {
     let Some(project) = project(model) else { return Vec::new() };
     let number = model.next_request();
     model.export.on_the_way = Some(OnTheWay::Saving { number });

@@ -57,6 +57,16 @@ pub enum ToastAct {
     DrawnBefore,
     /// Take in files that changed on the disk.
     TakeAnew,
+    /// Keep a board that was to be forgotten.
+    TakeBackBoard {
+        /// Where it is kept.
+        place: u32,
+    },
+    /// Keep a drawing that was to be forgotten.
+    TakeBackDrawing {
+        /// Where it is kept.
+        place: u32,
+    },
 }
 
 /// A short word in the corner.
@@ -71,7 +81,7 @@ pub struct Toast {
 }
 
 /// So long a short word stays, in ms.
-const TOAST_MS: u32 = 8_000;
+pub(super) const TOAST_MS: u32 = 8_000;
 
 /// What lies over the screen when the person asks for it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

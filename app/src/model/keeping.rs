@@ -118,6 +118,8 @@ pub struct Keeping {
     wanted: Option<Offer>,
     /// Places that are being taken out of the store.
     taking: BTreeSet<u32>,
+    /// Those that the person wants forgotten, as long as that can be taken back.
+    discarded: BTreeSet<u32>,
 }
 
 /// What happens to it.
@@ -164,6 +166,11 @@ pub enum KeepEvent {
     Discard {
         /// Which.
         offer: Offer,
+    },
+    /// It is forgotten, unless that was taken back.
+    Drop {
+        /// Where.
+        place: u32,
     },
     /// It is forgotten.
     Dropped,
@@ -248,17 +255,41 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
         // What was taken is opened where files are.
         KeepEvent::Taken { .. } => Vec::new(),
         KeepEvent::Discard { offer } if model.keeping.wants(offer.place) => Vec::new(),
-        KeepEvent::Discard { offer } => vec![Effect::DropFromStore { place: offer.place }],
+        KeepEvent::Discard { offer } => discarded(model, &offer),
+        KeepEvent::Drop { place } if model.keeping.discarded.remove(&place) => {
+            vec![Effect::DropFromStore { place }]
+        }
+        KeepEvent::Drop { .. } => Vec::new(),
         KeepEvent::Dropped => vec![Effect::LookInStore],
     }
 }
 
 /// Offers what was kept but the project that is open.
 fn found(model: &mut Model, mut offers: Vec<Offer>) -> Vec<Effect> {
-    offers.retain(|offer| Some(offer.place) != model.keeping.open.place);
+    let keeping = &model.keeping;
+    let (open, discarded) = (keeping.open.place, &keeping.discarded);
+    offers.retain(|offer| Some(offer.place) != open && !discarded.contains(&offer.place));
     offers.sort_by(|a, b| b.at_ms.total_cmp(&a.at_ms));
     model.keeping.offers = offers;
     Vec::new()
+}
+
+/// What is on offer is to be forgotten: it is not on offer any more, and can be taken back for a while.
+fn discarded(model: &mut Model, offer: &Offer) -> Vec<Effect> {
+    let place = offer.place;
+    model.keeping.offers.retain(|one| one.place != place);
+    model.keeping.discarded.insert(place);
+    let args = vec![("name", offer.name.clone())];
+    let text = Text::Key { key: key!("page.kept.discarded"), args };
+    let said = frame::toast(model, text, Some(ToastAct::TakeBackBoard { place }));
+    let event = Box::new(Event::Keep(KeepEvent::Drop { place }));
+    vec![said, Effect::Wake { after_ms: frame::TOAST_MS, event }]
+}
+
+/// What was to be forgotten stays.
+pub(super) fn taken_back(model: &mut Model, place: u32) -> Vec<Effect> {
+    model.keeping.discarded.remove(&place);
+    vec![Effect::LookInStore]
 }
 
 /// Takes what is to be restored out of the store, once, when all of it is in there.

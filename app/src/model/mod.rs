@@ -305,7 +305,16 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Export(event) => export::update(model, event),
         Event::Template(event) => template::update(model, event),
         Event::Keep(KeepEvent::Taken { place, files, job, own }) => taken(model, (place, own), files, job),
-        Event::Keep(event) => keeping::update(model, event),
+        Event::Keep(event) => {
+            let of_drawing = match event {
+                KeepEvent::Looked => drawing::kept::looked(model),
+                KeepEvent::Leaving => drawing::kept::left(model),
+                _ => Vec::new(),
+            };
+            let mut effects = keeping::update(model, event);
+            effects.extend(of_drawing);
+            effects
+        }
         Event::Anew(event) => files::anew::update(model, event),
         Event::Progress { number, share } => worker::progress(model, number, share),
         Event::Answered { number, answer } => worker::answered(model, number, answer),
@@ -347,6 +356,8 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
 fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
     match frame::taken(&mut model.frame, number) {
         Some(ToastAct::Review) => files::update(model, FilesEvent::Review),
+        Some(ToastAct::TakeBackBoard { place }) => keeping::taken_back(model, place),
+        Some(ToastAct::TakeBackDrawing { place }) => drawing::kept::taken_back(model, place),
         Some(ToastAct::DrawnBefore) => drawing::update(model, DrawEvent::Back),
         Some(ToastAct::TakeAnew) => {
             model.anew.want();

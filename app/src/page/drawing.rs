@@ -58,6 +58,8 @@ pub struct Drawing {
     pub ahead: ReadSignal<bool>,
     /// Drawings that are kept.
     pub earlier: ReadSignal<Vec<Earlier>>,
+    /// This one could not be.
+    pub unkept: ReadSignal<bool>,
     /// The place to be looked at, none for all of it; and how often one was.
     pub look: ReadSignal<(u32, Option<[f64; 2]>)>,
     /// Said to the person.
@@ -94,6 +96,7 @@ pub(super) fn signals(slots: &mut Slots) -> Drawing {
         over: slots.made(|model| model.draw.over()),
         ahead: slots.made(|model| model.draw.is_ahead()),
         earlier: slots.made(|model| model.draw.earlier().to_vec()),
+        unkept: slots.made(|model| model.draw.unkept()),
         look: slots.part(|model| &model.draw.look),
         said: slots.part(|model| &model.draw.editor.said),
     }

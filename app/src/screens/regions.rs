@@ -7,7 +7,6 @@ use crate::keys::{self, KeyAction, Press, Tab};
 use crate::lab::LabPanel;
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
-use crate::model::drawing::DrawingExport;
 use crate::model::{DrawEvent, ExportEvent, FilesEvent, FrameEvent, Overlay, PlayEvent};
 use crate::page::link;
 use crate::page::{frame, send};
@@ -127,13 +126,11 @@ pub(crate) fn act(action: KeyAction) {
         KeyAction::Draw(key) => drawing::key(key),
         KeyAction::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
         KeyAction::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
+        KeyAction::Save if frame().tab.get_untracked() == Tab::Draw => send(DrawEvent::Save),
         KeyAction::Save if open_board().document.with_untracked(Option::is_some) => {
             send(ExportEvent::SaveProject);
         }
-        KeyAction::Save if frame().tab.get_untracked() == Tab::Draw => {
-            send(DrawEvent::Export { what: DrawingExport::Drawing });
-        }
-        KeyAction::Save => {}
+        KeyAction::Save => toast(Text::of(key!("page.key.save_nothing"))),
     }
 }
 

@@ -4,9 +4,9 @@
 
 use crate::i18n::{self, say, t};
 use crate::keys::Tab;
-use crate::model::{Event, ExportEvent};
+use crate::model::{DrawEvent, Event, ExportEvent};
 use crate::page::frame;
-use crate::page::{open_board, play, send};
+use crate::page::{open_board, open_drawing, play, send};
 use crate::widgets::push;
 use leptos::html::{footer, progress, span};
 use leptos::prelude::*;
@@ -66,16 +66,22 @@ fn problems() -> impl IntoView {
     }
 }
 
-/// That the open project cannot be kept in this browser, and why.
+/// That the open project or the drawing cannot be kept in this browser, and why.
 fn unkept() -> impl IntoView {
-    let why = open_board().unkept;
-    move || {
-        why.get().map(|why| {
-            let save = |_| send(ExportEvent::SaveProject);
-            let text = move || say!("page.kept.not_kept");
-            push("button small danger", text, save).attr("title", move || i18n::text(why, &[]))
+    let (project, drawing) = (open_board().unkept, open_drawing().unkept);
+    let of_project = move || {
+        project.get().map(|why| {
+            push("button small danger", t!("page.kept.not_kept"), |_| send(ExportEvent::SaveProject))
+                .attr("title", move || i18n::text(why, &[]))
         })
-    }
+    };
+    let of_drawing = move || {
+        drawing.get().then(|| {
+            push("button small danger", t!("page.draw.not_kept"), |_| send(DrawEvent::Save))
+                .attr("title", t!("page.draw.not_kept_is"))
+        })
+    };
+    (of_project, of_drawing)
 }
 
 fn task() -> impl IntoView {

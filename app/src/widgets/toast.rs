@@ -29,6 +29,7 @@ fn line(toast: Toast) -> impl IntoView {
             ToastAct::Update => key!("page.update.take"),
             ToastAct::DrawnBefore => key!("page.draw.back"),
             ToastAct::TakeAnew => key!("page.anew.take"),
+            ToastAct::TakeBackBoard { .. } | ToastAct::TakeBackDrawing { .. } => key!("page.kept.take_back"),
         };
         super::push(
             "button small",

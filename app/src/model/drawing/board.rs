@@ -14,10 +14,10 @@ use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToRead};
 use crate::keys::Tab;
 use crate::model::planning::{OnTheWay, Wanted};
-use crate::model::{Document, Effect, Lane, Model, files, frame};
+use crate::model::{Document, Effect, Lane, Model, export, files, frame};
 use crate::said::{Text, key};
 use annulus_core::artwork;
-use annulus_core::board::drawing;
+use annulus_core::board::drawing::{self, History};
 use annulus_core::project::saved::SaidOfFiles;
 use std::sync::Arc;
 
@@ -89,6 +89,25 @@ impl Draw {
         drawn && self.with_board.used != Some(self.editor.changes())
     }
 
+    /// Whether the open board was made of it, or it lies over its files.
+    fn is_of_board(&self) -> bool {
+        self.with_board.used.is_some() || self.over().0
+    }
+
+    /// It as a file.
+    fn file(&self) -> (String, Vec<u8>) {
+        let name = format!("{}.drawing.json", drawing::stem(self.editor.drawing().name()));
+        (name, drawing::write(self.editor.history()).into_bytes())
+    }
+
+    /// The files of the open board `document`, with the drawing as it is now where it is that of the board.
+    pub(in crate::model) fn files_of(&self, document: &Document) -> Vec<(String, Vec<u8>)> {
+        if !self.is_of_board() || !self.is_ahead() {
+            return document.files.clone();
+        }
+        plain(document).cloned().chain([self.file()]).collect()
+    }
+
     /// Nothing of files is in the editor.
     pub(super) fn forget_files(&mut self) {
         self.with_board.traced = false;
@@ -148,29 +167,32 @@ fn other_document(model: &mut Model, now: Option<Arc<Document>>) -> Vec<Effect> 
         model.frame.tab = tab;
         return Vec::new();
     }
-    let same = before.as_ref().is_some_and(|before| plain(before).eq(plain(&now)));
+    let found = drawn(&now).and_then(|(name, text)| drawing::read(name, text).ok());
+    let is_own = found.as_ref().is_none_or(|found| draw.editor.history().goes_on_from(found));
+    let same = is_own && before.as_ref().is_some_and(|before| plain(before).eq(plain(&now)));
     if same && before.is_some_and(|before| before.said == now.said) {
         return Vec::new();
     }
     draw.forget_files();
-    if same { Vec::new() } else { other_files(model, &now) }
+    if same { Vec::new() } else { other_files(model, &now, found, is_own) }
 }
 
 /// Other files are open: the drawing among them is under work now, or they are drawn over from the start. What was drawn
-/// before stays in the store.
-fn other_files(model: &mut Model, now: &Document) -> Vec<Effect> {
+/// before stays in the store. The drawing under work `is_own` where it goes on from the one that was `found`.
+fn other_files(model: &mut Model, now: &Document, found: Option<History>, is_own: bool) -> Vec<Effect> {
     let draw = &mut model.draw;
     let empty = draw.editor.drawing().is_empty();
     let has_files = plain(now).next().is_some();
-    let found = drawn(now).and_then(|(name, text)| drawing::read(name, text).ok());
     match found {
         // After a reload the drawing of this tab may be ahead of the one that the project was kept with.
-        Some(history) if !empty && history.now().name() == draw.editor.drawing().name() => {
+        Some(history) if !empty && is_own => {
             draw.with_board.over = has_files;
+            let (now, changes) = (draw.editor.drawing(), draw.editor.changes());
+            draw.with_board.used = Some(if history.now() == now { changes } else { changes.wrapping_sub(1) });
             Vec::new()
         }
         Some(history) => {
-            let effects = kept::put_aside(model);
+            let effects = kept::make_room(model);
             let draw = &mut model.draw;
             draw.open(history);
             draw.with_board.over = has_files;
@@ -193,7 +215,7 @@ fn other_files(model: &mut Model, now: &Document) -> Vec<Effect> {
 /// The person leaves the editor for the board: it is made of the drawing, unless it is another one's.
 fn left(model: &mut Model, tab: Tab) -> Vec<Effect> {
     let draw = &model.draw;
-    let own = draw.with_board.used.is_some() || draw.over().0 || model.board.document.is_none();
+    let own = draw.is_of_board() || model.board.document.is_none();
     if !own || !draw.is_ahead() || draw.with_board.using.is_some() {
         return Vec::new();
     }
@@ -249,17 +271,24 @@ pub(super) fn make(model: &mut Model, tab: Tab) -> Vec<Effect> {
         draw.editor.said = Some(Text::of(key!("page.draw.nothing")));
         return Vec::new();
     }
-    let name = format!("{}.drawing.json", drawing::stem(editor.drawing().name()));
-    let text = drawing::write(editor.history()).into_bytes();
+    let file = draw.file();
     draw.with_board.using = Some(Using { changes: editor.changes(), tab });
     let under = draw.with_board.seen.clone().filter(|_| draw.over().0);
     let again = under.is_some() || draw.with_board.used.is_some();
     let mut files: Vec<(String, Vec<u8>)> = under.iter().flat_map(|under| plain(under)).cloned().collect();
-    files.push((name, text));
+    files.push(file);
     let open = draw.with_board.seen.clone().filter(|_| again);
     let (said, job) =
         open.map_or_else(|| (SaidOfFiles::default(), None), |open| (open.said.clone(), open.job.clone()));
     files::read(model, Wanted { files, said, job, again, place: None, anew: None })
+}
+
+/// What is under work is saved: the open board with the drawing as it is now, or the drawing alone where it is of no open board.
+pub(super) fn save(model: &mut Model) -> Vec<Effect> {
+    if model.board.document.is_some() && model.draw.is_of_board() {
+        return export::save_project(model);
+    }
+    self::export(model, DrawingExport::Drawing)
 }
 
 /// The drawing as files.
@@ -272,8 +301,8 @@ pub(super) fn export(model: &mut Model, what: DrawingExport) -> Vec<Effect> {
             saved(format!("{stem}.svg"), "image/svg+xml", drawing::svg(drawing).into_bytes())
         }
         DrawingExport::Drawing => {
-            let text = drawing::write(model.draw.editor.history());
-            saved(format!("{stem}.drawing.json"), "application/json", text.into_bytes())
+            let (name, bytes) = model.draw.file();
+            saved(name, "application/json", bytes)
         }
         DrawingExport::Board => {
             let files = drawing::files(drawing).into_iter();

@@ -1,7 +1,8 @@
 //! The drawing kept in this browser with all its edits, so that a reload loses nothing (S2).
 //!
 //! ```text
-//! an edit ─ rests half a second ─▶ the store, at the place of this tab ─ reload ─▶ opened by itself
+//! an edit ─ half a second later ─▶ the store, at the place of this tab ─ reload ─▶ opened by itself
+//!         ─ the page is left ────▶ what takes no time
 //!                                  places of other tabs and of earlier drawings ──▶ on offer
 //! ```
 //!
@@ -11,8 +12,9 @@ use super::lying;
 use crate::model::{DrawEvent, Effect, Event, Model, ToastAct, frame};
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{self, History};
+use std::collections::BTreeSet;
 
-/// Edits rest so long before they are kept, in ms.
+/// An edit is so old when it is kept, in ms; those that are made meanwhile are kept with it.
 const REST_MS: u32 = 500;
 /// How many drawings are kept at most; a further one takes the place of the one that was touched longest ago.
 pub const PLACES: u32 = 8;
@@ -43,10 +45,14 @@ pub(super) struct Kept {
     change: u32,
     /// The change that was seen last.
     seen: u32,
+    /// An edit becomes so old that it is kept.
+    waiting: bool,
     /// The store writes it.
     writing: bool,
-    /// That nothing can be kept was said.
-    told: bool,
+    /// The store could not keep it.
+    pub failed: bool,
+    /// Those that the person wants forgotten, as long as that can be taken back.
+    leaving: BTreeSet<u32>,
     /// Other drawings, the latest first.
     pub earlier: Vec<Earlier>,
     /// The one that was under work before.
@@ -74,16 +80,41 @@ pub(super) fn look(model: &mut Model) -> Vec<Effect> {
 /// Waits for a rest where the drawing is another one.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let change = model.draw.editor.changes();
-    if std::mem::replace(&mut model.draw.kept.seen, change) == change {
+    let kept = &mut model.draw.kept;
+    let is_new = std::mem::replace(&mut kept.seen, change) != change;
+    if !is_new || std::mem::replace(&mut kept.waiting, true) {
         return Vec::new();
     }
-    let event = Event::Draw(DrawEvent::Rested { change });
+    let event = Event::Draw(DrawEvent::Rested);
     vec![Effect::Wake { after_ms: REST_MS, event: Box::new(event) }]
 }
 
-/// The drawing did not change for a while.
-pub(super) fn rested(model: &mut Model, change: u32) -> Vec<Effect> {
-    if change != model.draw.editor.changes() || model.draw.kept.writing { Vec::new() } else { keep(model) }
+/// An edit is half a second old.
+pub(super) fn rested(model: &mut Model) -> Vec<Effect> {
+    model.draw.kept.waiting = false;
+    keep_soon(model)
+}
+
+/// The page is looked at again: there may be room by now.
+pub(in crate::model) fn looked(model: &mut Model) -> Vec<Effect> {
+    if model.draw.kept.failed { keep_soon(model) } else { Vec::new() }
+}
+
+/// The page is left, or hidden: what is not in the store yet is put where that takes no time.
+pub(in crate::model) fn left(model: &mut Model) -> Vec<Effect> {
+    let (draw, at_ms) = (&model.draw, model.clock.wall_ms);
+    let is_unwritten = draw.kept.writing || draw.kept.change != draw.editor.changes();
+    let place = draw.kept.place.filter(|_| is_unwritten);
+    let text = || drawing::write(draw.editor.history());
+    let left = place.map(|place| Effect::LeaveDrawing { place, text: text(), at_ms });
+    let mut effects: Vec<Effect> = left.into_iter().collect();
+    effects.extend(keep_soon(model));
+    effects
+}
+
+/// Keeps the drawing, after what the store is at.
+fn keep_soon(model: &mut Model) -> Vec<Effect> {
+    if model.draw.kept.writing { Vec::new() } else { keep(model) }
 }
 
 /// Whether nothing was ever drawn in it.
@@ -116,10 +147,11 @@ pub(super) fn written(model: &mut Model, of: u32, place: Option<u32>) -> Vec<Eff
         return vec![Effect::LookForDrawings { own: false }];
     }
     kept.writing = false;
+    let was_told = std::mem::replace(&mut kept.failed, place.is_none());
     if place.is_none() {
-        let told = std::mem::replace(&mut kept.told, true);
-        let failed = || Text::of(key!("page.kept.failed"));
-        return if told { Vec::new() } else { vec![frame::toast(model, failed(), None)] };
+        kept.change = 0;
+        let failed = || Text::of(key!("page.draw.not_kept_is"));
+        return if was_told { Vec::new() } else { vec![frame::toast(model, failed(), None)] };
     }
     let is_new = std::mem::replace(&mut kept.place, place) != place;
     let mut effects = if is_new { vec![Effect::OwnDrawing { place }] } else { Vec::new() };
@@ -133,9 +165,9 @@ pub(super) fn found(
     own: Option<(Option<u32>, String)>,
     earlier: Vec<Earlier>,
 ) -> Vec<Effect> {
-    let place = model.draw.kept.place;
     let kept = &mut model.draw.kept;
-    kept.earlier = earlier.into_iter().filter(|one| Some(one.place) != place).collect();
+    let is_offered = |one: &Earlier| Some(one.place) != kept.place && !kept.leaving.contains(&one.place);
+    kept.earlier = earlier.into_iter().filter(is_offered).collect();
     kept.earlier.sort_by(|a, b| b.at_ms.total_cmp(&a.at_ms));
     match own {
         Some((place, text)) if untouched(model) => opened(model, place, place.is_none(), Some(text)),
@@ -168,8 +200,31 @@ pub(super) fn opened(
     effects
 }
 
-/// A new drawing is begun.
-pub(super) fn begun_anew(model: &mut Model) -> Vec<Effect> {
+/// A drawing is to be forgotten: it is not on offer any more, and can be taken back for a while.
+pub(super) fn forgotten(model: &mut Model, place: u32) -> Vec<Effect> {
+    let kept = &mut model.draw.kept;
+    kept.earlier.retain(|one| one.place != place);
+    kept.leaving.insert(place);
+    let event = Box::new(Event::Draw(DrawEvent::Drop { place }));
+    let text = Text::of(key!("page.draw.forgotten"));
+    let said = frame::toast(model, text, Some(ToastAct::TakeBackDrawing { place }));
+    vec![said, Effect::Wake { after_ms: frame::TOAST_MS, event }]
+}
+
+/// It is forgotten, unless it was taken back.
+pub(super) fn dropped(model: &mut Model, place: u32) -> Vec<Effect> {
+    let is_meant = model.draw.kept.leaving.remove(&place) && model.draw.kept.place != Some(place);
+    if is_meant { vec![Effect::DropDrawing { place }] } else { Vec::new() }
+}
+
+/// It stays.
+pub(in crate::model) fn taken_back(model: &mut Model, place: u32) -> Vec<Effect> {
+    model.draw.kept.leaving.remove(&place);
+    vec![Effect::LookForDrawings { own: false }]
+}
+
+/// Another drawing comes, or a new one: the one before is put aside, and offered where something was drawn.
+pub(super) fn make_room(model: &mut Model) -> Vec<Effect> {
     let offered = !untouched(model);
     let mut effects = put_aside(model);
     if offered {

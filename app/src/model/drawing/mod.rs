@@ -10,7 +10,7 @@
 //! Comes in: events. Goes out: the next drawing, effects. Does not know screens.
 
 mod board;
-mod kept;
+pub(super) mod kept;
 mod lying;
 
 pub use board::{DrawingExport, Using};
@@ -123,6 +123,8 @@ pub enum DrawEvent {
         /// Distance of its lines, as typed.
         text: String,
     },
+    /// What is under work is to be saved as a file.
+    Save,
     /// A place was typed.
     Typed {
         /// As typed.
@@ -208,11 +210,8 @@ pub enum DrawEvent {
         /// The others.
         earlier: Vec<Earlier>,
     },
-    /// The drawing did not change for a while.
-    Rested {
-        /// Since this change.
-        change: u32,
-    },
+    /// An edit is half a second old.
+    Rested,
     /// The store has written a drawing.
     Kept {
         /// Which, by the count of drawings.
@@ -226,6 +225,11 @@ pub enum DrawEvent {
         place: u32,
     },
     /// An earlier drawing is to be forgotten.
+    Forget {
+        /// Where it is kept.
+        place: u32,
+    },
+    /// It is forgotten, unless that was taken back.
     Drop {
         /// Where it is kept.
         place: u32,
@@ -233,6 +237,11 @@ pub enum DrawEvent {
 }
 
 impl Draw {
+    /// That the store could not keep it.
+    pub fn unkept(&self) -> bool {
+        self.kept.failed
+    }
+
     /// Other drawings that are kept, the latest first.
     pub fn earlier(&self) -> &[Earlier] {
         &self.kept.earlier
@@ -321,7 +330,7 @@ fn group_name(model: &Model) -> String {
 /// Takes one event in.
 pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
     let hovers = matches!(event, DrawEvent::Point { touch: Touch::Hover | Touch::Move, .. });
-    let of_store = matches!(event, DrawEvent::Rested { .. } | DrawEvent::Kept { .. });
+    let of_store = matches!(event, DrawEvent::Rested | DrawEvent::Kept { .. });
     if !hovers && !of_store {
         model.draw.editor.said = None;
     }
@@ -334,17 +343,19 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
             Vec::new()
         }
         DrawEvent::Over { on } => board::over(model, on),
-        DrawEvent::New => kept::begun_anew(model),
+        DrawEvent::New => kept::make_room(model),
         DrawEvent::Back => kept::back(model),
         DrawEvent::Use { tab } => board::make(model, tab),
         DrawEvent::Export { what } => board::export(model, what),
         DrawEvent::Example => vec![Effect::DrawExample],
         DrawEvent::Opened { place, is_copy, text } => kept::opened(model, place, is_copy, text),
         DrawEvent::Found { own, earlier } => kept::found(model, own, earlier),
-        DrawEvent::Rested { change } => kept::rested(model, change),
+        DrawEvent::Rested => kept::rested(model),
         DrawEvent::Kept { of, place } => kept::written(model, of, place),
         DrawEvent::Fetch { place } => vec![Effect::TakeDrawing { place }],
-        DrawEvent::Drop { place } => vec![Effect::DropDrawing { place }],
+        DrawEvent::Forget { place } => kept::forgotten(model, place),
+        DrawEvent::Drop { place } => kept::dropped(model, place),
+        DrawEvent::Save => board::save(model),
         other => {
             edit(model, other);
             Vec::new()

@@ -4,8 +4,8 @@ use super::draw_rows::DrawnBoard;
 use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
-use crate::model::drawing::DrawingExport;
-use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, Model};
+use crate::model::drawing::{DrawingExport, Earlier};
+use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, KeepEvent, Model};
 use annulus_core::board::drawing;
 use annulus_core::diagnostic::Diagnostic;
 
@@ -105,10 +105,7 @@ fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {
 #[test]
 fn a_reload_gives_the_drawing_back_with_all_its_edits() {
     let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9 key:Ctrl+z");
-    let change = sheet.model.draw.editor.changes();
-    sheet.event(DrawEvent::Rested { change: change - 1 });
-    assert_eq!(kept(&sheet.out), None, "it changed meanwhile");
-    sheet.event(DrawEvent::Rested { change });
+    sheet.event(DrawEvent::Rested);
     let (of, place, text) = kept(&sheet.out).unwrap();
     assert_eq!(place, None);
     sheet.event(DrawEvent::Kept { of, place: Some(3) });
@@ -121,9 +118,144 @@ fn a_reload_gives_the_drawing_back_with_all_its_edits() {
     again.word("key:Ctrl+y");
     assert_eq!(again.counts(), "0/2/2/2/0 2/0 0");
     // It is written where it was.
-    let change = again.model.draw.editor.changes();
-    again.event(DrawEvent::Rested { change });
+    again.event(DrawEvent::Rested);
     assert_eq!(kept(&again.out).map(|(_, place, _)| place), Some(Some(3)));
+}
+
+#[test]
+fn a_drawing_is_kept_while_one_goes_on_drawing_and_when_the_page_is_left() {
+    let mut sheet = DrawnBoard::tell("key:p at:5,5");
+    let waits = |out: &[Effect]| out.iter().any(|effect| matches!(effect, Effect::Wake { .. }));
+    sheet.word("at:9,9");
+    assert!(!waits(&sheet.out), "the first edit becomes half a second old, whatever follows");
+    sheet.event(DrawEvent::Rested);
+    let (of, _, text) = kept(&sheet.out).unwrap();
+    assert_eq!(drawing::read("d", &text).unwrap().now(), sheet.drawing());
+    // One more while the store is busy, and the page is left: it has a place by then, or the store has never heard of it.
+    sheet.word("at:2,2");
+    sheet.event(DrawEvent::Kept { of, place: Some(3) });
+    sheet.word("at:3,3");
+    sheet.event(KeepEvent::Leaving);
+    let left = sheet.out.iter().find_map(|effect| match effect {
+        Effect::LeaveDrawing { place: 3, text, .. } => Some(text.clone()),
+        _ => None,
+    });
+    assert_eq!(drawing::read("d", &left.unwrap()).unwrap().now(), sheet.drawing());
+    // All of it is in the store: nothing is left to be put anywhere.
+    while let Some((of, ..)) = kept(&sheet.out) {
+        sheet.event(DrawEvent::Kept { of, place: Some(3) });
+    }
+    sheet.event(DrawEvent::Kept { of, place: Some(3) });
+    sheet.event(KeepEvent::Leaving);
+    assert!(!sheet.out.iter().any(|effect| matches!(effect, Effect::LeaveDrawing { .. })), "{:?}", sheet.out);
+}
+
+#[test]
+fn a_drawing_that_the_store_cannot_keep_is_tried_again_and_stays_told() {
+    let mut sheet = DrawnBoard::tell("key:p at:5,5");
+    for round in 0..2 {
+        sheet.event(KeepEvent::Looked);
+        if round == 0 {
+            sheet.event(DrawEvent::Rested);
+        }
+        let (of, ..) = kept(&sheet.out).expect("it is tried again when the page is looked at");
+        sheet.event(DrawEvent::Kept { of, place: None });
+        assert!(sheet.model.draw.unkept());
+        assert_eq!(sheet.model.frame.toasts.len(), 1, "it is said once");
+    }
+    sheet.event(KeepEvent::Looked);
+    let (of, ..) = kept(&sheet.out).unwrap();
+    sheet.event(DrawEvent::Kept { of, place: Some(1) });
+    assert!(!sheet.model.draw.unkept());
+    sheet.event(KeepEvent::Looked);
+    assert_eq!(kept(&sheet.out), None);
+}
+
+#[test]
+fn an_earlier_drawing_is_forgotten_only_when_that_was_not_taken_back() {
+    let earlier = || Earlier { place: 2, name: "one".to_owned(), at_ms: 1.0, elsewhere: false };
+    let drops = |out: &[Effect]| out.iter().any(|effect| matches!(effect, Effect::DropDrawing { place: 2 }));
+    for takes_back in [false, true] {
+        let mut sheet = DrawnBoard::tell("key:p at:5,5");
+        sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier()] });
+        sheet.event(DrawEvent::Forget { place: 2 });
+        assert!(!drops(&sheet.out) && sheet.model.draw.earlier().is_empty());
+        sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier()] });
+        assert!(sheet.model.draw.earlier().is_empty(), "it is not on offer meanwhile");
+        if takes_back {
+            let number = sheet.model.frame.toasts.last().expect("it can be taken back").number;
+            sheet.event(FrameEvent::Taken { number });
+            sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier()] });
+            assert_eq!(sheet.model.draw.earlier(), [earlier()]);
+        }
+        sheet.event(DrawEvent::Drop { place: 2 });
+        assert_eq!(drops(&sheet.out), !takes_back);
+    }
+}
+
+/// A board was made of the drawing that the words make.
+fn board_of(words: &str) -> DrawnBoard {
+    let mut sheet = DrawnBoard::tell(words);
+    sheet.event(DrawEvent::Use { tab: Tab::Cam });
+    answer(&mut sheet);
+    assert!(!sheet.model.draw.is_ahead());
+    sheet
+}
+
+/// What was asked for is answered as the worker does it.
+fn answer(sheet: &mut DrawnBoard) {
+    let (number, request) = asked(&sheet.out).unwrap();
+    let answer = alone(request);
+    sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
+}
+
+/// The drawing as a file of a project, by the name that every unnamed one has.
+fn as_file(sheet: &DrawnBoard) -> Vec<(String, Vec<u8>)> {
+    vec![("board.drawing.json".to_owned(), drawing::write(sheet.model.draw.editor.history()).into_bytes())]
+}
+
+#[test]
+fn the_drawing_of_another_project_is_under_work_with_it_and_the_one_before_is_offered() {
+    let other = DrawnBoard::tell("key:o at:1,1 at:20,20");
+    let mut sheet = board_of("key:p at:5,5 at:9,9");
+    let before = sheet.model.draw.editor.history().clone();
+    sheet.event(FilesEvent::Chosen { files: as_file(&other) });
+    answer(&mut sheet);
+    assert_eq!(sheet.drawing(), other.drawing());
+    assert!(!sheet.model.draw.is_ahead());
+    let number = sheet.model.frame.toasts.last().expect("the one before is offered").number;
+    sheet.event(FrameEvent::Taken { number });
+    assert_eq!(*sheet.model.draw.editor.history(), before);
+}
+
+#[test]
+fn a_drawing_that_goes_on_from_that_of_the_project_stays_under_work() {
+    let project = DrawnBoard::tell("key:p at:5,5");
+    let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9");
+    sheet.event(FilesEvent::Chosen { files: as_file(&project) });
+    answer(&mut sheet);
+    assert_ne!(sheet.drawing(), project.drawing());
+    assert!(sheet.model.draw.is_ahead(), "the board is not made of it yet");
+}
+
+#[test]
+fn a_project_is_saved_with_the_drawing_as_it_is() {
+    let mut sheet = board_of("key:p at:5,5 at:9,9");
+    sheet.event(FrameEvent::Show { tab: Tab::Draw });
+    sheet.word("key:o");
+    sheet.word("at:20,20");
+    sheet.event(DrawEvent::Save);
+    let Some((_, Request::Save(project))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
+    let saved = drawing::read("d", std::str::from_utf8(&project.files[0].1).unwrap()).unwrap();
+    assert_eq!((project.files.len(), saved.now()), (1, sheet.drawing()));
+    assert!(project.job.is_some());
+    // Over a board that is not made of it, the drawing is saved by itself.
+    let mut apart = over_files();
+    apart.event(DrawEvent::Over { on: false });
+    apart.word("key:p");
+    apart.word("at:5,5");
+    apart.event(DrawEvent::Save);
+    assert!(matches!(apart.out.first(), Some(Effect::Save { .. })), "{:?}", apart.out);
 }
 
 #[test]
@@ -137,8 +269,7 @@ fn what_another_tab_has_is_a_copy_that_is_kept_apart() {
     for mut copy in [own, fetched] {
         assert_eq!(copy.drawing(), sheet.drawing());
         assert_eq!(copy.model.frame.toasts.len(), 1, "it is said");
-        let change = copy.model.draw.editor.changes();
-        copy.event(DrawEvent::Rested { change });
+        copy.event(DrawEvent::Rested);
         assert_eq!(kept(&copy.out).map(|(_, place, _)| place), Some(None), "at a place of its own");
     }
 }
@@ -153,8 +284,7 @@ fn a_new_drawing_leaves_the_one_before_in_the_store() {
     sheet.event(DrawEvent::Kept { of, place: Some(0) });
     sheet.word("key:o");
     sheet.word("at:1,1");
-    let change = sheet.model.draw.editor.changes();
-    sheet.event(DrawEvent::Rested { change });
+    sheet.event(DrawEvent::Rested);
     let (of, place, _) = kept(&sheet.out).unwrap();
     assert_eq!((of, place), (1, None), "it does not take the place of the one before");
     let mut bad = DrawnBoard::tell("key:p at:5,5");

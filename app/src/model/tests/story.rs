@@ -65,6 +65,7 @@ fn word(effect: &Effect) -> String {
         Effect::Wake { event, .. } => match &**event {
             Event::Frame(FrameEvent::Said { .. }) => "toast-goes".to_owned(),
             Event::Keep(KeepEvent::Rested { .. }) => "keep-rests".to_owned(),
+            Event::Keep(KeepEvent::Drop { place }) => format!("drops-soon:{place}"),
             Event::Template(TemplateEvent::Rested { .. }) => "typing-rests".to_owned(),
             other => format!("{other:?}"),
         },
@@ -449,6 +450,8 @@ impl Story {
                 KeepEvent::Taken { place, files: bytes, job: None, own: word != "taken-elsewhere" }.into()
             }
             "forget" => KeepEvent::Discard { offer: self.model.keeping.offers.first()?.clone() }.into(),
+            "take-back" => FrameEvent::Taken { number: self.model.frame.toasts.last()?.number }.into(),
+            "drop" => KeepEvent::Drop { place: 0 }.into(),
             "forgotten" => KeepEvent::Dropped.into(),
             _ => return None,
         })

@@ -71,7 +71,8 @@ fn line(one: Earlier) -> impl IntoView {
             .class("grow")
             .child((words, elsewhere.then(|| span().class("quiet").child(t!("page.draw.elsewhere"))))),
         push("button small", t!("page.draw.fetch"), move |_| send(DrawEvent::Fetch { place })),
-        (!elsewhere)
-            .then(|| push("button small", t!("page.draw.forget"), move |_| send(DrawEvent::Drop { place }))),
+        (!elsewhere).then(|| {
+            push("button small", t!("page.draw.forget"), move |_| send(DrawEvent::Forget { place }))
+        }),
     ))
 }

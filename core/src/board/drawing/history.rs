@@ -44,6 +44,15 @@ impl History {
         (&self.back, &self.on)
     }
 
+    /// Whether this is the drawing `earlier` with what was done to it since: it went, or can go, through the state that one is in.
+    pub fn goes_on_from(&self, earlier: &Self) -> bool {
+        let depth = earlier.back.len();
+        let mut there = self.clone();
+        while there.back.len() > depth && there.step(true).is_some() {}
+        while there.back.len() < depth && there.step(false).is_some() {}
+        there.back.len() == depth && there.now == earlier.now
+    }
+
     /// Makes an edit. What it touched; nothing where it changes nothing.
     pub fn make(&mut self, edit: &Edit) -> Result<BTreeSet<Id>, Diagnostic> {
         self.rest();

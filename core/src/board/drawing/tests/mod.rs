@@ -113,6 +113,28 @@ fn ten_thousand_random_sequences_of_edits_are_undone() {
 }
 
 #[test]
+fn a_drawing_goes_on_from_every_state_that_it_went_through() {
+    let mut history = History::new(small());
+    let mut states = vec![history.clone()];
+    for step in 1..=3 {
+        let ids = set(&history.now().things().map(|(id, _)| id).collect::<Vec<_>>());
+        let edit = moved(history.now(), &ids, mm(f64::from(step), 0.0));
+        history.make(&edit).unwrap();
+        states.push(history.clone());
+    }
+    history.step(true);
+    for (at, earlier) in states.iter().enumerate() {
+        assert!(history.goes_on_from(earlier), "state {at}: done, or made again");
+        assert_eq!(earlier.goes_on_from(&history), at >= 2, "state {at} knows nothing of what came after it");
+    }
+    let mut other = History::new(small());
+    let ids = set(&other.now().things().map(|(id, _)| id).collect::<Vec<_>>());
+    let edit = moved(other.now(), &ids, mm(9.0, 9.0));
+    other.make(&edit).unwrap();
+    assert!(!other.goes_on_from(&history) && !history.goes_on_from(&other), "as many edits, but others");
+}
+
+#[test]
 fn who_moves_a_node_moves_all_that_hangs_on_it() {
     let mut drawing = small();
     let node = drawing.node_at(mm(5.0, 5.0)).unwrap();
