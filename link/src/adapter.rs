@@ -6,7 +6,7 @@
 //!                      │                     ├─ Stop ─────────▶ Stopped ─┤
 //!                      │                     └─ by force ─▶ Limit, EmergencyStop, Fault
 //!                      └──────────────────────── Clear ◀─────────────────┘
-//! a new session: comes to rest as by Stop, then Unset
+//! a new session: comes to rest as by Stop, its outputs on until then, then Unset
 //! ```
 //!
 //! Comes in: bytes from the line, what the hardware found. Goes out: orders to the hardware, bytes for the line. Does not
@@ -91,8 +91,8 @@ pub struct Adapter<'a> {
     state: State,
     trust: Trust,
     input: u8,
-    /// Whether it moves for a session that is over.
-    is_orphan: bool,
+    /// Since when it moves for a session that is over, in µs.
+    orphaned: Option<u32>,
     /// Whether it comes to rest because nobody was heard.
     is_deserted: bool,
     /// Whether outputs went off because nobody was heard, and nobody said since which are to be on: what was sent before begins
@@ -134,7 +134,7 @@ impl<'a> Adapter<'a> {
             state: State::Unset,
             trust: Trust::Lost,
             input: NO_INPUT,
-            is_orphan: false,
+            orphaned: None,
             is_deserted: false,
             is_off: false,
             player: Player::new(),
@@ -188,6 +188,16 @@ impl<'a> Adapter<'a> {
         self.outputs
     }
 
+    /// What the hardware says of itself: its pins are others by another map.
+    pub fn welcome_mut(&mut self) -> &mut Welcome {
+        &mut self.welcome
+    }
+
+    /// Whether somebody who has a session was heard not long ago.
+    pub fn is_attended(&self, now_us: u32) -> bool {
+        self.session != 0 && now_us.wrapping_sub(self.heard) < OUTPUTS_US
+    }
+
     /// Index of every axis behind the last word.
     pub fn index(&self) -> [i32; AXES] {
         self.player.index()
@@ -216,7 +226,7 @@ impl<'a> Adapter<'a> {
             return;
         }
         match Ask::take(header.kind, payload) {
-            Some((Ask::Hello(hello), [])) => self.hello(header, hello),
+            Some((Ask::Hello(hello), [])) => self.hello(header, hello, now_us),
             Some((Ask::Beat(_), [])) if header.session == self.session => self.is_status_due = true,
             Some((Ask::CountTouches(_), [])) if header.session == self.session => self.is_asked = true,
             _ if header.session == self.session && header.number != 0 => self.numbered(header, payload),
@@ -227,33 +237,35 @@ impl<'a> Adapter<'a> {
         }
     }
 
-    fn hello(&mut self, header: Header, hello: Hello) {
+    fn hello(&mut self, header: Header, hello: Hello, now_us: u32) {
         let answer = Header { number: 0, kind: 0, ..header };
         if hello.oldest > NEWEST || hello.newest < OLDEST {
             self.answer = Some((answer, Refused { oldest: OLDEST, newest: NEWEST }.into()));
             return;
         }
         if header.session != self.session {
-            self.begin_session(header.session);
+            self.begin_session(header.session, now_us);
         }
         let version = hello.newest.min(NEWEST);
         self.answer = Some((answer, Welcome { version, buffer: ROOM as u32, ..self.welcome }.into()));
         self.is_status_due = true;
     }
 
-    fn begin_session(&mut self, session: u32) {
+    fn begin_session(&mut self, session: u32, now_us: u32) {
         self.ended.rotate_right(1);
         self.ended[0] = self.session;
         self.session = session;
         self.receiver.restart();
         (self.chunk, self.bytes, self.refusal, self.refused) = (0, 0, Refusal::None, 0);
-        (self.settings_crc, self.outputs, self.is_off) = (0, 0, false);
+        (self.settings_crc, self.is_off) = (0, false);
         (self.filters_us, self.is_asked) = ([0; INPUTS], false);
         self.player.want(FULL_RATE);
         if self.state == State::Running {
-            self.is_orphan = true;
+            // What is on stays on until it rests: no bit goes through a board without its spindle.
+            self.orphaned.get_or_insert(now_us);
             self.player.stop();
         } else {
+            self.outputs = 0;
             self.forget();
             if matches!(self.state, State::Ready | State::Starved | State::Stopped) {
                 self.state = State::Unset;
@@ -276,12 +288,19 @@ impl<'a> Adapter<'a> {
             return;
         }
         self.obey(header.number, header.kind, payload);
-        let mut early = [0; PAYLOAD];
-        loop {
-            let number = self.receiver.next();
-            let Some((kind, length)) = self.receiver.early(&mut early) else { return };
-            self.obey(number, kind, early.get(..length).unwrap_or_default());
+    }
+
+    /// Obeys the next frame where it came before one that was lost; whether there was one. One at a time: looking at a chunk takes its
+    /// time, and words are to be made between two of them.
+    pub fn catch_up(&mut self) -> bool {
+        if !self.receiver.is_early() {
+            return false;
         }
+        let (number, mut payload) = (self.receiver.next(), [0; PAYLOAD]);
+        let Some((kind, length)) = self.receiver.early(&mut payload) else { return false };
+        self.is_status_due = true;
+        self.obey(number, kind, payload.get(..length).unwrap_or_default());
+        true
     }
 
     fn obey(&mut self, number: u32, kind: u8, payload: &[u8]) {
@@ -339,7 +358,11 @@ impl<'a> Adapter<'a> {
                 self.orders |= 1 << Order::Settle as u8;
             }
             Ask::Filters(filters) if self.state != State::Running && self.settings_crc != 0 => {
-                if filters.least_us.iter().any(|least_us| *least_us > LONGEST_FILTER_US) {
+                let there = inputs_of(&self.settings);
+                let is_right = |(input, least_us): (usize, &u16)| {
+                    *least_us == 0 || *least_us <= LONGEST_FILTER_US && there >> input & 1 == 1
+                };
+                if !filters.least_us.iter().enumerate().all(is_right) {
                     return Err(Refusal::Settings);
                 }
                 self.filters_us = filters.least_us;
@@ -360,8 +383,8 @@ impl<'a> Adapter<'a> {
             return Err(Refusal::Settings);
         }
         if is_phases != (self.settings.phases != 0) {
-            // What was read was at other pins.
-            self.inputs = Inputs::default();
+            // What was read was at other pins, what was said of inputs as well.
+            (self.inputs, self.filters_us) = (Inputs::default(), [0; INPUTS]);
         }
         self.player.drive(is_phases);
         self.settings = settings;
@@ -375,8 +398,8 @@ impl<'a> Adapter<'a> {
         Ok(())
     }
 
-    /// Whether it was stopped by force and nobody cleared that.
-    fn is_forced(&self) -> bool {
+    /// Whether it was stopped by force and nobody cleared that: no pulse may go, whatever is settled meanwhile.
+    pub fn is_forced(&self) -> bool {
         matches!(self.state, State::Limit | State::EmergencyStop | State::Fault)
     }
 
@@ -399,7 +422,7 @@ impl<'a> Adapter<'a> {
             return Ok(()); // it is here already
         }
         let is_ending = self.state == State::Running && self.player.is_ending();
-        if !matches!(self.state, State::Ready | State::Running) || self.is_orphan || is_ending {
+        if !matches!(self.state, State::Ready | State::Running) || self.orphaned.is_some() || is_ending {
             return Err(Refusal::State);
         }
         if head.number != self.chunk {
@@ -472,10 +495,13 @@ impl<'a> Adapter<'a> {
     }
 
     fn leave_motion(&mut self) {
-        if self.is_orphan && matches!(self.state, State::Ready | State::Starved | State::Stopped) {
-            self.state = State::Unset;
+        if self.orphaned.take().is_some() {
+            (self.outputs, self.is_off) = (0, false);
+            if matches!(self.state, State::Ready | State::Starved | State::Stopped) {
+                self.state = State::Unset;
+            }
         }
-        (self.is_orphan, self.is_deserted) = (false, false);
+        self.is_deserted = false;
         self.is_status_due = true;
     }
 
@@ -483,8 +509,12 @@ impl<'a> Adapter<'a> {
     /// through a board without its spindle. Nothing begins then until the session says anew which are to be on.
     pub fn attend(&mut self, inputs: Inputs, now_us: u32) {
         self.is_status_due |= inputs != self.inputs;
+        // Where something else stopped it before, nothing but this looks at the emergency stop: twice, as what watches it else does.
+        if inputs.stop && self.inputs.stop && matches!(self.state, State::Limit | State::Fault) {
+            self.forced(self.index(), None, true);
+        }
         self.inputs = inputs;
-        let silent_us = now_us.wrapping_sub(self.heard);
+        let silent_us = now_us.wrapping_sub(self.orphaned.unwrap_or(self.heard));
         let moves = self.state == State::Running;
         if moves && silent_us >= OUTPUTS_US && !self.player.is_ending() {
             self.is_deserted = true;
@@ -525,7 +555,7 @@ impl<'a> Adapter<'a> {
         let (header, tell) = match self.answer.take() {
             Some(answer) => answer,
             None => {
-                let is_time = self.is_status_due || now_us.wrapping_sub(self.said) >= STATUS_US;
+                let is_time = !self.receiver.is_early() && (self.is_status_due || now_us.wrapping_sub(self.said) >= STATUS_US);
                 if self.session == 0 || !is_time {
                     return None;
                 }

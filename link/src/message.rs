@@ -249,11 +249,11 @@ messages! {
             window: u8,
             /// Axes it drives.
             axes: u8,
-            /// First step pin; the others follow.
+            /// First step pin, by the map of steps; the others follow.
             step_pin: u8,
-            /// First direction pin.
+            /// First direction pin, by that map too.
             direction_pin: u8,
-            /// Emergency stop.
+            /// Emergency stop, by the map in force, as the next two; by that of steps where nobody said which since the reset.
             stop_pin: u8,
             /// First input.
             input_pin: u8,

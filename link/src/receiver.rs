@@ -79,6 +79,11 @@ impl Receiver {
         false
     }
 
+    /// Whether the next frame is here: it came early, and those before it were taken since.
+    pub fn is_early(&self) -> bool {
+        self.early[(self.next % WINDOW) as usize].length.is_some()
+    }
+
     /// The next frame where it came early: its kind and length, the payload at the start of `out`.
     pub fn early(&mut self, out: &mut [u8; PAYLOAD]) -> Option<(u8, usize)> {
         let slot = self.slot(self.next);

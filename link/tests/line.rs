@@ -1,9 +1,11 @@
 //! Bridge and adapter over a bad line: frames lost, garbled, doubled, out of order, and not one wrong step.
 
+use crate::card::windings;
 use crate::machines::Machines;
 use crate::support::{PULSE, SETUP, path, seeds};
 use annulus_core::chance::Chance;
-use annulus_link::adapter::{Adapter, Inputs, OUTPUTS_AT_LAST_US, OUTPUTS_US, Order};
+use annulus_core::machine::phases::preset;
+use annulus_link::adapter::{Adapter, Inputs, NO_INPUT, OUTPUTS_AT_LAST_US, OUTPUTS_US, Order};
 use annulus_link::chunk::places;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
@@ -12,6 +14,7 @@ use annulus_link::message::{
     Ask, Beat, Begin, Chunk, Clear, Configure, CountTouches, Filters, Guard, Hello, Outputs, Place, Rate,
     Refusal, Refused, State, Status, Stop, Tell, Touches, Trust, Welcome,
 };
+use annulus_link::phases::tables_crc;
 use annulus_link::player::End;
 use annulus_link::run::Run;
 use annulus_link::sender::Sender;
@@ -112,6 +115,7 @@ impl World {
         while let Some(frame) = self.there.frames.pop() {
             frame.iter().for_each(|byte| self.adapter.hear(*byte, now));
         }
+        while self.adapter.catch_up() {}
         while let Some(order) = self.adapter.order() {
             if order == Order::Begin {
                 self.begun += 1;
@@ -276,6 +280,7 @@ fn a_new_session_ends_the_older_one_for_good() {
         assert!(world.offer(&piece).is_some());
     }
     world.until(|world| world.sender.pending() == 0);
+    world.say(Outputs { on: 1 });
     world.say(Begin {});
     world.until(|world| world.machines.steps[0].len() > 20);
     let (old, settings) = (world.sender, world.status.unwrap().settings);
@@ -285,6 +290,7 @@ fn a_new_session_ends_the_older_one_for_good() {
     // What the old one still says is not heard, its hello neither.
     let mut line = [0; ON_LINE];
     world.until(|world| world.welcome.is_some());
+    assert_eq!((world.adapter.state(), world.adapter.outputs()), (State::Running, 1), "no bit stands in a board");
     for ask in [Ask::from(Hello { oldest: 1, newest: 1 }), Beat {}.into()] {
         let length = old.unnumbered(&ask, &mut line).unwrap();
         world.there.put(&line[..length]);
@@ -292,9 +298,34 @@ fn a_new_session_ends_the_older_one_for_good() {
     world.until(|world| world.status.is_some_and(|status| status.state != State::Running));
     let status = world.status.unwrap();
     assert_eq!((status.state, status.settings, status.resident), (State::Unset, 0, 0));
-    assert_eq!(status.trust, Trust::Trusted, "it came to rest on the path");
+    assert_eq!((status.trust, status.outputs), (Trust::Trusted, 0), "it came to rest on the path, then all is off");
     assert_eq!(world.say(Begin {}).refusal, Refusal::State);
     assert_eq!(world.say(SETTINGS).state, State::Ready);
+}
+
+#[test]
+fn what_was_on_when_a_new_session_began_goes_off_at_last_whatever_moves() {
+    let mut world = World::new(23, 0.0);
+    world.begin();
+    let steady = [Run { count: 4_000, ..Run::one(true, 1_000) }];
+    let mut cutter = ChunkCutter::new([&steady, &[], &[], &[]], 4_000_000, 0, [0; AXES]);
+    while let Some(piece) = cutter.cut(&Rule { ticks: 1_000_000, ..Rule::resting_within(100_000) }) {
+        assert!(world.offer(&piece).is_some());
+    }
+    world.say(Outputs { on: 1 });
+    world.say(Begin {});
+    let mut line = [0; ON_LINE];
+    // One after the other says hello, and words are not made any more.
+    let since = world.now as u32;
+    for session in 0..20 {
+        let now = since + OUTPUTS_AT_LAST_US / 20 * session;
+        let length = Sender::new(100 + session).hello(&mut line).unwrap();
+        line[..length].iter().for_each(|byte| world.adapter.hear(*byte, now));
+        world.adapter.attend(Inputs::default(), now + 1_000);
+        assert_eq!((world.adapter.state(), world.adapter.outputs()), (State::Running, 1));
+    }
+    world.adapter.attend(Inputs::default(), since + OUTPUTS_AT_LAST_US);
+    assert_eq!((world.adapter.state(), world.adapter.outputs()), (State::Running, 0));
 }
 
 #[test]
@@ -376,6 +407,48 @@ fn what_stopped_it_by_force_can_be_cleared_by_the_next_session_too() {
         let cleared = world.say(Clear {});
         assert_eq!((cleared.state, cleared.index), (State::Ready, [3, -2, 0, 0]));
     }
+}
+
+#[test]
+fn the_emergency_stop_is_seen_although_something_else_stopped_it_before() {
+    for input in [Some(1), None] {
+        let mut world = World::new(25, 0.0);
+        world.begin();
+        world.adapter.forced([3, -2, 0, 0], input, false);
+        assert_eq!(world.say(Outputs { on: 1 }).outputs, 1, "as soon as it is cleared");
+        let pressed = Inputs { on: 0, stop: true };
+        let now = world.now as u32;
+        world.adapter.attend(pressed, now);
+        assert_ne!(world.adapter.state(), State::EmergencyStop, "once is noise");
+        world.adapter.attend(pressed, now);
+        let status = world.adapter.status(now);
+        assert_eq!((status.state, status.input, status.outputs), (State::EmergencyStop, NO_INPUT, 0));
+        assert_eq!(status.index, [3, -2, 0, 0]);
+        assert_eq!(world.say(Clear {}).state, State::Ready);
+    }
+}
+
+#[test]
+fn frames_that_came_before_a_lost_one_are_obeyed_one_at_a_time() {
+    let mut world = World::new(27, 0.0);
+    world.begin();
+    let empty: [&[Run]; AXES] = [&[]; AXES];
+    (0..4).for_each(|number| drop(world.sender.offer_chunk(&Chunk { number, ..still() }, empty).unwrap()));
+    let mut frames = Vec::new();
+    let mut line = [0; ON_LINE];
+    while let Some(length) = world.sender.due(world.now, &mut line) {
+        frames.push(line[..length].to_vec());
+    }
+    // The first of them comes last.
+    frames.rotate_left(1);
+    frames.concat().iter().for_each(|byte| world.adapter.hear(*byte, 1));
+    for chunk in 1..4 {
+        assert_eq!(world.adapter.status(1).chunk, chunk);
+        assert_eq!(world.adapter.tell(1, &mut line), None, "nobody is asked for what is here");
+        assert!(world.adapter.catch_up());
+    }
+    assert_eq!((world.adapter.status(1).chunk, world.adapter.catch_up()), (4, false));
+    assert!(world.adapter.tell(1, &mut line).is_some());
 }
 
 #[test]
@@ -528,6 +601,15 @@ fn filters_are_those_of_the_session_and_touches_are_told_when_asked_for() {
     let frame = line[..length].iter().find_map(|byte| unstuffer.take(*byte).map(<[u8]>::to_vec)).unwrap();
     let (header, payload) = open(&frame).unwrap();
     assert_eq!(Tell::take(header.kind, payload), Some((touches.into(), [].as_slice())));
+    let tables = std::array::from_fn(|axis| windings(axis, &preset("half").unwrap(), 20_000));
+    tables.iter().for_each(|table| drop(world.say(*table)));
+    let phases = tables_crc(&tables);
+    assert_eq!(world.say(Configure { pulse: 2, setup: 0, phases, ..SETTINGS }).state, State::Ready);
+    assert_eq!(world.adapter.filters_us(), &[0; 8], "they were those of other pins");
+    let refused = world.say(Filters { least_us: [0, 0, 0, 0, 1, 0, 0, 0] });
+    assert_eq!((refused.refusal, world.adapter.filters_us()), (Refusal::Settings, &[0; 8]), "no such input");
+    world.say(Filters { least_us: [0, 0, 0, 1, 0, 0, 0, 0] });
+    assert_eq!(world.adapter.filters_us()[3], 1);
     world.sender = Sender::new(0xF11);
     world.welcome = None;
     world.until(|world| world.welcome.is_some());

@@ -91,11 +91,12 @@ pub fn stop_by_force() {
         write(PIO0 + CLEAR, MACHINES);
         (0..MOTORS).for_each(|axis| write(own(axis) + EXECUTE, SET_PINS_LOW));
     } else {
-        end_pulses();
+        hold_steps();
     }
     IS_STOPPED.store(true, Release);
 }
 
+/// Waits until the pulses that have begun are over, then switches the machines off.
 #[inline(always)]
 fn end_pulses() {
     let steps = MACHINES << board::STEP;
@@ -104,6 +105,12 @@ fn end_pulses() {
         looks -= 1;
     }
     write(PIO0 + CLEAR, MACHINES);
+}
+
+/// The same by force: the step pins are held at what they are at rest.
+#[inline(always)]
+fn hold_steps() {
+    end_pulses();
     if is_wired() {
         for (pin, held) in (board::STEP..).zip(&HELD) {
             route(pin, board::BY_PIO0, held.load(Relaxed), board::AS_IS);
@@ -231,10 +238,13 @@ fn wire(place: usize) {
     if place == 1 {
         (0..board::MOTOR * MOTORS as u8).for_each(|pin| route(pin, board::BY_PIO0, board::AS_IS, board::LOW));
     }
+    // Nothing may go before it is made ready.
+    route(map.run, board::BY_PIO1, board::LOW, board::AS_IS);
     WIRED.store(place, Relaxed);
 }
 
 /// Takes up settings at rest: what pins are, length of pulses, which way pins and inputs are, which inputs stop the pulses by the watcher.
+/// They are in force when it was made ready: [`arm`].
 pub fn settle(settings: &Configure, limits: u8) {
     let place = usize::from(settings.phases != 0);
     if WIRED.load(Relaxed) != place {
@@ -254,7 +264,6 @@ pub fn settle(settings: &Configure, limits: u8) {
         board::pad(map.input() + input, is_low == 1);
         route(map.input() + input, board::BY_PROGRAM, board::AS_IS, seen);
     }
-    arm(settings);
 }
 
 fn settle_steps(settings: &Configure) {
@@ -306,11 +315,15 @@ pub fn arm(settings: &Configure) {
     write(PIO1 + SET, ENABLE_WATCHER);
 }
 
-/// Starts all machines in the same cycle.
+/// Starts all machines in the same cycle, where nothing stopped them since they were made ready.
 pub fn start() {
     rings::ran_dry();
     let machines = if place() == 0 { MACHINES } else { (1 << MOTORS) - 1 };
-    write(PIO0 + SET, machines | machines << 8);
+    cortex_m::interrupt::free(|_| {
+        if !is_stopped() {
+            write(PIO0 + SET, machines | machines << 8);
+        }
+    });
 }
 
 /// Whether all machines wait for a word.
@@ -319,9 +332,13 @@ pub fn are_idle() -> bool {
     rings::are_dry() && (0..AXES).all(|axis| place_of(axis) == begin)
 }
 
-/// Stops all machines, which wait for a word.
+/// Stops all machines, which wait for a word. That of a pulse that ended with the path may still be in its last cycles.
 pub fn rest() {
-    write(PIO0 + CLEAR, MACHINES);
+    if place() == 0 {
+        end_pulses();
+    } else {
+        write(PIO0 + CLEAR, MACHINES);
+    }
 }
 
 fn place_of(axis: usize) -> u32 {

@@ -94,6 +94,8 @@ struct Usb {
     frame: [u8; ON_LINE],
     length: usize,
     gone: usize,
+    /// Whether the port was opened as for the boot mode and let go of, when it was looked last.
+    is_touched: bool,
 }
 
 impl Usb {
@@ -106,12 +108,15 @@ impl Usb {
             .expect("what USB allows")
             .device_class(usbd_serial::USB_CLASS_CDC)
             .build();
-        Self { device, serial, frame: [0; ON_LINE], length: 0, gone: 0 }
+        Self { device, serial, frame: [0; ON_LINE], length: 0, gone: 0, is_touched: false }
     }
 
-    /// Whether the boot mode is wanted: at other speeds, and while somebody has the port, never.
-    fn wants_boot(&self) -> bool {
-        self.serial.line_coding().data_rate() == BOOT_BITS_PER_S && !self.serial.dtr()
+    /// Whether the boot mode was asked for since the last look: at other speeds, and while somebody has the port, never. What was asked
+    /// for at the wrong moment is not done later.
+    fn wants_boot(&mut self) -> bool {
+        let before = self.is_touched;
+        self.is_touched = self.serial.line_coding().data_rate() == BOOT_BITS_PER_S && !self.serial.dtr();
+        self.is_touched && !before
     }
 
     /// Takes in what came, gives out what is to be said.
@@ -154,6 +159,12 @@ fn make(adapter: &mut Adapter<'_>, until: u32) -> Option<End> {
     end
 }
 
+/// Makes the machines ready; an input that stops them may have come of age since it was looked whether they may.
+fn arm(adapter: &Adapter<'_>) {
+    machines::arm(adapter.settings());
+    touches::stop_where_on();
+}
+
 /// Obeys an order of the link.
 fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
     match order {
@@ -161,11 +172,16 @@ fn obey(adapter: &mut Adapter<'_>, order: Order, motion: &mut Motion) {
             let (limits, filters_us) = (adapter.limits(), adapter.filters_us());
             machines::settle(adapter.settings(), limits & !touches::filtered(filters_us));
             touches::settle(adapter.settings(), limits, filters_us);
+            name_pins(adapter.welcome_mut());
+            // What stopped it by force keeps it so until somebody clears it.
+            if !adapter.is_forced() {
+                arm(adapter);
+            }
         }
         Order::Settle => {}
-        Order::Clear => machines::arm(adapter.settings()),
+        Order::Clear => arm(adapter),
         Order::Begin => {
-            machines::arm(adapter.settings());
+            arm(adapter);
             adapter.begin();
             let end = make(adapter, AHEAD);
             machines::start();
@@ -293,13 +309,16 @@ fn welcome(by_watchdog: u8) -> Welcome {
         axes: AXES as u8,
         step_pin: board::STEP,
         direction_pin: board::DIRECTION,
-        stop_pin: board::MAPS[0].stop,
-        input_pin: board::MAPS[0].input(),
-        output_pin: board::MAPS[0].output,
         max_rate_hz: 500_000,
         by_watchdog,
         ..Welcome::default()
     }
+}
+
+/// Says which pin is what by the map in force.
+fn name_pins(welcome: &mut Welcome) {
+    let map = machines::map();
+    (welcome.stop_pin, welcome.input_pin, welcome.output_pin) = (map.stop, map.input(), map.output);
 }
 
 /// Everything off, then the chip's own boot program, which takes a new firmware as if it were a disk.
@@ -312,14 +331,17 @@ fn boot() -> ! {
 
 fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
     let (mut motion, mut alive) = (Motion::Rest, 0);
+    name_pins(adapter.welcome_mut());
     loop {
         let now = board::micros();
         usb.turn(&mut adapter, now);
+        adapter.catch_up();
         while let Some(order) = adapter.order() {
             obey(&mut adapter, order, &mut motion);
         }
         go_on(&mut adapter, &mut motion);
-        if matches!(motion, Motion::Rest) && usb.wants_boot() {
+        // Not between two holes either.
+        if usb.wants_boot() && matches!(motion, Motion::Rest) && !adapter.is_attended(now) {
             boot();
         }
         adapter.attend(inputs(&adapter), now);

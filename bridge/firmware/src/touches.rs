@@ -97,6 +97,16 @@ pub fn settle(settings: &Configure, limits: u8, least_us: &[u16; INPUTS]) {
     });
 }
 
+/// Stops the pulses where an input that stops them is on: one that was on before they were made ready stops nobody by itself.
+pub fn stop_where_on() {
+    with(|seen| {
+        let on = seen.on & seen.limits;
+        if on != 0 {
+            machines::stop_for(on);
+        }
+    });
+}
+
 /// Inputs with a filter, one bit each.
 pub fn filtered(least_us: &[u16; INPUTS]) -> u8 {
     least_us.iter().enumerate().fold(0, |all, (input, least_us)| all | u8::from(*least_us > 0) << input)

@@ -10,6 +10,7 @@ use annulus_link::chunk::stopping;
 use annulus_link::cutter::{ChunkCutter, Piece, Rule};
 use annulus_link::message::Status;
 use annulus_link::run::Run;
+use std::collections::VecDeque;
 
 /// A segment as it is fed.
 pub(super) struct Path {
@@ -27,8 +28,10 @@ pub(super) struct Feed<'a> {
     number: u32,
     /// Index of every axis behind what was cut.
     pub(super) index: [i32; AXES],
-    /// Ticks of what was offered.
-    pub(super) sent: u64,
+    /// Ticks of the pieces that were offered and did not come yet, the number of the first of them, and ticks of those that came.
+    on_the_way: VecDeque<u32>,
+    first: u32,
+    came: u64,
     /// Ticks in which any of it comes to rest: so much has to be there behind what is played.
     pub(super) tail: u32,
 }
@@ -45,7 +48,24 @@ impl<'a> Feed<'a> {
     pub(super) fn new(paths: &'a [Path], status: &Status) -> Self {
         let (number, index) = (status.chunk, status.index);
         let tail = paths.iter().map(|path| stopping(path.rule.fall)).max().unwrap_or_default();
-        Self { paths, cutter: None, piece: None, number, index, sent: 0, tail }
+        let (first, on_the_way) = (number, VecDeque::new());
+        Self { paths, cutter: None, piece: None, number, index, on_the_way, first, came: 0, tail }
+    }
+
+    /// The piece that was cut was offered.
+    pub(super) fn offered(&mut self) {
+        self.on_the_way.extend(self.piece.take().map(|piece| piece.head.ticks));
+    }
+
+    /// How much of the path is behind an adapter that is so, in ticks: what came and is not ahead of it.
+    pub(super) fn passed(&mut self, status: &Status) -> u64 {
+        while self.first != status.chunk
+            && let Some(ticks) = self.on_the_way.pop_front()
+        {
+            self.first = self.first.wrapping_add(1);
+            self.came += u64::from(ticks);
+        }
+        self.came.saturating_sub(u64::from(status.resident))
     }
 
     /// Cuts until a piece is there or nothing is left. False where the path is too dense for a frame.

@@ -284,10 +284,13 @@ impl Adapter {
             let status = self.turn().await?;
             self.follow(&status);
             self.leave(shown);
-            let passed = play.feed.sent.saturating_sub(u64::from(status.resident));
-            self.ticks = before.saturating_add(passed);
-            let deadline = play.gate.map_or(u64::MAX, |gate| u64::from(gate.deadline_us) * 10);
-            play.late |= passed > deadline;
+            // At rest nothing is ahead of it because the rest was forgotten.
+            if status.state == State::Running {
+                let passed = play.feed.passed(&status);
+                self.ticks = before.saturating_add(passed);
+                let deadline = play.gate.map_or(u64::MAX, |gate| u64::from(gate.deadline_us) * 10);
+                play.late |= passed > deadline;
+            }
             // Outputs that went off by themselves: nobody was heard for a while. What cuts may stand still.
             play.dry |= self.line.pending() == 0 && status.outputs != self.outputs;
             if let Some(ended) = self.ended(&play, &status).await? {
@@ -310,8 +313,7 @@ impl Adapter {
             if is_full {
                 break;
             }
-            play.feed.sent += u64::from(piece.head.ticks);
-            play.feed.piece = None;
+            play.feed.offered();
         }
         let is_enough = status.resident >= ahead || is_full || play.feed.is_over();
         let rests = status.state == State::Ready && self.line.pending() == 0;

@@ -249,6 +249,14 @@ fn a_bridge_that_dies_leaves_the_motors_at_rest_where_the_index_says() {
     assert!(amid > 2, "{amid} times amid the path");
 }
 
+/// The pins of emergency stop, first input and first output, as it says itself when somebody says hello again.
+fn named_pins(rig: &mut Rig) -> [u8; 3] {
+    rig.welcome = None;
+    rig.until("no welcome", |rig| rig.welcome.is_some());
+    let welcome = rig.welcome.unwrap();
+    [welcome.stop_pin, welcome.input_pin, welcome.output_pin]
+}
+
 #[test]
 fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_all() {
     let tables = said(&named("full_two"), 20_000);
@@ -260,6 +268,7 @@ fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_al
     // Steps and directions, RUN, outputs, alive.
     rig.say(SETTINGS);
     assert_eq!(driven(&rig), (2..10).chain(19..23).collect::<Vec<_>>());
+    assert_eq!(named_pins(&mut rig), [STOP_PIN, INPUT_PIN, SPINDLE_PIN]);
     // Tables that nobody sent; those of another machine; inputs that there are not.
     let phases = Configure { pulse: 2, setup: 0, phases: tables_crc(&tables), ..SETTINGS };
     assert_eq!(rig.say(phases).refusal, Refusal::Settings);
@@ -280,6 +289,7 @@ fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_al
         "the other pin is the emergency stop"
     );
     assert_eq!(driven(&rig), (0..18).chain(26..29).collect::<Vec<_>>());
+    assert_eq!(named_pins(&mut rig), [PHASES_STOP_PIN, PHASES_INPUT_PIN, PHASES_SPINDLE_PIN]);
     assert!(
         !rig.edges.iter().any(|edge| PINS.contains(&edge.pin) && edge.level),
         "nothing is on before a step"

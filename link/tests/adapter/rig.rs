@@ -35,6 +35,7 @@ pub(crate) const MICRO: u64 = 120;
 pub(crate) const MILLI: u64 = 1000 * MICRO;
 
 pub(crate) const STOP_PIN: u8 = 10;
+pub(crate) const RUN_PIN: u8 = 19;
 pub(crate) const ALIVE_PIN: u8 = 21;
 pub(crate) const INPUT_PIN: u8 = 11;
 pub(crate) const SPINDLE_PIN: u8 = 20;

@@ -1,11 +1,12 @@
 //! It always stops: a dead bridge, a bad cable, the emergency stop, an end sensor, a program that hangs.
 
-use crate::rig::{ALIVE_PIN, INPUT_PIN, MICRO, MILLI, Rig, SETTINGS, SPINDLE_PIN, STOP_PIN};
+use crate::rig::{ALIVE_PIN, INPUT_PIN, MICRO, MILLI, RUN_PIN, Rig, SETTINGS, SPINDLE_PIN, STOP_PIN};
 use crate::support::{path, seeds};
 use annulus_core::chance::Chance;
 use annulus_link::AXES;
+use annulus_link::chunk::LONGEST;
 use annulus_link::cutter::Rule;
-use annulus_link::message::{Clear, Guard, Outputs, Place, Refusal, State, Trust};
+use annulus_link::message::{Clear, Filters, Guard, Outputs, Place, Refusal, State, Trust};
 use annulus_link::run::{HALF, Run};
 use annulus_link::sender::Sender;
 
@@ -108,6 +109,117 @@ fn a_bad_cable_costs_time_and_never_a_step() {
         println!("{made} steps, {:?}", rig.state());
         assert!(matches!(rig.state(), State::Ready | State::Starved), "{:?}", rig.status);
     }
+}
+
+/// Runs of one step each on all axes, 0.2 ms apart: a piece of path is full of them after 12 ms.
+fn dense(chance: &mut Chance, ticks: u32) -> ([Vec<Run>; AXES], u32) {
+    let step = |chance: &mut Chance| Run::one(true, 2_000 + chance.below(60) as u32);
+    let runs = std::array::from_fn(|_| (0..ticks / 2_060).map(|_| step(chance)).collect());
+    (runs, ticks + 100)
+}
+
+#[test]
+fn a_frame_that_is_lost_on_a_dense_path_makes_no_machine_run_dry() {
+    let (mut rests, mut longest) = (0, 0);
+    for seed in seeds(3) {
+        let mut chance = Chance::new(seed);
+        let (runs, ticks) = dense(&mut chance, 3_000_000);
+        let mut rig = Rig::ready();
+        rig.garble = Some((chance, 5_000));
+        let rule = Rule { ticks: LONGEST, ..RULE };
+        rig.play(&runs, ticks, &rule, 800_000, |_| false);
+        let made = rig.is_on_path(&runs, ticks);
+        rig.rests_at_one_moment(&runs, ticks);
+        println!("{made} steps, {:?}, {} bytes", rig.state(), rig.said);
+        assert!(matches!(rig.state(), State::Ready | State::Starved), "{:?}", rig.status);
+        rests += u32::from(rig.state() == State::Ready);
+        // It moves every half millisecond, and in the next turn of the program where one takes longer.
+        let alive: Vec<_> = rig.edges.iter().filter(|edge| edge.pin == ALIVE_PIN).map(|edge| edge.cycle).collect();
+        longest = longest.max(alive.windows(2).map(|two| two[1] - two[0]).max().unwrap());
+    }
+    let turn = longest.saturating_sub(MILLI / 2);
+    println!("a turn of the program takes {:.2} ms at most", turn as f64 / MILLI as f64);
+    assert!(rests > 0 && turn < MILLI, "{rests} {turn}");
+}
+
+#[test]
+fn a_bridge_that_falls_silent_with_much_path_ahead_leaves_it_at_rest_on_the_path_before_its_spindle_goes_off() {
+    let even = |interval: u32| vec![Run { count: 9_000_000 / interval, ..Run::one(true, interval) }];
+    let (runs, ticks) = ([even(1_000), even(1_300), even(7_000), vec![]], 9_000_100);
+    let mut rig = Rig::ready();
+    rig.say(Outputs { on: 1 });
+    // Half a second is there when it begins; then nobody says anything.
+    let rule = Rule { ticks: LONGEST, ..Rule::resting_within(200_000) };
+    rig.play(&runs, ticks, &rule, 9_000_000, |rig| rig.state() == State::Running);
+    let since = rig.cycle;
+    assert!(rig.status.unwrap().resident > 6_000_000, "{:?}", rig.status);
+    rig.pass(240 * MILLI);
+    let (began, _) = after(&rig, since);
+    assert!(began > 239 * MILLI as i64, "it goes on");
+    rig.until_silent();
+    let (began, ended) = after(&rig, since);
+    // 250 ms, words of 2 ms, time that takes 40 ms to come to rest.
+    assert!((250 * MILLI as i64..310 * MILLI as i64).contains(&began), "{began}");
+    let status = rig.status.unwrap();
+    assert_eq!((status.state, status.trust, status.outputs), (State::Starved, Trust::Trusted, 0));
+    rig.is_on_path(&runs, ticks);
+    rig.rests_at_one_moment(&runs, ticks);
+    let off = rig.edges.iter().rfind(|edge| edge.pin == SPINDLE_PIN && !edge.level).unwrap();
+    let off = (off.cycle - since) as i64;
+    assert!((ended..ended + 20 * MILLI as i64).contains(&off), "{ended} {off}");
+}
+
+#[test]
+fn who_says_hello_amid_motion_brings_it_to_rest_before_its_spindle_goes_off() {
+    let (runs, ticks) = way();
+    let mut rig = Rig::ready();
+    rig.say(Outputs { on: 1 });
+    let mut turns = 0;
+    rig.play(&runs, ticks, &RULE, 400_000, |rig| {
+        turns += u32::from(rig.state() == State::Running);
+        turns > 20
+    });
+    let since = rig.cycle;
+    rig.sender = Sender::new(99);
+    (rig.welcome, rig.status) = (None, None);
+    rig.until("no rest", |rig| rig.status.is_some_and(|status| status.state == State::Unset));
+    rig.pass(MILLI);
+    let (_, ended) = after(&rig, since);
+    let status = rig.status.unwrap();
+    assert_eq!((status.trust, status.outputs), (Trust::Trusted, 0));
+    assert!(rig.is_on_path(&runs, ticks) > 100 && ended > 2 * MILLI as i64);
+    rig.rests_at_one_moment(&runs, ticks);
+    let off = rig.edges.iter().rfind(|edge| edge.pin == SPINDLE_PIN && !edge.level).unwrap();
+    assert!(off.cycle as i64 - since as i64 >= ended, "{} {ended}", off.cycle - since);
+}
+
+#[test]
+fn nothing_but_the_word_that_clears_it_lets_pulses_go_after_the_emergency_stop() {
+    let mut rig = Rig::ready();
+    rig.pin(STOP_PIN, false);
+    rig.until("no stop", |rig| rig.state() == State::EmergencyStop);
+    rig.pin(STOP_PIN, true);
+    rig.edges.clear();
+    // Somebody asks who it is, somebody sets it.
+    rig.sender = Sender::new(77);
+    (rig.welcome, rig.status) = (None, None);
+    assert_eq!(rig.say(SETTINGS).state, State::EmergencyStop);
+    assert_eq!(rig.say(Guard { limits: 0b1 }).state, State::EmergencyStop);
+    assert_eq!(rig.say(Filters { least_us: [50, 0, 0, 0, 0, 0, 0, 0] }).state, State::EmergencyStop);
+    rig.pass(5 * MILLI);
+    let moved = rig.edges.iter().filter(|edge| [RUN_PIN, ALIVE_PIN].contains(&edge.pin)).count();
+    assert_eq!((moved, rig.driven[usize::from(RUN_PIN)]), (0, 0));
+    assert_eq!(rig.say(Clear {}).state, State::Ready);
+    rig.pass(5 * MILLI);
+    assert_eq!(rig.driven[usize::from(RUN_PIN)], 1);
+    assert!(rig.edges.iter().filter(|edge| edge.pin == ALIVE_PIN).count() > 5);
+    // What was set meanwhile is in force.
+    rig.pin(INPUT_PIN + 1, true);
+    rig.pass(MILLI);
+    assert_eq!(rig.say(Guard { limits: 0b1 }).state, State::Ready);
+    rig.pin(INPUT_PIN, true);
+    rig.until("no stop", |rig| rig.state() == State::Limit);
+    assert_eq!(rig.driven[usize::from(RUN_PIN)], 0);
 }
 
 /// The last pulse that began, and when the last step pin went low, both in cycles after `since`.
@@ -294,14 +406,16 @@ fn a_port_opened_at_1200_bits_and_let_go_brings_the_boot_mode_at_rest_alone() {
         turns += u32::from(rig.state() == State::Running);
         if turns == 10 {
             rig.touch(1200);
-            assert!(!rig.boots, "while it moves");
-            // Whoever has the port again has it at another speed.
-            rig.touch(115_200);
         }
         false
     });
     rig.is_exact(&runs, ticks);
-    assert!(!rig.boots);
+    rig.say(Outputs { on: 1 });
+    rig.touch(1200);
+    assert!(!rig.boots, "at rest between two holes");
+    // Nobody is heard any more.
+    rig.pass(260 * MILLI);
+    assert!(!rig.boots, "what was asked for in motion is not done at the next rest");
     rig.touch(1200);
     assert!(rig.boots);
     assert_eq!(rig.driven[usize::from(SPINDLE_PIN)], 0);

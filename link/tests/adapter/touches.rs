@@ -2,7 +2,11 @@
 
 use crate::rig::{INPUT_PIN, MICRO, MILLI, Rig, SETTINGS};
 use crate::stops::{RULE, after, way};
-use annulus_link::message::{Clear, Configure, Filters, Guard, Place, Refusal, State, Trust};
+use annulus_link::cutter::{ChunkCutter, Rule};
+use annulus_link::message::{
+    Begin, Clear, Configure, Filters, Guard, Place, Refusal, State, Stop, Trust,
+};
+use annulus_link::run::Run;
 use annulus_link::{AXES, INPUTS};
 
 /// Filters of the inputs, in µs.
@@ -97,6 +101,41 @@ fn a_touch_longer_than_the_filter_stops_within_ten_microseconds_more() {
     // Touches 1 µs apart may be one to it.
     let short = rig.count_touches().short;
     assert!((1..=3).contains(&short[0]) && (1..=5).contains(&short[1]) && short[3..] == [0; 5], "{short:?}");
+}
+
+#[test]
+fn an_input_that_comes_of_age_in_the_moment_in_which_it_is_to_begin_lets_no_motor_run_into_it() {
+    let (steady, none) = ([Run { count: 5_000, ..Run::one(true, 100) }], [].as_slice());
+    let mut rig = Rig::ready();
+    rig.say(Filters { least_us: [1_000; INPUTS] });
+    let (mut refused, mut stopped) = (0, 0);
+    // The frame that begins it comes so many µs before and after the touch is long enough.
+    for early_us in (0..240).step_by(3) {
+        rig.say(Place { index: [0; AXES] });
+        rig.forget();
+        let first = rig.status.unwrap().chunk;
+        let mut cutter = ChunkCutter::new([&steady, none, none, none], 500_000, first, [0; AXES]);
+        let piece = cutter.cut(&Rule { ticks: 500_000, ..RULE }).unwrap();
+        assert!(rig.offer(&piece) && cutter.is_done());
+        rig.until("no path", |rig| rig.sender.pending() == 0);
+        assert!(rig.sender.offer(&Begin {}.into()).is_some());
+        rig.pin(INPUT_PIN, true);
+        rig.pass((1_020 - early_us) * MICRO);
+        rig.turn(60 * MILLI);
+        let status = rig.status.unwrap();
+        match (status.state, status.refusal) {
+            (State::Limit, _) => stopped += 1,
+            (State::Ready, Refusal::Input) => refused += 1,
+            _ => panic!("{early_us} µs: {status:?}"),
+        }
+        let went = rig.pulses(0).len();
+        assert!(went < 30 && status.index[0] == went as i32, "{early_us} µs: {went} steps, {status:?}");
+        rig.pin(INPUT_PIN, false);
+        rig.say(Stop {});
+        assert_eq!(rig.say(Clear {}).state, State::Ready);
+    }
+    println!("{refused} times it did not begin, {stopped} times it was stopped");
+    assert!(refused > 5 && stopped > 5);
 }
 
 #[test]

@@ -278,6 +278,7 @@ impl World {
 
     /// The program goes round once.
     fn round(&mut self) {
+        self.adapter.catch_up();
         while let Some(order) = self.adapter.order() {
             if order == Order::Begin {
                 let pulse = u32::from(self.adapter.settings().pulse);
