@@ -113,8 +113,9 @@ struct Setting {
     dwell_bottom_s: f64,
     dwell_top_s: f64,
     spindles: u32,
-    /// What a machine's own stroke takes, and its last moment for a stop, s; without a machine they follow from the rest.
-    own: Option<(SpindleTimes, f64)>,
+    /// What the strokes of a machine's own spindles take, and the last moment for a stop of the first, s; without a machine they follow
+    /// from the rest.
+    own: Option<(Vec<SpindleTimes>, f64)>,
 }
 
 /// Everything that is shown of a timeline. Times in s.
@@ -179,7 +180,7 @@ fn reference() -> Setting {
 
 /// The timeline of a machine with its own strokes.
 fn of_machine(machine: &Machine) -> Result<Setting, Diagnostic> {
-    let (own, down, _) = drill_cycles::own(machine)?;
+    let (_, down, _) = drill_cycles::own(machine, 2)?;
     Ok(Setting {
         x: Limits::of_axis(machine, &machine.x),
         y: Limits::of_axis(machine, &machine.y),
@@ -190,7 +191,7 @@ fn of_machine(machine: &Machine) -> Result<Setting, Diagnostic> {
             latency_s: 1e-3 * machine.overlap.latency_ms,
         },
         spindles: machine.spindles,
-        own: Some((own, drill_cycles::last_stop_s(machine, &down)?)),
+        own: Some((drill_cycles::own_times(machine)?, drill_cycles::last_stop_s(machine, &down)?)),
         ..reference()
     })
 }
@@ -311,10 +312,10 @@ fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Diagnostic> {
     Ok(longest_s)
 }
 
-/// What a stroke takes, and its last moment for a stop.
-fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Diagnostic> {
-    if let Some(own) = setting.own {
-        return Ok(own);
+/// What the stroke of every spindle takes, and the last moment for a stop of the first.
+fn strokes(setting: &Setting) -> Result<(Vec<SpindleTimes>, f64), Diagnostic> {
+    if let Some(own) = &setting.own {
+        return Ok(own.clone());
     }
     let full_mm = setting.height_mm + setting.depth_mm;
     if !(setting.clear_mm >= 0.0 && setting.clear_mm < setting.height_mm) {
@@ -335,14 +336,14 @@ fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Diagnostic> {
         margin_s: setting.margin_s,
         ..SpindleTimes::of(&down, &up, setting.height_mm, setting.clear_mm)
     };
-    Ok((times, last_stop_s))
+    Ok((vec![times; setting.spindles as usize], last_stop_s))
 }
 
 /// Table and spindles together.
 fn together(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic> {
     let hops_s = hops_mm.iter().map(|hop| hop_s(setting, *hop)).collect::<Result<Vec<_>, _>>()?;
-    let (times, last_stop_s) = spindle(setting)?;
-    let spindles = vec![times; setting.spindles as usize];
+    let (spindles, last_stop_s) = strokes(setting)?;
+    let times = spindles.first().copied().unwrap_or_default();
     let cycles = cycles(&hops_s, setting.rules, &spindles)?;
     let tops = cycles.iter().flat_map(|cycle| &cycle.spindles).map(|one| one.top_s);
     Ok(Found {
