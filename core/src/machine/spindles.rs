@@ -15,9 +15,8 @@
 //! programs.
 
 use super::settings::Value;
-use super::{Machine, StrokeEnd};
+use super::{AXES, Machine, Steps, StrokeEnd, axis_name};
 use crate::diagnostic::Diagnostic;
-use crate::machine::{AXES, Steps, axis_name};
 use crate::units::Length;
 
 /// What a spindle does otherwise than all of them.
@@ -162,7 +161,11 @@ mod tests {
         assert_eq!(print(&[list("deeper", &[0.0; 6]), list("margin", &[])]), six.fingerprint());
         assert_ne!(print(&[list("deeper", &[0.0, 0.1])]), six.fingerprint());
         assert_ne!(print(&[list("margin", &[0.0, 1.0])]), six.fingerprint());
-        assert_eq!(print(&[list("longer", &[0.0, 0.1])]), six.fingerprint(), "as the board's surface is none");
+        assert_eq!(
+            print(&[list("longer", &[0.0, 0.1])]),
+            six.fingerprint(),
+            "as the board's surface is none"
+        );
     }
 
     #[test]

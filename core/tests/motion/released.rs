@@ -27,14 +27,7 @@ impl Hop {
         let script = vec![(0, Input::Contact.bit()), (edge, 0)];
         let mut pins = Recorder { position: self.from, script, ..Recorder::default() };
         let motors = Motors::of(&self.machine);
-        let outcome = play(
-            &self.hop,
-            &motors,
-            &mut line,
-            &mut pins,
-            &mut OnTime(0),
-            &mut Orders(orders, 0),
-        );
+        let outcome = play(&self.hop, &motors, &mut line, &mut pins, &mut OnTime(0), &mut Orders(orders, 0));
         assert_eq!(line.position, pins.position, "every step is counted");
         (outcome, line, pins)
     }

@@ -98,11 +98,15 @@ fn no_tip_is_low_when_the_plane_moves_and_each_goes_to_its_own_bottom() {
         }
         let plan = timeline(&program, &machine).unwrap();
         laws::laws(&plan, &machine).unwrap_or_else(|why| panic!("seed {seed}: {why:?}"));
-        let verdict = verify(&stream_of(&program, &machine), &machine, corner_zero(&machine));
+        let stream = steps::stream(&plan, &machine).unwrap();
+        for (index, segment) in stream.segments.iter().enumerate() {
+            super::replay_keeps_to_the_plan(&plan, index, segment, seed);
+        }
+        let verdict = verify(&stream, &machine, corner_zero(&machine));
         assert!(verdict.is_ok(), "seed {seed}: {:?} on {machine:?}", verdict.unwrap_err()[0]);
         let packed = Packed::of(&program, &machine).unwrap();
         let legs: Vec<_> = (0..packed.legs()).flat_map(|leg| packed.leg(leg)).collect();
-        assert_eq!(legs, stream_of(&program, &machine).segments, "seed {seed}: kept otherwise than made");
+        assert_eq!(legs, stream.segments, "seed {seed}: kept otherwise than made");
         keeps_its_own(&program, &machine, seed, &mut seen);
     }
     println!("{} steps of the plane beside strokes, {} bottoms of their own", seen.together, seen.apart);
