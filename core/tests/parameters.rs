@@ -40,6 +40,11 @@ fn stream(machine: &Machine) -> String {
     steps::digest(&steps::stream(&timeline, machine).unwrap())
 }
 
+/// Where the tips are on the board's surface.
+fn tips(machine: &Machine) -> String {
+    format!("{:?}", annulus_core::check::corner_zero(machine))
+}
+
 /// Homing of all axes.
 fn homing(machine: &Machine) -> String {
     format!("{:?}", cycles::home(machine).unwrap())
@@ -131,6 +136,9 @@ fn rows() -> Vec<Row> {
     let word = |word: &str| Value::Text(word.to_owned());
     vec![
         ("installed", "machine.spindles", number(2.0), six_spindles, stream),
+        ("depth of each Z", "spindle.deeper", list(&[0.0, 0.3]), six_spindles, stream),
+        ("offset of each Z", "spindle.longer", list(&[0.0, 0.3]), six_spindles, tips),
+        ("margin of each Z", "spindle.margin", list(&[0.0, 40.0]), six_spindles, stream),
         ("home direction", "x.home_end", word("max"), virtual_drill, homing),
         ("backlash", "x.backlash", number(0.1), virtual_drill, stream),
         ("maximum speed", "x.max_speed", number(20.0), virtual_drill, stream),

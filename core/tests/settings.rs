@@ -46,6 +46,9 @@ fn changes(setting: &Setting, machine: &Machine) -> Vec<Vec<(String, Value)>> {
     if setting.key == "spindle.enabled" {
         return vec![vec![(setting.key.to_owned(), Value::Numbers(vec![1.0, 0.0]))]];
     }
+    if setting.key == "spindle.longer" {
+        return vec![vec![(setting.key.to_owned(), Value::Numbers(vec![0.0, 0.3]))]];
+    }
     if setting.key.ends_with(".outputs_low") {
         return vec![vec![(setting.key.to_owned(), Value::Numbers(vec![2.0]))]];
     }

@@ -71,7 +71,7 @@ pub struct Prepared {
     pub digest: String,
     /// Stream time from the start of every leg to the end of the job, in ticks.
     pub left_ticks: Vec<u64>,
-    /// Work zero in machine steps, Z on the board's surface.
+    /// Work zero in machine steps, every tip on the board's surface.
     pub zero: Steps,
     /// What was found, row by row.
     pub checks: Vec<PreflightRow>,
@@ -210,11 +210,8 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     let Followed { program, follows, told } = followed(program, &ground);
     let plan = planned(program, machine)?;
     let Planned { program, stream, left_ticks, .. } = &plan;
-    let mut zero = Steps::default();
+    let mut zero = machine.on_surface();
     [zero[0], zero[1]] = plane.unwrap_or_default();
-    for spindle in 0..machine.spindles.clamp(1, 6) as usize {
-        zero[2 + spindle] = machine.z.scale.steps(machine.process.surface);
-    }
     let left_s = left_ticks.get(from_leg as usize).copied().unwrap_or(0) as f64 / TICK_HZ as f64;
     let mut checks = standing(context, plane);
     checks.push(if program.machine == machine.fingerprint() {

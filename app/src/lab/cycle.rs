@@ -58,10 +58,12 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
         Law::Automatic => choose(hop_mm, limits)?.choice,
     };
     let hop = plan(shape, hop_mm, limits)?;
-    let (times, down, up) = drill_cycles::own(machine)?;
+    let (times, down, up) = drill_cycles::own(machine, 2)?;
     let rules =
         SpindleRules { settle_s: machine.settle_ms * 1e-3, latency_s: machine.overlap.latency_ms * 1e-3 };
-    let spindles = vec![times; machine.spindles.max(1) as usize];
+    let spindles = drill_cycles::own_times(machine)?;
+    // What the slowest of them takes, all take.
+    let cycle_s = spindles.iter().map(|times| cycle_s(hop.duration_s(), rules, times)).fold(0.0, f64::max);
     let found = cycles(&[hop.duration_s(); HOLES], rules, &spindles)?;
     let top_mm = machine.process.safe_height.mm();
     let mut height = vec![[0.0, top_mm]];
@@ -79,7 +81,7 @@ fn together(machine: &Machine, hop_mm: f64) -> Result<CycleShown, Diagnostic> {
         height,
         cycles: found,
         clear_mm: machine.overlap.clear_mm,
-        together_s: Some(cycle_s(hop.duration_s(), rules, &times)),
+        together_s: Some(cycle_s),
         apart_s: sequential_s(&[hop.duration_s()], rules, &spindles),
         last_stop_s: Some(drill_cycles::last_stop_s(machine, &down)?),
         spindles: machine.spindles.max(1),

@@ -61,12 +61,9 @@ pub struct CheckReport {
 
 /// The work zero (machine coordinates, in steps) that leaves a board the most room: the low corner, on the surface.
 pub fn corner_zero(machine: &Machine) -> Steps {
-    let mut zero = Steps::default();
+    let mut zero = machine.on_surface();
     zero[0] = machine.x.scale.steps(machine.x.min);
     zero[1] = machine.y.scale.steps(machine.y.min);
-    for spindle in &mut zero[2..axes_present(machine)] {
-        *spindle = machine.z.scale.steps(machine.process.surface);
-    }
     zero
 }
 
@@ -79,12 +76,7 @@ pub fn roomy_zero(machine: &Machine, low: Point) -> Steps {
     zero
 }
 
-/// Axes that `machine` has: X, Y and its spindles are the first so many.
-fn axes_present(machine: &Machine) -> usize {
-    2 + (machine.spindles as usize).clamp(1, AXES - 2)
-}
-
-/// Looks through `stream`. `zero_steps` is the work zero in machine coordinates, Z on the board's surface.
+/// Looks through `stream`. `zero_steps` is the work zero in machine coordinates, every tip on the board's surface.
 pub fn verify(
     stream: &StepStream,
     machine: &Machine,
@@ -103,7 +95,7 @@ pub fn verify_each<I: Iterator<Item: Borrow<Segment>>>(
     let mut report = measure(segments())?;
     let mut walkers: [Walker; AXES] =
         std::array::from_fn(|axis| Walker::new(machine, axis, zero_steps[axis], start[axis]));
-    let present = axes_present(machine);
+    let present = machine.spindle_axes().end;
     let mut interlocks = Interlocks::new(machine);
     let mut diagnostics = Vec::new();
     for (axis, walker) in walkers.iter().enumerate().take(present) {

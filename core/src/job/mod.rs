@@ -171,6 +171,19 @@ impl Leg {
     pub fn end(&self, leg: u32) -> CommandPlace {
         self.placed(leg).last().map_or(CommandPlace { leg, command: 0 }, |(place, _)| place)
     }
+
+    /// The bottom of the hole that it drills; none where it mills, or a sensor says how deep it goes.
+    pub fn bottom(&self) -> Option<Length> {
+        let mut bottom = Length::ZERO;
+        for command in &self.commands {
+            match *command {
+                Command::Plunge { to, gate: None, .. } => bottom = bottom.min(to),
+                Command::Plunge { .. } | Command::Mill { .. } | Command::MillArc { .. } => return None,
+                _ => {}
+            }
+        }
+        (matches!(self.mark, Mark::Hole(_)) && bottom < Length::ZERO).then_some(bottom)
+    }
 }
 
 /// Which command of a program: in the order in which they are done.

@@ -17,6 +17,7 @@ mod parallel;
 pub mod phases;
 mod presets;
 mod settings;
+mod spindles;
 mod step_dir;
 mod table;
 mod table_speeds;
@@ -37,6 +38,7 @@ pub use presets::{
 pub use settings::{
     Setting, Value, ValueKind, apply, is_adapter_wiring, is_in_file_only, read, setting, settings,
 };
+pub use spindles::OwnStroke;
 pub use step_dir::{StepDir, WIRED_AXES};
 pub use table::{MOST_RPM, SECTIONS};
 pub use table_speeds::warnings;
@@ -77,12 +79,14 @@ pub struct Machine {
     pub x: Axis,
     /// Away and back.
     pub y: Axis,
-    /// Up and down; all spindles alike.
+    /// Up and down, of every spindle.
     pub z: Axis,
-    /// How many spindles are on Z, 1 … 6. All are alike and work together.
+    /// How many spindles are on Z, 1 … 6. They work together.
     pub spindles: u32,
     /// Those of them that are to drill, one bit each: bit 0 is Z1.
     pub enabled: u8,
+    /// What each of them does otherwise than all.
+    pub own: [OwnStroke; AXES - 2],
     /// How step times come about.
     pub drive: DriveKind,
     /// Interrupt frequency of table-stepped drives, in Hz.
@@ -332,12 +336,6 @@ impl Machine {
         }
     }
 
-    /// The lowest of its spindles where the axes are at `place`, in steps: what is true of every tip is true of that one.
-    pub fn lowest(&self, place: &Steps) -> i64 {
-        let spindles = (self.spindles as usize).clamp(1, AXES - 2);
-        place[2..2 + spindles].iter().copied().min().unwrap_or_default()
-    }
-
     /// Diameters of the drills of its rack.
     pub fn drills(&self) -> Vec<Length> {
         let drills = self.rack.iter().filter(|tool| tool.cutter == Cutter::Drill);
@@ -345,13 +343,17 @@ impl Machine {
     }
 
     /// SHA-256 in hexadecimal over everything that shapes a stream. Name, description and output do not: the
-    /// same program runs on the virtual drill in place of a real machine.
+    /// same program runs on the virtual drill in place of a real machine. Nor do lists that say nothing.
     pub fn fingerprint(&self) -> String {
         let mut hash = Sha256::new();
         for setting in settings().filter(|setting| setting.shapes_stream) {
+            let value = setting.value(self);
+            if value == Value::Numbers(Vec::new()) {
+                continue;
+            }
             hash.update(setting.key.as_bytes());
             hash.update(b"=");
-            hash.update(setting.value(self).to_string().as_bytes());
+            hash.update(value.to_string().as_bytes());
             hash.update(b"\n");
         }
         hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()

@@ -78,6 +78,7 @@ pub fn virtual_drill() -> Machine {
         },
         spindles: 1,
         enabled: u8::MAX,
+        own: Default::default(),
         drive: DriveKind::Planned,
         interrupt_hz: 500,
         dynamics: Dynamics::arendt(),

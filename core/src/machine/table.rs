@@ -3,6 +3,7 @@
 //! Goes out: [`SECTIONS`]. What a row means is said in the locale tables; what is allowed is judged in `settings`.
 
 use super::settings::{Setting, Value, ValueKind};
+use super::spindles::{listed, set_listed};
 use super::tools::{rack_of, rack_value};
 use super::{DriveKind, HomeEnd, Law, Output, ScaleUnit, StrokeEnd, ToolChange};
 use crate::units::Length;
@@ -224,6 +225,30 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
                     let off = numbers(v).iter().take(8).enumerate().filter(|(_, on)| **on == 0.0);
                     m.enabled = off.fold(u8::MAX, |set, (z, _)| set & !(1 << z));
                 }
+            ),
+            row!(
+                "spindle.deeper",
+                "mm",
+                ValueKind::Numbers(-20.0, 20.0),
+                true,
+                |m| listed(m, |own| own.deeper.mm()),
+                |m, v| set_listed(m, v, |own, mm| own.deeper = Length::from_mm(mm))
+            ),
+            row!(
+                "spindle.longer",
+                "mm",
+                ValueKind::Numbers(-100.0, 100.0),
+                false,
+                |m| listed(m, |own| own.longer.mm()),
+                |m, v| set_listed(m, v, |own, mm| own.longer = Length::from_mm(mm))
+            ),
+            row!(
+                "spindle.margin",
+                "ms",
+                ValueKind::Numbers(0.0, 1000.0),
+                true,
+                |m| listed(m, |own| own.margin_ms),
+                |m, v| set_listed(m, v, |own, ms| own.margin_ms = ms)
             ),
             whole!("spindle.speed", "rpm", ValueKind::Whole(0.0, MOST_RPM as f64), true, process.spindle_rpm),
             whole!(

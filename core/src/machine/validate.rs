@@ -6,7 +6,7 @@
 
 use super::{
     DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, foot, magazine,
-    parallel, phases, table_speeds,
+    parallel, phases, spindles, table_speeds,
 };
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
@@ -59,6 +59,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(outputs(machine));
     diagnostics.extend(drives(machine));
     diagnostics.extend(strokes(machine));
+    diagnostics.extend(spindles::validate(machine));
     diagnostics.extend(table_speeds::refusals(machine));
     diagnostics.extend(card::validate(machine));
     diagnostics.extend(parallel::validate(machine));

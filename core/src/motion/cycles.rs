@@ -12,7 +12,7 @@
 //! follows is to be taken relative to where it really ended. Does not know why, nor what the sensors say.
 
 use super::timeline::Timeline;
-use super::writer::{Writer, installed};
+use super::writer::Writer;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Gate, Input, Otherwise, Stage, Switching};
 use crate::machine::{AXES, HomeEnd, Machine, Steps};
@@ -90,14 +90,14 @@ pub fn home(machine: &Machine) -> Result<Vec<(usize, Timeline)>, Diagnostic> {
 /// The spindle up, or down, to `z_steps` at rapid speed, from rest at `from`.
 pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline, Diagnostic> {
     let mut to = from;
-    for axis in installed(machine) {
+    for axis in machine.spindle_axes() {
         to[axis] = z_steps;
     }
     one(machine, Stage::Retract, from, to, f64::INFINITY)
 }
 
 /// A stroke down from rest at `from`: the time to settle, rapidly to the feed height, then at the machine's feed to
-/// `bottom` (machine steps of Z), which a gate may end early; nothing where it stands at `bottom` or below.
+/// `bottom` (machine steps of Z1), which a gate may end early; nothing where it stands at `bottom` or below.
 pub fn stroke(
     machine: &Machine,
     from: Steps,
@@ -112,12 +112,17 @@ pub fn stroke(
         return Ok(writer.done());
     }
     writer.rest(Stage::Dwell, libm::ceil(machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64, Switching::None);
-    let mut to = from;
-    let lower = |to: &mut Steps, height: i64| installed(machine).for_each(|axis| to[axis] = height);
-    lower(&mut to, above.clamp(bottom, from[2]));
-    writer.line(Stage::Approach, to, f64::INFINITY, None)?;
-    lower(&mut to, bottom);
-    writer.line(Stage::Drill, to, process.feed_mm_per_s, gate)?;
+    // Tips go as deep as that of Z1, and none of them up.
+    let surface = machine.on_surface();
+    let lower = |height: i64| {
+        let mut to = from;
+        for axis in machine.spindle_axes() {
+            to[axis] = from[axis].min(height + surface[axis] - surface[2]);
+        }
+        to
+    };
+    writer.line(Stage::Approach, lower(above.max(bottom)), f64::INFINITY, None)?;
+    writer.line(Stage::Drill, lower(bottom), process.feed_mm_per_s, gate)?;
     Ok(writer.done())
 }
 
@@ -125,7 +130,7 @@ pub fn stroke(
 pub fn together(machine: &Machine, axis: usize) -> std::ops::Range<usize> {
     match axis {
         0 | 1 => axis..axis + 1,
-        _ if axis < AXES => installed(machine),
+        _ if axis < AXES => machine.spindle_axes(),
         _ => 0..0,
     }
 }
@@ -135,12 +140,12 @@ pub fn together(machine: &Machine, axis: usize) -> std::ops::Range<usize> {
 pub fn go_to(machine: &Machine, from: Steps, to: Steps) -> Result<Timeline, Diagnostic> {
     let mut writer = Writer::new(machine, from);
     let mut above = from;
-    for axis in installed(machine) {
+    for axis in machine.spindle_axes() {
         above[axis] = from[axis].max(to[axis]);
     }
     writer.line(Stage::Retract, above, f64::INFINITY, None)?;
     let mut beside = to;
-    for axis in installed(machine) {
+    for axis in machine.spindle_axes() {
         beside[axis] = above[axis];
     }
     writer.line(Stage::Travel, beside, f64::INFINITY, None)?;
@@ -166,7 +171,7 @@ pub fn lower(
     speed_mm_per_s: f64,
 ) -> Result<Timeline, Diagnostic> {
     let mut to = from;
-    for axis in installed(machine) {
+    for axis in machine.spindle_axes() {
         to[axis] = z_steps;
     }
     one(machine, Stage::Approach, from, to, speed_mm_per_s)

@@ -9,7 +9,8 @@
 //!
 //! The strokes of a spindle are worked out once for a bit and then only triggered (P4): down with the machine's law for the
 //! way down, fast and then at feed; up with the law for the way up. When the plane is released and the stroke triggered
-//! follows the rules in [`coordination`](super::coordination).
+//! follows the rules in [`coordination`](super::coordination): spindles with a depth or a margin of their own go down each in
+//! their own time, all go up at once when the last is down, and the plane leaves when the last one is clear.
 //!
 //! Comes in: legs of plain holes, where everything stands. Goes out: parts of one move. Does not know legs before and after.
 
@@ -21,7 +22,7 @@ use super::writer::{REST_TICKS, lines, start_tick};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Stage};
-use crate::machine::{AXES, DriveKind, Machine, Steps, StrokeEnd};
+use crate::machine::{AXES, DriveKind, Machine, OwnStroke, Steps, StrokeEnd};
 use crate::units::{Length, TICK_HZ};
 
 /// A hole that can be part of a chain.
@@ -43,11 +44,17 @@ impl Hole {
     }
 }
 
-/// A chain at the bottom of a hole: what it takes to get up.
+/// Axes of spindles that stroke alike.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Alike {
+    axes: Vec<usize>,
+    own: OwnStroke,
+}
+
+/// A chain at the bottom of a hole: what it takes to get up, for each of the spindles that stroke alike.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Low {
-    up: Stroke,
-    times: SpindleTimes,
+    ways: Vec<(Stroke, SpindleTimes)>,
     top_steps: i64,
 }
 
@@ -61,15 +68,22 @@ pub(super) struct NextHole {
 /// The strokes of the bit in use, worked out once.
 #[derive(Clone, Debug, Default)]
 pub(super) struct DrillCycles {
-    known: Option<Stored>,
+    known: Vec<Stored>,
 }
 
-#[derive(Clone, Debug)]
-struct Stored {
+/// What strokes depend on, besides the machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct StrokeKey {
     top_steps: i64,
     bottom_steps: i64,
     feed_um_per_s: u32,
     lift_mm_per_s: f64,
+    margin_ms: f64,
+}
+
+#[derive(Clone, Debug)]
+struct Stored {
+    key: StrokeKey,
     down: Stroke,
     up: Stroke,
     times: SpindleTimes,
@@ -101,36 +115,60 @@ pub(super) fn plain_hole(machine: &Machine, leg: &Leg) -> Option<Hole> {
     plain.then_some(Hole { to, bottom, top, feed_um_per_s, dwell_us, lift_mm_per_s })
 }
 
+/// The axes `spindles` as those that stroke alike; where there are none, as one group without any.
+pub(super) fn alike(machine: &Machine, spindles: &[usize]) -> Vec<Alike> {
+    let mut groups: Vec<Alike> = Vec::new();
+    for axis in spindles {
+        let own = OwnStroke { longer: Length::ZERO, ..machine.own(*axis) };
+        match groups.iter_mut().find(|group| group.own == own) {
+            Some(group) => group.axes.push(*axis),
+            None => groups.push(Alike { axes: vec![*axis], own }),
+        }
+    }
+    if groups.is_empty() {
+        groups.push(Alike { axes: Vec::new(), own: OwnStroke::default() });
+    }
+    groups
+}
+
+impl Alike {
+    /// `steps` with these spindles at `height`.
+    fn at(&self, steps: Steps, height: i64) -> Steps {
+        let mut steps = steps;
+        for axis in &self.axes {
+            steps[*axis] = height;
+        }
+        steps
+    }
+}
+
 impl DrillCycles {
     /// The move to `hole` from rest at `at`, where the motors of X and Y go to `plane`: from the bottom of a hole when the
     /// chain is `low`, else from the top.
     pub(super) fn next_hole(
         &mut self,
         machine: &Machine,
-        spindles: &[usize],
+        groups: &[Alike],
         (at, plane, turned): (Steps, Steps, [bool; AXES]),
         hole: Hole,
         low: Option<Low>,
     ) -> Result<(NextHole, Low), Diagnostic> {
-        let with_z = |steps: Steps, height: i64| {
-            let mut steps = steps;
-            for axis in spindles {
-                steps[*axis] = height;
-            }
-            steps
-        };
+        let latency_s = machine.overlap.latency_ms * 1e-3;
         let mut parts = Vec::new();
-        let (mut now, mut release_s, mut top_s) = (at, 0.0, None);
+        let (mut now, mut release_s, mut tops_s) = (at, 0.0, vec![None; groups.len()]);
         if let Some(low) = low {
-            let up = with_z(at, low.top_steps);
-            let begin = start_tick(machine, 0.0, &low.up, &at, &up);
-            let begin_s = begin as f64 / TICK_HZ as f64;
-            release_s = begin_s + low.times.leave_s + machine.overlap.latency_ms * 1e-3;
-            top_s = Some(begin_s + low.times.up_s);
-            parts.push(part(Stage::Retract, begin, at, up, low.up));
-            now = up;
+            let mut clear_s = 0.0_f64;
+            for ((group, (up, times)), top_s) in groups.iter().zip(low.ways).zip(&mut tops_s) {
+                let above = group.at(now, low.top_steps);
+                let begin = start_tick(machine, 0.0, &up, &now, &above);
+                let begin_s = begin as f64 / TICK_HZ as f64;
+                clear_s = clear_s.max(begin_s + times.leave_s);
+                *top_s = Some(begin_s + times.up_s);
+                parts.push(part(Stage::Retract, begin, now, above, up));
+                now = above;
+            }
+            release_s = clear_s + latency_s;
         }
-        let stored = self.stored(machine, spindles, now, hole)?;
         let mut there = now;
         (there[0], there[1]) = (plane[0], plane[1]);
         let mut arrive_s = release_s;
@@ -141,71 +179,80 @@ impl DrillCycles {
             parts.push(line);
         }
         let settle_s = if there == now { 0.0 } else { machine.settle_ms * 1e-3 };
-        let rules = SpindleRules { settle_s, latency_s: machine.overlap.latency_ms * 1e-3 };
-        let stroked = stroke(&stored.times, rules, release_s, arrive_s + settle_s, top_s);
-        let to = with_z(there, stored.bottom_steps);
-        let begin = start_tick(machine, stroked.start_s, &stored.down, &there, &to);
-        let down = part(Stage::Drill, begin, there, to, stored.down);
-        let end_tick = libm::ceil(down.end_s() * TICK_HZ as f64) as u64;
+        let rules = SpindleRules { settle_s, latency_s };
+        let (mut to, mut downs, mut ways) = (there, Vec::new(), Vec::new());
+        for (group, top_s) in groups.iter().zip(tops_s) {
+            let stored = self.stored(machine, group, now, hole)?;
+            let stroked = stroke(&stored.times, rules, release_s, arrive_s + settle_s, top_s);
+            let below = group.at(to, stored.key.bottom_steps);
+            let begin = start_tick(machine, stroked.start_s, &stored.down, &to, &below);
+            downs.push(part(Stage::Drill, begin, to, below, stored.down));
+            ways.push((stored.up, stored.times));
+            to = below;
+        }
+        downs.sort_by_key(|down| down.start_tick);
+        let end_s = downs.iter().map(AxisMove::end_s).fold(0.0, f64::max);
+        parts.append(&mut downs);
+        let end_tick = libm::ceil(end_s * TICK_HZ as f64) as u64;
         let dwell_ticks = u64::from(hole.dwell_us) * (TICK_HZ / 1_000_000);
-        parts.push(down);
-        let low = Low { up: stored.up, times: stored.times, top_steps: stored.top_steps };
+        let low = Low { ways, top_steps: machine.z.scale.steps(hole.top) };
         Ok((NextHole { parts, to, duration_ticks: end_tick + dwell_ticks + REST_TICKS }, low))
     }
 
-    /// The strokes from the top of `hole` to its bottom and back.
+    /// The strokes of `group` from the top of `hole` to its own bottom of it and back.
     fn stored(
         &mut self,
         machine: &Machine,
-        spindles: &[usize],
+        group: &Alike,
         top: Steps,
         hole: Hole,
     ) -> Result<Stored, Diagnostic> {
         let scale = machine.z.scale;
-        let (top_steps, bottom_steps) = (scale.steps(hole.top), scale.steps(hole.bottom));
-        let key = (top_steps, bottom_steps, hole.feed_um_per_s, hole.lift_mm_per_s);
-        let same = |known: &Stored| {
-            (known.top_steps, known.bottom_steps, known.feed_um_per_s, known.lift_mm_per_s) == key
+        let key = StrokeKey {
+            top_steps: scale.steps(hole.top),
+            bottom_steps: scale.steps(group.own.height(hole.bottom, hole.bottom)),
+            feed_um_per_s: hole.feed_um_per_s,
+            lift_mm_per_s: hole.lift_mm_per_s,
+            margin_ms: group.own.margin_ms,
         };
-        if let Some(known) = self.known.as_ref().filter(|known| same(known)) {
+        if let Some(known) = self.known.iter().find(|known| known.key == key) {
             return Ok(known.clone());
         }
-        let (mut high, mut low) = (top, top);
-        for axis in spindles {
-            (high[*axis], low[*axis]) = (top_steps, bottom_steps);
-        }
+        let (high, low) = (group.at(top, key.top_steps), group.at(top, key.bottom_steps));
         let mm = mm_per_step(machine)[2];
-        let (height_mm, depth_mm) = (top_steps as f64 * mm, -bottom_steps as f64 * mm);
+        let (height_mm, depth_mm) = (key.top_steps as f64 * mm, -key.bottom_steps as f64 * mm);
         let down = down(machine, height_mm, depth_mm, f64::from(hole.feed_um_per_s) * 1e-3)?;
         let up = Stroke::One(line(machine, &low, &high, hole.lift_mm_per_s)?);
-        let times = times(machine, &down, &up, height_mm);
-        let (feed_um_per_s, lift_mm_per_s) = (hole.feed_um_per_s, hole.lift_mm_per_s);
-        let stored = Stored { top_steps, bottom_steps, feed_um_per_s, lift_mm_per_s, down, up, times };
-        self.known = Some(stored.clone());
+        let times = times(machine, &group.own, &down, &up, height_mm);
+        if self.known.len() >= AXES {
+            self.known.clear();
+        }
+        let stored = Stored { key, down, up, times };
+        self.known.push(stored.clone());
         Ok(stored)
     }
 }
 
-/// What the strokes of `machine` take. The margin is at least so much that the plane rests before the tip is lower than
-/// clear, not only before it touches (C2.3, invariants I1 and I2).
-pub fn times(machine: &Machine, down: &Stroke, up: &Stroke, height_mm: f64) -> SpindleTimes {
+/// What the strokes of a spindle of `machine` take that is `own`. The margin is at least so much that the plane rests before the
+/// tip is lower than clear, not only before it touches (C2.3, invariants I1 and I2).
+fn times(machine: &Machine, own: &OwnStroke, down: &Stroke, up: &Stroke, height_mm: f64) -> SpindleTimes {
     let overlap = &machine.overlap;
     let times = SpindleTimes::of(down, up, height_mm, overlap.clear_mm);
     let low_s = times.contact_s - down.time_at(height_mm - overlap.clear_mm) - machine.settle_ms * 1e-3;
     SpindleTimes {
         dwell_top_s: overlap.dwell_top_ms * 1e-3,
-        margin_s: (overlap.margin_ms * 1e-3).max(low_s),
+        margin_s: ((overlap.margin_ms + own.margin_ms) * 1e-3).max(low_s),
         ..times
     }
 }
 
-/// What the machine's own stroke takes, from its safe height to the bottom of a hole through its board and back, and the
-/// two strokes themselves: down and up.
-pub fn own(machine: &Machine) -> Result<(SpindleTimes, Stroke, Stroke), Diagnostic> {
+/// What the machine's own stroke of the spindle on `axis` takes, from its safe height to the bottom of a hole through its board
+/// and back, and the two strokes themselves: down and up.
+pub fn own(machine: &Machine, axis: usize) -> Result<(SpindleTimes, Stroke, Stroke), Diagnostic> {
     let process = &machine.process;
-    let scale = machine.z.scale;
-    let (top, bottom) =
-        (scale.steps(process.safe_height), -scale.steps(process.board_thickness + process.breakthrough));
+    let (scale, spindle) = (machine.z.scale, machine.own(axis));
+    let depth = process.board_thickness + process.breakthrough;
+    let (top, bottom) = (scale.steps(process.safe_height), scale.steps(spindle.height(-depth, -depth)));
     let mm = mm_per_step(machine)[2];
     let (height_mm, depth_mm) = (top as f64 * mm, -bottom as f64 * mm);
     let (mut low, mut high) = (Steps::default(), Steps::default());
@@ -214,9 +261,14 @@ pub fn own(machine: &Machine) -> Result<(SpindleTimes, Stroke, Stroke), Diagnost
     let up = Stroke::One(line(machine, &low, &high, f64::INFINITY)?);
     let times = SpindleTimes {
         dwell_bottom_s: process.dwell_bottom_ms * 1e-3,
-        ..times(machine, &down, &up, height_mm)
+        ..times(machine, &spindle, &down, &up, height_mm)
     };
     Ok((times, down, up))
+}
+
+/// What the machine's own strokes of all its spindles take.
+pub fn own_times(machine: &Machine) -> Result<Vec<SpindleTimes>, Diagnostic> {
+    machine.spindle_axes().map(|axis| Ok(own(machine, axis)?.0)).collect()
 }
 
 /// The abort horizon of the machine's own stroke `down`: until how long after its start, in s, it can still be stopped with the
@@ -268,7 +320,7 @@ mod tests {
         for ((margin_ms, settle_ms), wanted_ms) in rows {
             let mut machine = virtual_drill();
             (machine.overlap.margin_ms, machine.settle_ms) = (margin_ms, settle_ms);
-            let waits_ms = settle_ms + 1e3 * own(&machine).expect("a stroke").0.margin_s;
+            let waits_ms = settle_ms + 1e3 * own(&machine, 2).expect("a stroke").0.margin_s;
             assert!((waits_ms - wanted_ms).abs() < 0.1, "{margin_ms} {settle_ms}: {waits_ms}");
         }
     }

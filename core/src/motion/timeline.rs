@@ -272,10 +272,11 @@ impl Move {
         })
     }
 
-    /// The tick, from the start of the timeline, at which the hole is through: the end of the stroke down in it.
+    /// The tick, from the start of the timeline, at which the hole is through: the end of the last stroke down in it.
     pub fn drilled_tick(&self) -> Option<u64> {
-        let down = self.parts.iter().rev().find(|part| part.stage == Stage::Drill)?;
-        let end = libm::ceil(down.end_s() * TICK_HZ as f64) as u64;
+        let down = self.parts.iter().filter(|part| part.stage == Stage::Drill);
+        let end_s = down.map(AxisMove::end_s).reduce(f64::max)?;
+        let end = libm::ceil(end_s * TICK_HZ as f64) as u64;
         Some(self.start_tick + end.min(self.duration_ticks))
     }
 }

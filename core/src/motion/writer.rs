@@ -11,7 +11,7 @@
 //!
 //! Comes in: a program, a machine. Goes out: a [`Timeline`]. Does not know step times.
 
-use super::drill_cycles::{DrillCycles, Hole, Low, plain_hole};
+use super::drill_cycles::{Alike, DrillCycles, Hole, Low, alike, plain_hole};
 use super::limits::{line, mm_per_step, steps};
 use super::milling;
 use super::path::PlannedPath;
@@ -90,12 +90,13 @@ fn writer_at<'a>(program: &Program, machine: &'a Machine, index: usize) -> Write
     let at = program.start_of_leg(index);
     start[0] = machine.x.scale.steps(at.x);
     start[1] = machine.y.scale.steps(at.y);
-    for axis in installed(machine) {
+    for axis in machine.spindle_axes() {
         start[axis] = machine.z.scale.steps(program.safe_height);
     }
     let mut writer = Writer::new(machine, start);
     writer.place = at;
     writer.spindles = spindle_axes(program.spindles, machine);
+    writer.groups = alike(machine, &writer.spindles);
     writer.lifts_mm_per_s = program.bits.iter().map(|bit| bit.handling.up_mm_per_s()).collect();
     let before = program.legs.iter().take(index).rev().flat_map(|leg| leg.commands.iter().rev());
     let mut asked = before.filter_map(|command| match command {
@@ -107,14 +108,9 @@ fn writer_at<'a>(program: &Program, machine: &'a Machine, index: usize) -> Write
     writer
 }
 
-/// The axes of the spindles that `machine` has.
-pub(super) fn installed(machine: &Machine) -> std::ops::Range<usize> {
-    2..2 + (machine.spindles as usize).clamp(1, AXES - 2)
-}
-
 /// The axes of the spindles in use, from a set of them (bit 0 is Z1).
 fn spindle_axes(set: u8, machine: &Machine) -> Vec<usize> {
-    installed(machine).filter(|axis| set >> (axis - 2) & 1 == 1).collect()
+    machine.spindle_axes().filter(|axis| set >> (axis - 2) & 1 == 1).collect()
 }
 
 /// Writes moves one after the other.
@@ -129,6 +125,10 @@ pub(super) struct Writer<'a> {
     mark: Mark,
     feed_height: Length,
     pub(super) spindles: Vec<usize>,
+    /// The same, those together that stroke alike.
+    groups: Vec<Alike>,
+    /// The bottom of the hole that is drilled in this leg.
+    hole_bottom: Option<Length>,
     settled: bool,
     /// Where X and Y were sent last, of which `at` is the nearest step.
     place: Point,
@@ -160,7 +160,9 @@ impl<'a> Writer<'a> {
             command: 0,
             mark: Mark::Prepare,
             feed_height: machine.process.feed_height,
-            spindles: installed(machine).collect(),
+            spindles: machine.spindle_axes().collect(),
+            groups: Vec::new(),
+            hole_bottom: None,
             settled: true,
             place: Point::default(),
             bottom: None,
@@ -191,7 +193,7 @@ impl<'a> Writer<'a> {
 
     fn leg(&mut self, index: usize, leg: &Leg, next: Option<&Leg>) -> Result<(), Diagnostic> {
         self.leg = u32::try_from(index).map_err(|_| Diagnostic::error("motion.too_many_legs"))?;
-        (self.mark, self.command) = (leg.mark, 0);
+        (self.mark, self.command, self.hole_bottom) = (leg.mark, 0, leg.bottom());
         let mills = |command: &Command| matches!(command, Command::Mill { .. } | Command::MillArc { .. });
         let is_hole = matches!(leg.mark, Mark::Hole(_)) && !leg.commands.iter().any(mills);
         self.presses = self.machine.foot.on && is_hole;
@@ -224,7 +226,7 @@ impl<'a> Writer<'a> {
         let stands = (self.at, plane, self.turned);
         let (to_next, low) = self.strokes.next_hole(
             self.machine,
-            &self.spindles,
+            &self.groups,
             stands,
             hole.lifted(self.lift_mm_per_s),
             self.low.take(),
@@ -402,11 +404,12 @@ impl<'a> Writer<'a> {
         self.line(Stage::Drill, bottom, f64::from(feed_um_per_s) * 1e-3, gate)
     }
 
-    /// The spindles in use at `height`, everything else where it is.
+    /// The spindles in use at `height`, in a hole each as far as it goes; everything else where it is.
     fn with_z(&self, height: Length) -> Steps {
         let mut steps = self.at;
         for axis in &self.spindles {
-            steps[*axis] = self.machine.z.scale.steps(height);
+            let own = |bottom| self.machine.own(*axis).height(height, bottom);
+            steps[*axis] = self.machine.z.scale.steps(self.hole_bottom.map_or(height, own));
         }
         steps
     }

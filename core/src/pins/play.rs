@@ -6,9 +6,10 @@
 //!              └──────────── brake ◀──────────┘
 //! ```
 //!
-//! Where plane and spindles move together, the plane leaves by the plan's prediction that the bit is out of the board; the
-//! contact sensor is the interlock. If it still reports the board then, the plane does not start: the spindle alone goes on
-//! up, and the segment ends there.
+//! Where plane and spindles move together, the plane leaves when the plan predicts that the bit is clear of the board. Where a
+//! contact sensor still reports the board then, the plane waits for its edge while the spindles go on up, and what follows comes as
+//! much later; if it reports it with the spindles all the way up, the segment ends there. An edge that comes early changes
+//! nothing: it tells that the tip is out of the board, not that it is clear of it.
 //!
 //! Where the clock waits by itself this is a function that returns at the end ([`play`]). Where it is told the time, it is played
 //! by turns ([`play_by_turns`]): it gives way whenever the next step is not due.
@@ -20,7 +21,7 @@ use super::feed_override::{FeedOverride, rates};
 use super::{AxisSet, Clock, Pins, SpindleState, SpindleTrouble};
 use crate::job::{Gate, Input, Mark, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
-use crate::steps::{AXES, Pulse, Replay, Segment, Steps, Switching, TICK_HZ, replay};
+use crate::steps::{AXES, Replay, Segment, Steps, Switching, TICK_HZ, replay};
 use crate::units::Length;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
@@ -238,6 +239,7 @@ pub async fn play_by_turns(
         stepped: [(start, 0); AXES],
         // Milling is meant to move in the board, and an edge is touched and left again.
         plane: if matches!(segment.stage, Stage::Mill | Stage::Touch) { Plane::Done } else { Plane::Before },
+        put_off: 0,
         touched: false,
         end: None,
         line,
@@ -254,8 +256,6 @@ enum Plane {
     Before,
     Moving,
     Done,
-    /// The bit was still in the board when it was to start: it does not.
-    Kept,
 }
 
 /// A segment in play.
@@ -269,6 +269,8 @@ struct Play<'a> {
     /// Of every axis: when it stepped last, and how late it was by then.
     stepped: [(u64, u64); AXES],
     plane: Plane,
+    /// So many ticks later than planned it left, because a tip was still in the board.
+    put_off: u64,
     /// The tip touched the board since it was above the place by which it must.
     touched: bool,
     /// Why it comes to rest early.
@@ -298,19 +300,17 @@ impl Play<'_> {
         self.look();
         let mut pulses = replay(self.segment);
         self.announce(&pulses);
-        while let Some(pulse) = pulses.next() {
+        loop {
+            if !self.released(&mut pulses).await {
+                return Outcome::Guarded(Input::Contact);
+            }
+            let Some(pulse) = pulses.next() else { break };
             self.idle_until(pulse.tick).await;
             if let (Some(end), false) = (self.end, self.moving) {
                 return end;
             }
-            match self.released(pulse, &pulses) {
-                Release::Step(pulse) => {
-                    self.step(pulse);
-                    self.announce(&pulses);
-                }
-                Release::Skip => continue,
-                Release::End(outcome) => return outcome,
-            }
+            self.step(pulse);
+            self.announce(&pulses);
             if pulse.axes & PLANE != 0 && pulses.pending() & PLANE == 0 {
                 self.plane = Plane::Done;
             }
@@ -319,7 +319,7 @@ impl Play<'_> {
             }
         }
         self.moving = false;
-        self.idle_until(self.segment.duration_ticks).await;
+        self.idle_until(self.segment.duration_ticks + self.put_off).await;
         match (self.end, self.segment.gate) {
             (Some(Outcome::Stopped) | None, Some(gate)) if gate.otherwise == Otherwise::Alarm => {
                 Outcome::Unmet(gate)
@@ -361,27 +361,24 @@ impl Play<'_> {
         }
     }
 
-    /// What of a pulse is made: all of it, unless the plane is about to start with the bit in the board.
-    fn released(&mut self, pulse: Pulse, later: &Replay<'_>) -> Release {
-        if self.plane == Plane::Before && pulse.axes & PLANE != 0 {
-            self.plane = Plane::Moving;
-            if self.pins.inputs(self.line.tick) & Input::Contact.bit() != 0 {
-                self.plane = Plane::Kept;
-                self.end = Some(Outcome::Guarded(Input::Contact));
+    /// Whether the next step may come: always, but for the first of the plane while the contact still reports the board. That one is
+    /// put off from step to step of what goes up, as long as anything does.
+    async fn released(&mut self, later: &mut Replay<'_>) -> bool {
+        while self.plane == Plane::Before {
+            let Some(tick) = later.leaves() else { return true };
+            self.idle_until(tick).await;
+            if self.end.is_some() && !self.moving {
+                return true;
+            }
+            if self.pins.inputs(self.line.tick) & Input::Contact.bit() == 0 {
+                self.plane = Plane::Moving;
+            } else if let Some(ticks) = later.put_off() {
+                self.put_off += ticks;
+            } else {
+                return false;
             }
         }
-        let kept = Outcome::Guarded(Input::Contact);
-        if self.plane != Plane::Kept {
-            return Release::Step(pulse);
-        }
-        let axes = pulse.axes & !PLANE;
-        let rises = axes & pulse.forward == axes;
-        match axes {
-            0 if later.pending() & !PLANE == 0 => Release::End(kept),
-            0 => Release::Skip,
-            _ if rises => Release::Step(Pulse { axes, ..pulse }),
-            _ => Release::End(kept),
-        }
+        true
     }
 
     /// Waits for a stream tick. While nothing moves, orders are obeyed at once.
@@ -464,9 +461,6 @@ impl Play<'_> {
 
     /// After a step: sets the rate to the next one. True when it came to rest for good.
     async fn paced(&mut self, tick: u64, later: &Replay<'_>) -> bool {
-        if self.plane == Plane::Kept {
-            return false;
-        }
         self.want();
         if self.feed_override.is_full() {
             return false;
@@ -498,13 +492,6 @@ impl Play<'_> {
             Order::Hold | Order::Stop => 0.0,
         });
     }
-}
-
-/// What becomes of a pulse.
-enum Release {
-    Step(Pulse),
-    Skip,
-    End(Outcome),
 }
 
 fn count(position: &mut Steps, axes: u8, forward: u8) {

@@ -101,7 +101,9 @@ impl Homing {
                 return Err(lost("control.sensor_stuck"));
             }
             (Stage::Locate, Outcome::Gated(at)) => {
-                correction = cycles::home_count(machine, self.axis) - at[self.axis];
+                // Of spindles that do not stand alike the lowest is the last to be up: how they stand to each other is counted on.
+                let lowest = cycles::together(machine, self.axis).map(|axis| at[axis]).min().unwrap_or(0);
+                correction = cycles::home_count(machine, self.axis) - lowest;
                 let counted = self.counted.get(self.axis).copied().unwrap_or(false);
                 if counted && correction.abs() > COUNT_TOLERANCE {
                     self.off.get_or_insert((self.axis, correction));
@@ -130,11 +132,13 @@ impl Homing {
     }
 }
 
-/// From the sensor's edge to the step where the axis always rests after homing.
+/// From the sensor's edge to the step where the axis always rests after homing, all spindles alike.
 fn offset(machine: &Machine, axis: usize, from: Steps) -> Result<Vec<Segment>, Diagnostic> {
-    let way = home_place(machine, axis) - from[axis];
-    let speed = machine.axis(axis).home_speed_mm_per_s;
-    let timeline = cycles::jog(machine, from, axis, way, speed)?;
+    let (rests, speed) = (home_place(machine, axis), machine.axis(axis).home_speed_mm_per_s);
+    let timeline = match axis {
+        0 | 1 => cycles::jog(machine, from, axis, rests - from[axis], speed)?,
+        _ => cycles::lower(machine, from, rests, speed)?,
+    };
     let segments = timeline.moves.iter().map(|planned| steps::segment(planned, machine));
     Ok(segments.map(|segment| Segment { stage: Stage::Offset, mark: Mark::Prepare, ..segment }).collect())
 }

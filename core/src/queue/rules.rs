@@ -50,6 +50,11 @@ pub(super) fn z_steps(machine: &Machine, height: Length) -> i64 {
     machine.z.scale.steps(machine.process.surface) + machine.z.scale.steps(height)
 }
 
+/// Machine steps of Z where all spindles stand alike and every tip is at its safe height or over it.
+fn all_safe(machine: &Machine) -> i64 {
+    z_steps(machine, machine.process.safe_height) + machine.reach()
+}
+
 /// Where `axis` rests after homing.
 pub(super) fn home_place(machine: &Machine, axis: usize) -> i64 {
     let (edge, towards) = home_edge(machine, axis);
@@ -89,13 +94,17 @@ pub fn after(
             }
             let bottom = bottom(machine);
             inside(machine, 2, bottom, "")?;
-            next.position[2] = standing.position[2].min(bottom);
+            let surface = machine.on_surface();
+            for axis in machine.spindle_axes() {
+                next.position[axis] = standing.position[axis].min(bottom + surface[axis] - surface[2]);
+            }
         }
         WorkCommand::DrillUp => {
             homed(standing, &[2])?;
-            let safe = z_steps(machine, machine.process.safe_height);
+            let safe = all_safe(machine);
             inside(machine, 2, safe, "")?;
-            next.position[2] = standing.position[2].max(safe);
+            let above = standing.position[2].max(safe);
+            machine.spindle_axes().for_each(|axis| next.position[axis] = above);
         }
         WorkCommand::Home { axes } => home(machine, &mut next, *axes)?,
         WorkCommand::Output { name, .. } => {
@@ -128,7 +137,7 @@ pub(super) fn bottom(machine: &Machine) -> i64 {
 }
 
 fn tip_in_board(machine: &Machine, standing: &Standing) -> bool {
-    standing.homed[2] && standing.position[2] < z_steps(machine, Length::ZERO)
+    standing.homed[2] && machine.lowest(&standing.position) < z_steps(machine, Length::ZERO)
 }
 
 fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Diagnostic> {
@@ -138,7 +147,9 @@ fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Diagno
             tip_up(machine, next)?;
         }
         next.homed[axis] = true;
-        next.position[axis] = home_place(machine, axis);
+        for axis in cycles::together(machine, axis) {
+            next.position[axis] = home_place(machine, axis);
+        }
     }
     Ok(())
 }
@@ -152,10 +163,11 @@ fn homed(standing: &Standing, axes: &[usize]) -> Result<(), Diagnostic> {
 
 fn tip_up(machine: &Machine, standing: &Standing) -> Result<(), Diagnostic> {
     let safe = z_steps(machine, machine.process.safe_height);
-    if standing.position[2] >= safe {
+    let lowest = machine.lowest(&standing.position);
+    if lowest >= safe {
         return Ok(());
     }
-    let height = machine.z.scale.length(standing.position[2]) - machine.process.surface;
+    let height = machine.z.scale.length(lowest) - machine.process.surface;
     Err(refuse("queue.tip_low").with("height", height.mm()).with("safe", machine.process.safe_height.mm()))
 }
 

@@ -142,7 +142,14 @@ fn alone_s(planned: &Move, machine: &Machine) -> f64 {
     if planned.stage != Stage::NextHole {
         return duration_s;
     }
-    let parts_s: f64 = planned.parts.iter().map(AxisMove::duration_s).sum();
+    // Spindles that go up, or down, each their own way do so at once.
+    let longest_s = |stage: Stage| {
+        let parts = planned.parts.iter().filter(|part| part.stage == stage);
+        parts.map(AxisMove::duration_s).fold(0.0, f64::max)
+    };
+    let travel = planned.parts.iter().filter(|part| part.stage == Stage::Travel);
+    let travel_s: f64 = travel.map(AxisMove::duration_s).sum();
+    let parts_s = longest_s(Stage::Retract) + travel_s + longest_s(Stage::Drill);
     let end_s = planned.parts.iter().map(AxisMove::end_s).fold(0.0, f64::max);
     let travels = planned.parts.iter().any(|part| part.stage == Stage::Travel);
     let settle_s = if travels { machine.settle_ms * 1e-3 } else { 0.0 };

@@ -93,8 +93,8 @@ struct Maker {
     least_interval: i64,
     /// Least time between the last step one way and the first one back, s.
     turn_s: f64,
-    /// The last different strokes: every hole of a bit is made with the same two.
-    known: [Option<Known>; 4],
+    /// The last different strokes: every hole of a bit is made with the same two of each spindle.
+    known: [Option<Known>; 2 * AXES],
     oldest: usize,
 }
 
@@ -118,7 +118,13 @@ impl Maker {
         let least_interval = TICK_HZ.div_ceil(u64::from(machine.max_step_hz.max(1))) as i64;
         let direction_s = f64::from(machine.direction_setup_us) * 1e-6;
         let turn_s = direction_s.max(least_interval as f64 / TICK_HZ as f64) + TURN_ROOM_S;
-        Self { fitter: Fitter::default(), least_interval, turn_s, known: [const { None }; 4], oldest: 0 }
+        Self {
+            fitter: Fitter::default(),
+            least_interval,
+            turn_s,
+            known: [const { None }; 2 * AXES],
+            oldest: 0,
+        }
     }
 
     fn segment(&mut self, planned: &Move) -> Segment {

@@ -6,10 +6,16 @@
 //!    ──────────────────────▶      axes in the same tick together
 //! ```
 //!
+//! Where the plane may not leave yet although it was planned to, it is put off, and with it the strokes down that follow it: what goes
+//! up goes on meanwhile.
+//!
 //! Comes in: a segment or a stream. Goes out: [`Pulse`]s, as [`crate::pins::Pins::step`] takes them. Knows nothing else.
 
 use super::stream::{PARTS, Run, Segment, StepStream};
 use crate::machine::AXES;
+
+/// Axes of the plane.
+const PLANE: u8 = 0b11;
 
 /// Steps that come in the same tick.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -44,6 +50,8 @@ struct Cursor<'a> {
     parts: i64,
     interval: i64,
     change: i64,
+    /// So many ticks later than planned come its steps down.
+    put_off: i64,
     /// Steps left in this run, the next one included.
     left: u32,
     later: &'a [Run],
@@ -59,6 +67,37 @@ impl Replay<'_> {
     pub fn forward(&self) -> u8 {
         let up = self.cursors[..self.active].iter().filter(|cursor| cursor.forward);
         up.fold(0, |axes, cursor| axes | cursor.axes)
+    }
+
+    /// The tick of the next step, where it is one of the plane.
+    pub fn leaves(&self) -> Option<u64> {
+        let cursors = &self.cursors[..self.active];
+        let first = |plane: bool| {
+            let some = cursors.iter().filter(|cursor| (cursor.axes & PLANE != 0) == plane);
+            some.map(|cursor| cursor.tick).min()
+        };
+        let tick = first(true)?;
+        first(false).is_none_or(|other| tick <= other).then(|| u64::try_from(tick).unwrap_or(0))
+    }
+
+    /// Puts the plane off to just after the next step up, and all strokes down as much. Gives by how many ticks; none where nothing
+    /// goes up any more.
+    pub fn put_off(&mut self) -> Option<u64> {
+        let cursors = &mut self.cursors[..self.active];
+        let is_plane = |cursor: &Cursor<'_>| cursor.axes & PLANE != 0;
+        let rises = cursors.iter().filter(|cursor| !is_plane(cursor) && cursor.forward);
+        let rise = rises.map(|cursor| cursor.tick).min()?;
+        let leaves = cursors.iter().filter(|cursor| is_plane(cursor)).map(|cursor| cursor.tick).min()?;
+        let ticks = (rise + 1 - leaves).max(1);
+        for cursor in cursors {
+            if is_plane(cursor) || !cursor.forward {
+                cursor.base += ticks;
+                cursor.tick += ticks;
+            } else {
+                cursor.put_off += ticks;
+            }
+        }
+        u64::try_from(ticks).ok()
     }
 
     /// For every set of axes with steps left: the axes, whether they count up, and the tick of their last step.
@@ -80,6 +119,7 @@ pub fn replay(segment: &Segment) -> Replay<'_> {
         parts: 0,
         interval: 0,
         change: 0,
+        put_off: 0,
         left: 0,
         later: &[],
     };
@@ -117,7 +157,7 @@ impl Cursor<'_> {
                 self.interval = run.first_parts();
                 self.change = i64::from(run.change);
                 self.left = run.count;
-                self.base = self.tick;
+                self.base = self.tick + if run.forward { 0 } else { std::mem::take(&mut self.put_off) };
                 self.parts = PARTS / 2 + self.interval;
                 self.find_tick();
                 return true;

@@ -239,6 +239,11 @@ impl MountedBit {
         None
     }
 
+    /// How deep it went below the surface at this place, mm.
+    pub fn deepest_mm(&self) -> f64 {
+        self.depth_mm(self.deepest).max(0.0)
+    }
+
     fn depth_mm(&self, z: i64) -> f64 {
         (self.board.0 - z) as f64 * self.mm_per_step
     }

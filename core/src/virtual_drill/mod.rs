@@ -10,8 +10,8 @@
 //! only on the calls made. It starts at a place nobody told the executor, all spindles equally high.
 //!
 //! Where X or Y has play, the axis is pushed up by its motor, and down the play behind it. Every spindle has its own motor, its
-//! own bit and its own board; all are read by one switch at each end, which is on below when the first is down and above when the
-//! last is up.
+//! own bit, as long as it is said to be, and its own board; all are read by one switch at each end, which is on below when the first
+//! is down and above when the last is up, and by one contact, which is on while any tip touches.
 //!
 //! Comes in: calls of [`Pins`]. Goes out: inputs, every hole that the spinning tip really made, and where steps were lost.
 //! Does not know programs.
@@ -202,7 +202,6 @@ impl VirtualDrill {
             let through = process.board_thickness + Length::from_nm(process.breakthrough.nm() / 2);
             edges[2].0 = z.scale.steps(surface - through);
         }
-        let spindles = machine.spindles.clamp(1, 6) as usize;
         let rotor = |number: usize| {
             let index = number.min(2);
             let (axis, (low, high)) = (axes[index], edges[index]);
@@ -225,15 +224,19 @@ impl VirtualDrill {
             let rotor = if machine.drive == DriveKind::Table { rotor.by_interrupts() } else { rotor };
             rotor.wired(if number < 3 { !faults.dead_wires[index] } else { u8::MAX })
         };
-        let rotors: Vec<Rotor> = (0..2 + spindles).map(rotor).collect();
+        let rotors: Vec<Rotor> = (0..machine.spindle_axes().end).map(rotor).collect();
         let tables = [0, 1].map(|axis: usize| {
             let play = axes[axis].scale.steps(axes[axis].backlash).abs();
             Table { at: rotors[axis].at, play }
         });
-        let board = (z.scale.steps(surface), z.scale.steps(surface - process.board_thickness));
         let feed_hz = process.feed_mm_per_s * z.scale.steps_per_mm();
         let mm_per_step = 1.0 / z.scale.steps_per_mm();
-        let bit = MountedBit::new((board, mm_per_step), feed_hz, faults.bit_life, faults.dull_bit_hz);
+        let bit = |axis: usize| {
+            let surface = surface + machine.own(axis).longer;
+            let board = (z.scale.steps(surface), z.scale.steps(surface - process.board_thickness));
+            MountedBit::new((board, mm_per_step), feed_hz, faults.bit_life, faults.dull_bit_hz)
+        };
+        let bits = machine.spindle_axes().map(bit).collect();
         let bouncing = SWITCHES.iter().fold(0, |bits, input| bits | input.bit());
         let mut drill = Self {
             rotors,
@@ -245,7 +248,7 @@ impl VirtualDrill {
                 (steps(axes[axis].min + RIM), steps(axes[axis].max - RIM))
             }),
             switches: Switches::new(seed, bouncing, faults.glitches),
-            bits: vec![bit; spindles],
+            bits,
             changer: Changer::new(machine),
             faults,
             slips: Vec::new(),
@@ -293,6 +296,11 @@ impl VirtualDrill {
     /// Where every spindle really is, in steps.
     pub fn heights(&self) -> Vec<i64> {
         self.rotors.iter().skip(2).map(|rotor| rotor.at).collect()
+    }
+
+    /// How deep every tip went below the board's surface at this place, mm; 0 where it did not.
+    pub fn depths_mm(&self) -> Vec<f64> {
+        self.bits.iter().map(MountedBit::deepest_mm).collect()
     }
 
     /// Steps that were sent to X, Y and all spindles together, and not made.
@@ -475,7 +483,8 @@ impl VirtualDrill {
         let [x, y, _] = self.real();
         // The lowest spindle is the first that is down, and the last that is up.
         let lowest = self.rotors.iter().skip(2).map(|rotor| rotor.at).min().unwrap_or(0);
-        let touches = self.bits.first().is_some_and(|bit| bit.contacts(lowest));
+        let heights = self.rotors.iter().skip(2).map(|rotor| rotor.at);
+        let touches = self.bits.iter().zip(heights).any(|(bit, height)| bit.contacts(height));
         let contact = if touches { Input::Contact.bit() } else { 0 };
         on(0, x, (Input::XMin, Input::XMax))
             | on(1, y, (Input::YMin, Input::YMax))

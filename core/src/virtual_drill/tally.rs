@@ -157,25 +157,29 @@ fn matched(
 
 /// The holes of the legs `done`, and of the one after them.
 fn wanted(program: &Program, machine: &Machine, done: Range<usize>) -> Vec<Wanted> {
-    let spindles = (machine.spindles as usize).clamp(1, 6);
-    let in_use = (0..spindles as u8).filter(|spindle| program.spindles >> spindle & 1 == 1);
-    let in_use: Vec<u8> = in_use.collect();
-    let bottom = machine.z.scale.steps(machine.process.surface - machine.process.board_thickness);
-    let through = |to: Length| machine.z.scale.steps(machine.process.surface + to) <= bottom;
+    let in_use = machine.spindle_axes().filter(|axis| program.spindles >> (axis - 2) & 1 == 1);
+    let in_use: Vec<usize> = in_use.collect();
+    let z = &machine.z.scale;
     let mut wanted = Vec::new();
     let mut at = Point::default();
     for (index, leg) in program.legs.iter().enumerate().take(done.end.saturating_add(1)) {
-        for place in straight_down(leg, &mut at, &through) {
-            let (leg, certain) = (index, index < done.end);
-            let hole = |spindle: &u8| Wanted {
+        let (from, bottom) = (at, leg.bottom());
+        for axis in &in_use {
+            at = from;
+            let own = machine.own(*axis);
+            let surface = machine.process.surface + own.longer;
+            let under = z.steps(surface - machine.process.board_thickness);
+            let goes_to = |to: Length| surface + bottom.map_or(to, |bottom| own.height(to, bottom));
+            let places = straight_down(leg, &mut at, &|to| z.steps(goes_to(to)) <= under);
+            let hole = |place: Point| Wanted {
                 x_mm: place.x.mm(),
                 y_mm: place.y.mm(),
-                spindle: *spindle,
-                leg,
-                certain,
+                spindle: (axis - 2) as u8,
+                leg: index,
+                certain: index < done.end,
             };
             if index >= done.start {
-                wanted.extend(in_use.iter().map(hole));
+                wanted.extend(places.into_iter().map(hole));
             }
         }
     }

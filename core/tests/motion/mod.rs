@@ -17,6 +17,8 @@ mod paths;
 mod paths_measured;
 mod play;
 mod profiles;
+mod released;
+mod spindles;
 mod streams;
 mod vectors;
 

@@ -1,6 +1,7 @@
 //! The virtual drill: motors that slip when overdriven, sensors, a board that is really drilled (N20).
 
 mod sensors;
+mod spindles;
 mod stops;
 
 use annulus_core::chance::Chance;

@@ -14,7 +14,7 @@ use std::sync::Arc;
 
 /// Settings that say where a machine's places are: when one changes, it must be homed. So it must when its wiring is another one;
 /// what else a virtual drill is built from, it says itself.
-const BUILT_FROM: [&str; 12] = [
+const BUILT_FROM: [&str; 13] = [
     "machine.spindles",
     "x.",
     "y.",
@@ -22,6 +22,7 @@ const BUILT_FROM: [&str; 12] = [
     "drive.",
     "foot.",
     "magazine.",
+    "spindle.longer",
     "stroke.contact_tolerance",
     "stroke.end",
     "stroke.surface",
@@ -110,7 +111,7 @@ mod tests {
     use super::*;
 
     /// What every other setting is for: how it moves and in which order, nothing that it is built from.
-    const KEPT: [&str; 11] = [
+    const KEPT: [&str; 15] = [
         "machine.name",
         "machine.description",
         "motion.",
@@ -120,7 +121,11 @@ mod tests {
         "stroke.safe_height",
         "stroke.feed",
         "stroke.dwell_bottom",
-        "spindle.",
+        "spindle.deeper",
+        "spindle.enabled",
+        "spindle.margin",
+        "spindle.max_speed",
+        "spindle.sp",
         "rack.",
     ];
 

@@ -276,10 +276,11 @@ impl Owner {
         {
             return Err(alarm("control.tip_low"));
         }
-        let target = (self.position[index] + way).clamp(low, high);
-        match target - self.position[index] {
-            0 => Err(alarm("control.end_of_travel").with("axis", letter(index))),
-            clamped => Ok(clamped),
+        // Spindles go together, wherever each of them stands.
+        let room = |axis: usize| (self.position[axis] + way).clamp(low, high) - self.position[axis];
+        match cycles::together(&self.machine, index).map(room).min_by_key(|room| room.abs()) {
+            None | Some(0) => Err(alarm("control.end_of_travel").with("axis", letter(index))),
+            Some(clamped) => Ok(clamped),
         }
     }
 

@@ -40,14 +40,14 @@ pub fn pace(machine: &Machine, pitch_mm: f64) -> Option<Pace> {
         latency_s: machine.overlap.latency_ms * 1e-3,
     };
     let formula_s = if machine.overlap.on {
-        cycle_s(hop(machine), rules(machine), &drill_cycles::own(machine).ok()?.0)
+        cycle_s(hop(machine), rules(machine), &drill_cycles::own(machine, 2).ok()?.0)
     } else {
         one_by_one_s(&timeline)
     };
     let mut free = machine.clone();
     free.motion = MotionLaws { plane: Law::SCurve, down: Law::SCurve, up: Law::SCurve, ..free.motion };
     (free.overlap.latency_ms, free.overlap.margin_ms, free.overlap.dwell_top_ms) = (0.0, 0.0, 0.0);
-    let times = drill_cycles::own(&free).ok()?.0;
+    let times = drill_cycles::own(&free, 2).ok()?.0;
     let bound_s = times.air_s().max(hop(&free) + rules(&free).settle_s) + times.board_s();
     Some(Pace { planned_s, formula_s, bound_s })
 }

@@ -113,15 +113,18 @@ struct Setting {
     dwell_bottom_s: f64,
     dwell_top_s: f64,
     spindles: u32,
-    /// What a machine's own stroke takes, and its last moment for a stop, s; without a machine they follow from the rest.
-    own: Option<(SpindleTimes, f64)>,
+    /// What the strokes of a machine's own spindles take, and the last moment for a stop of the first, s; without a machine they follow
+    /// from the rest.
+    own: Option<(Vec<SpindleTimes>, f64)>,
 }
 
 /// Everything that is shown of a timeline. Times in s.
 struct Found {
+    /// Of the first spindle.
     times: SpindleTimes,
+    /// Of all of them.
+    all: Vec<SpindleTimes>,
     cycles: Vec<Cycle>,
-    spindles: u32,
     /// Whether table and spindles move together.
     overlaps: bool,
     /// Until how long after its start a stroke can be stopped clear of the board; none where the table rests before it.
@@ -179,7 +182,7 @@ fn reference() -> Setting {
 
 /// The timeline of a machine with its own strokes.
 fn of_machine(machine: &Machine) -> Result<Setting, Diagnostic> {
-    let (own, down, _) = drill_cycles::own(machine)?;
+    let (_, down, _) = drill_cycles::own(machine, 2)?;
     Ok(Setting {
         x: Limits::of_axis(machine, &machine.x),
         y: Limits::of_axis(machine, &machine.y),
@@ -190,7 +193,7 @@ fn of_machine(machine: &Machine) -> Result<Setting, Diagnostic> {
             latency_s: 1e-3 * machine.overlap.latency_ms,
         },
         spindles: machine.spindles,
-        own: Some((own, drill_cycles::last_stop_s(machine, &down)?)),
+        own: Some((drill_cycles::own_times(machine)?, drill_cycles::last_stop_s(machine, &down)?)),
         ..reference()
     })
 }
@@ -201,8 +204,8 @@ fn apart(machine: &Machine, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic> {
     let total_s = found.timeline.total_s();
     Ok(Found {
         times: found.times,
+        all: vec![found.times; machine.spindles as usize],
         cycles: found.cycles,
-        spindles: machine.spindles,
         overlaps: false,
         last_stop_s: None,
         total_s,
@@ -311,10 +314,10 @@ fn hop_s(setting: &Setting, hop: [f64; 2]) -> Result<f64, Diagnostic> {
     Ok(longest_s)
 }
 
-/// What a stroke takes, and its last moment for a stop.
-fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Diagnostic> {
-    if let Some(own) = setting.own {
-        return Ok(own);
+/// What the stroke of every spindle takes, and the last moment for a stop of the first.
+fn strokes(setting: &Setting) -> Result<(Vec<SpindleTimes>, f64), Diagnostic> {
+    if let Some(own) = &setting.own {
+        return Ok(own.clone());
     }
     let full_mm = setting.height_mm + setting.depth_mm;
     if !(setting.clear_mm >= 0.0 && setting.clear_mm < setting.height_mm) {
@@ -335,21 +338,21 @@ fn spindle(setting: &Setting) -> Result<(SpindleTimes, f64), Diagnostic> {
         margin_s: setting.margin_s,
         ..SpindleTimes::of(&down, &up, setting.height_mm, setting.clear_mm)
     };
-    Ok((times, last_stop_s))
+    Ok((vec![times; setting.spindles as usize], last_stop_s))
 }
 
 /// Table and spindles together.
 fn together(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic> {
     let hops_s = hops_mm.iter().map(|hop| hop_s(setting, *hop)).collect::<Result<Vec<_>, _>>()?;
-    let (times, last_stop_s) = spindle(setting)?;
-    let spindles = vec![times; setting.spindles as usize];
+    let (spindles, last_stop_s) = strokes(setting)?;
+    let times = spindles.first().copied().unwrap_or_default();
     let cycles = cycles(&hops_s, setting.rules, &spindles)?;
     let tops = cycles.iter().flat_map(|cycle| &cycle.spindles).map(|one| one.top_s);
     Ok(Found {
         times,
         total_s: tops.fold(0.0, f64::max),
         sequential_s: sequential_s(&hops_s, setting.rules, &spindles),
-        spindles: setting.spindles,
+        all: spindles,
         overlaps: true,
         last_stop_s: Some(last_stop_s),
         cycles,
@@ -359,7 +362,7 @@ fn together(setting: &Setting, hops_mm: &[[f64; 2]]) -> Result<Found, Diagnostic
 fn sheet(found: &Found, hops_mm: &[[f64; 2]]) -> ComputedCase {
     let times = &found.times;
     let rate = |seconds: f64| 60.0 * hops_mm.len() as f64 / seconds;
-    let all = f64::from(found.spindles);
+    let all = found.all.len() as f64;
     let columns = "hole,hop_x_mm,hop_y_mm,xy_start_s,xy_end_s,ready_s,trigger_s,start_s,contact_s,bottom_s,\
                    up_start_s,clear_s,top_s,cycle_s,last_stop_s";
     ComputedCase {
@@ -367,7 +370,8 @@ fn sheet(found: &Found, hops_mm: &[[f64; 2]]) -> ComputedCase {
             "up_s": times.up_s, "contact_s": times.contact_s, "leave_s": times.leave_s, "air_s": times.air_s(),
             "board_s": times.board_s(), "last_stop_s": found.last_stop_s },
             "events": found.cycles.iter().map(|cycle| event(found, cycle)).collect::<Vec<_>>(),
-            "total_s": found.total_s, "sequential_s": found.sequential_s, "spindles": found.spindles,
+            "total_s": found.total_s, "sequential_s": found.sequential_s, "spindles": found.all.len(),
+            "strokes": found.all.iter().map(stroke).collect::<Vec<_>>(),
             "holes_per_min": rate(found.total_s), "holes_per_min_all_spindles": all * rate(found.total_s),
             "holes_per_min_sequential": rate(found.sequential_s) }),
         rows: rows(found, hops_mm, rate),
@@ -389,16 +393,26 @@ fn rows(found: &Found, hops_mm: &[[f64; 2]], rate: impl Fn(f64) -> f64) -> Vec<(
         let contact = format!("{} {}", word("contact"), ms(found.times.contact_s));
         rows.push((word("last_stop"), format!("{}  {contact}", ms(last_s))));
     }
+    if found.all.windows(2).any(|two| two[0] != two[1]) {
+        let contact = |times: &SpindleTimes| format!("{} {}", word("contact"), ms(times.contact_s));
+        rows.extend((1..).zip(&found.all).map(|(number, times)| (format!("Z{number}"), contact(times))));
+    }
     let totals = [("together", found.total_s), ("sequential", found.sequential_s)];
     for (key, seconds) in totals.into_iter().skip(usize::from(!found.overlaps)) {
         let mut what = format!("{}  {}/min", ms(seconds), short(rate(seconds)));
-        if found.spindles > 1 {
-            let all = short(f64::from(found.spindles) * rate(seconds));
+        if found.all.len() > 1 {
+            let all = short(found.all.len() as f64 * rate(seconds));
             what += &format!(", {} {all}/min", word("all_spindles"));
         }
         rows.push((word(key), what));
     }
     rows
+}
+
+/// What a spindle's stroke takes.
+fn stroke(times: &SpindleTimes) -> Value {
+    json!({ "down_s": times.down_s, "up_s": times.up_s, "contact_s": times.contact_s, "leave_s": times.leave_s,
+        "margin_s": times.margin_s })
 }
 
 fn event(found: &Found, cycle: &Cycle) -> Value {
@@ -435,11 +449,11 @@ fn sample(found: &Found, (index, (cycle, hop)): (usize, (&Cycle, &[f64; 2]))) ->
 
 /// Who moves when: a row for the table, one a spindle.
 fn plot(found: &Found) -> Plot {
-    let spindles = found.spindles;
+    let spindles = found.all.len();
     let bar = |from: f64, to: f64, row: f64| [[1e3 * from, row], [1e3 * to, row]];
     let names: Vec<String> =
         (1..=spindles).rev().map(|one| format!("Z{one}")).chain([word("plane")]).collect();
-    let plane = f64::from(spindles);
+    let plane = spindles as f64;
     let mut parts: [Vec<[f64; 2]>; 5] = Default::default();
     let mut marks = Vec::new();
     for cycle in &found.cycles {

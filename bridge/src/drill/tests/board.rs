@@ -192,3 +192,39 @@ fn a_spindle_that_drills_while_the_first_stays_up_is_lifted_all_the_same() {
     let status = bench.wait(|status| status.state == State::Ready);
     assert_eq!((status.trust, status.steps[2..].to_vec()), (Trust::Trusted, vec![top; 6]));
 }
+
+#[test]
+fn spindles_each_of_their_own_drill_a_whole_board_that_was_held_stopped_and_taken_up() {
+    let own: [(&str, &[f64]); 3] = [
+        ("spindle.deeper", &[0.0, 0.4, 0.0, -0.7]),
+        ("spindle.longer", &[0.0, 0.0, 1.5, -2.25, 0.8]),
+        ("spindle.margin", &[0.0, 0.0, 0.0, 0.0, 12.0]),
+    ];
+    let own: Vec<_> =
+        own.iter().map(|(key, numbers)| ((*key).to_owned(), Value::Numbers(numbers.to_vec()))).collect();
+    let machine = annulus_core::machine::apply(&six_spindles(), &own).unwrap();
+    let machine = Machine { tool_change: ToolChange::Unattended, ..machine };
+    let top = machine.z.scale.steps(machine.z.max - machine.z.home_offset);
+    let program = Program { spindles: 0b11_1111, ..grid(&machine, 120) };
+    let folder = tempfile::tempdir().unwrap();
+    let drill = Drill::open_with(folder.path(), machine.clone(), 20.0, Faults::default()).unwrap();
+    let tells = drill.watch();
+    let mut bench = Bench { drill, folder, tells };
+    bench.start(&program);
+    bench.wait(|status| status.holes_done > 3);
+    bench.drill.ask(Ask::Pause).unwrap();
+    let held = bench.wait(|status| status.state == State::Paused && status.spindle_rpm == 0);
+    let surface = machine.on_surface();
+    let lowest = machine.spindle_axes().map(|axis| held.steps[axis] - surface[axis]).min();
+    assert!(lowest > Some(0), "a tip stays in the board: {:?}", held.steps);
+    bench.drill.ask(Ask::Resume).unwrap();
+    bench.wait(|status| status.holes_done > held.holes_done + 3);
+    bench.drill.ask(Ask::Stop).unwrap();
+    let status = bench.wait(|status| status.state == State::Ready);
+    assert_eq!(bench.ended().0, Ending::Stopped);
+    assert_eq!((status.trust, status.steps[2..].to_vec()), (Trust::Trusted, vec![top; 6]));
+    bench.take_up(&program);
+    assert_eq!(bench.ended().0, Ending::Done);
+    let status = bench.wait(|status| status.drilled.is_some());
+    assert_eq!(status.drilled, Some(DrilledReport::default()));
+}

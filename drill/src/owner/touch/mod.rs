@@ -211,7 +211,9 @@ impl Owner {
             (TouchStep::Look, _) => Ok(vec![look(from)]),
             (TouchStep::Down, what) => {
                 let lowest = match what {
-                    TouchFor::Survey(surveying) => self.z_steps(surveying.last - surveying.depth),
+                    TouchFor::Survey(surveying) => {
+                        self.z_steps(surveying.last - surveying.depth) + self.machine.reach()
+                    }
                     TouchFor::Height { depth, .. } => from[2] - machine.z.scale.steps(*depth),
                     TouchFor::Edge { .. } => from[2],
                 };
@@ -243,7 +245,7 @@ impl Owner {
             return self.position[2];
         };
         let clear = surveying.highest.max(Length::ZERO) + surveying.clear;
-        self.z_steps(clear.min(self.machine.process.safe_height))
+        self.z_steps(clear.min(self.machine.process.safe_height)) + self.machine.reach()
     }
 
     /// The place of the board that is touched next, or where the tip is.
@@ -283,7 +285,8 @@ impl Owner {
             (TouchStep::Down | TouchStep::Side, Ended::Gated(at)) if at == from => self.closed_already(),
             (TouchStep::Down | TouchStep::Side, Ended::Gated(at)) => self.touched_at(at),
             (TouchStep::Down, Ended::Unmet(_) | Ended::Completed) => {
-                let below = self.machine.process.surface - self.machine.z.scale.length(self.position[2]);
+                let lowest = self.machine.lowest(&self.position);
+                let below = self.machine.process.surface - self.machine.z.scale.length(lowest);
                 let why = self.placed(diagnostic("level.no_board"));
                 self.fails(why.with("mm", mm(below)), self.session.trust);
             }
@@ -328,7 +331,7 @@ impl Owner {
 
     /// The contact closed there.
     fn touched_at(&mut self, at: Steps) {
-        let height = self.machine.z.scale.length(at[2]) - self.machine.process.surface;
+        let height = self.machine.z.scale.length(self.machine.lowest(&at)) - self.machine.process.surface;
         let Some(touching) = &mut self.touching else { return };
         touching.found = Some(at);
         match &mut touching.what {
@@ -368,7 +371,7 @@ impl Owner {
     /// The board's surface is where the tip was at `at`, or by a plate below it. A height map that lies there goes along: it is its
     /// height at this place that was touched.
     fn set_surface(&mut self, at: Steps, plate: Length) -> Result<(), Diagnostic> {
-        let mut height = self.machine.z.scale.length(at[2]) - plate;
+        let mut height = self.machine.z.scale.length(self.machine.lowest(&at)) - plate;
         let zero = self.session.zero().map(|_| self.zero_mm());
         let lies = |kept: &&KeptSurface| {
             zero.is_some_and(|zero| kept.map.refused(&kept.map.job, zero, true).is_none())
