@@ -56,7 +56,7 @@ const ROWS: [[&str; 4]; 14] = [
     ["the same, the real firmware", "deaths of the firmware", "not known", "not known"],
     ["emergency stop", "emergency", "not known", "not known"],
     ["an input with a filter", "filter", "off, or by a timer as it is compiled ¹", "not known"],
-    ["core 0, for the pulses", "processor", "not known", "not known"],
+    ["core 0, making the words of pulses", "processor", "not known", "not known"],
     ["the same, ordinary paths", "path of chance", "not known", "not known"],
     ["flash and memory", "size", "not known", "not known"],
 ];
@@ -96,7 +96,7 @@ fn table<'a>(lines: impl Iterator<Item = &'a str>) -> Done<String> {
         "| what | this adapter | GRBL 1.1h, ATmega328 | Klipper, RP2040 |\n|---|---|---|---|\n".to_owned();
     for [title, key, grbl, klipper] in ROWS {
         let own = match key {
-            "" => "a new one every step",
+            "" => "a new one every step, as their edges are compared above",
             _ => measured.iter().find(|row| row.0 == key).ok_or(format!("No test measured `{key}`."))?.1,
         };
         out += &format!("| {title} | {own} | {grbl} | {klipper} |\n");

@@ -123,6 +123,31 @@ fn returned(name: &str, others: &[String], there: Vec<String>) -> Vec<String> {
 mod tests {
     use super::*;
 
+    #[cfg(unix)]
+    #[test]
+    fn an_adapter_that_moves_is_not_asked_for_its_boot_mode() {
+        use annulus_link::bytes::Writer;
+        use annulus_link::frame::{Header, ON_LINE, seal};
+        use annulus_link::message::Status;
+        use serialport::{SerialPort, TTYPort};
+        let (mut own, theirs) = TTYPort::pair().unwrap();
+        let tell = Tell::from(Status { state: State::Running, ..Status::default() });
+        let (mut payload, mut line) = ([0; 128], [0; ON_LINE]);
+        let mut out = Writer::new(&mut payload);
+        tell.put(&mut out);
+        let length = out.end().unwrap();
+        let header = Header { session: 1, number: 0, kind: tell.kind() };
+        let length = seal(header, &payload[..length], &mut line).unwrap();
+        let says = thread::spawn(move || {
+            for _ in 0..30 {
+                let _ = own.write_all(&line[..length]);
+                thread::sleep(Duration::from_millis(10));
+            }
+        });
+        assert_eq!(boot_disk_of(&theirs.name().unwrap()).unwrap_err().code, "firmware.moves");
+        says.join().unwrap();
+    }
+
     #[test]
     fn whoever_comes_back_under_another_name_is_found_and_nobody_else_is_asked() {
         let names = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();

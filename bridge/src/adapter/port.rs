@@ -26,10 +26,11 @@ pub(crate) fn adapters() -> Vec<String> {
 
 /// The port called `name`; the only one with an adapter where it has no name.
 pub(super) fn named(name: &str) -> Result<String, Diagnostic> {
-    if !name.is_empty() {
-        return Ok(name.to_owned());
-    }
-    let mut names = adapters();
+    if name.is_empty() { only(adapters()) } else { Ok(name.to_owned()) }
+}
+
+/// The only one of some ports.
+fn only(mut names: Vec<String>) -> Result<String, Diagnostic> {
     match names.len() {
         0 => Err(Diagnostic::error("adapter.not_found")),
         1 => Ok(names.swap_remove(0)),
@@ -98,5 +99,24 @@ impl Cable for Plug {
             (self.name, self.port) = (port.name.clone(), Some(port));
         }
         self.port.is_some()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adapter_is_found_by_its_usb_number_where_it_is_the_only_one() {
+        let listed = |usb| serial::Listed { name: "A".to_owned(), what: String::new(), usb };
+        let found = [Some(USB), Some((USB.0, 2)), None].map(|usb| is_adapter(&listed(usb)));
+        assert_eq!(found, [true, false, false]);
+        let names = |text: &str| text.split_whitespace().map(str::to_owned).collect::<Vec<_>>();
+        assert_eq!(only(names("A")), Ok("A".to_owned()));
+        assert_eq!(named("B"), Ok("B".to_owned()), "a name is a name");
+        assert_eq!(only(names("")).unwrap_err().code, "adapter.not_found");
+        let several = only(names("A B")).unwrap_err();
+        assert_eq!(several.code, "adapter.several");
+        assert!(several.message("en").contains("A, B"), "{}", several.message("en"));
     }
 }

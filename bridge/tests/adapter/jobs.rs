@@ -1,20 +1,32 @@
 //! Jobs on an adapter: whole, stopped, over a bad cable, with the cable pulled, with the emergency stop.
+//!
+//! The adapter of these tests is emulated cycle by cycle and takes six times as long as life, on a busy computer more than anybody
+//! waits for: a small job is always drilled, the others are among the long tests.
 
 use super::shop::Shop;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::steps::{digest, replay_stream, stream_of};
 use annulus_core::wire::Ask;
 
-/// The adapter of these tests is emulated cycle by cycle and takes six times as long as life, on a busy computer more than
-/// anybody waits for: they are among the long tests.
+/// Whether long tests are run; where they are not it is said that this one is left out.
 fn is_long() -> bool {
-    std::env::var_os("ANNULUS_LONG").is_some()
+    let is_long = std::env::var_os("ANNULUS_LONG").is_some();
+    if !is_long {
+        println!("skipped: a long test, which ANNULUS_LONG runs");
+    }
+    is_long
 }
 
 /// Steps of an axis, up and down.
 fn counts(steps: &[bool]) -> [usize; 2] {
     let up = steps.iter().filter(|up| **up).count();
     [up, steps.len() - up]
+}
+
+#[test]
+fn a_small_board_is_drilled_whole_and_the_pins_step_as_the_stream_says() {
+    let mut shop = Shop::homed(1);
+    exact(&mut shop, 1);
 }
 
 #[test]

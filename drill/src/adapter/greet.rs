@@ -238,6 +238,17 @@ mod tests {
     use annulus_core::machine::{AdapterWiring, lab, virtual_drill};
 
     #[test]
+    fn an_adapter_with_another_clock_too_few_axes_or_too_slow_steps_is_refused() {
+        let able = Welcome { clock_hz: 120_000_000, axes: 4, max_rate_hz: 500_000, ..Welcome::default() };
+        let of = |welcome: Welcome| fits(&welcome, &virtual_drill(), "port").err().map(|why| why.code);
+        assert_eq!(of(able), None);
+        assert_eq!(of(Welcome { clock_hz: 125_000_000, ..able }).as_deref(), Some("adapter.other_clock"));
+        for small in [Welcome { axes: 2, ..able }, Welcome { max_rate_hz: 10_000, ..able }] {
+            assert_eq!(of(small).as_deref(), Some("adapter.too_small"));
+        }
+    }
+
+    #[test]
     fn settings_are_those_of_the_machine_in_ticks_and_bits() {
         let adapter = AdapterWiring {
             sensors_low: vec![0, 0, 1, 0, 0, 0, 0],

@@ -3,7 +3,7 @@
 use super::world::World;
 use super::*;
 use annulus_core::geometry::Point;
-use annulus_core::job::{Command, Cutter, Mark};
+use annulus_core::job::{Command, Cutter, Mark, Stage};
 use annulus_core::pins::ShortTouches;
 use annulus_link::bytes::Writer;
 use annulus_link::cobs::Unstuffer;
@@ -125,9 +125,8 @@ pub(super) fn milled() -> Program {
 
 #[test]
 fn a_step_costs_few_bytes_of_the_cable() {
-    // A quarter of a byte was wanted for drilling, and is not met: from hole to hole axes only get going and brake, which takes
-    // 143 runs of 8.5 bytes for 4,200 steps, and as many bytes again for tails, heads and beats.
-    for (what, program, most) in [("drilling", program(40), 0.6), ("milling", milled(), 1.0)] {
+    // With everything else that is said: statuses are asked for, sessions kept alive.
+    for (what, program, most) in [("drilling", program(40), 0.3), ("milling", milled(), 0.3)] {
         let mut bench = ready(&Memory::default());
         let before = (bench.world().steps, bench.world().bytes);
         bench.start(&program, 0);
@@ -172,6 +171,77 @@ fn stopped_or_without_its_cable_for_a_while_it_rests_on_the_path_and_goes_on() {
         bench.go_on();
         let (missing, doubled) = against(&files, &program, status.zero_mm.unwrap());
         assert!(missing == 0 && doubled <= 1, "seed {seed}: {missing} missing, {doubled} twice");
+    }
+}
+
+#[test]
+fn stopped_while_unplugged_or_unplugged_for_too_long_it_is_homed_and_goes_on() {
+    for is_stopped in [true, false] {
+        let (files, program) = (Memory::default(), program(12));
+        let mut bench = drilling(&files, &program, 2);
+        let since = now();
+        bench.world().plug(false);
+        (0..500).for_each(|_| bench.turn(TURN));
+        assert_eq!(bench.status().alarm, None, "it is waited for");
+        if is_stopped {
+            bench.ask(&Ask::Stop);
+        }
+        let status = bench.until(|status| status.state == State::Alarm);
+        let (waited, code) = (now() - since, status.alarm.unwrap().code);
+        assert_eq!((code.as_str(), status.trust), ("adapter.unplugged", Trust::Lost));
+        let most = Duration::from_secs(if is_stopped { 15 } else { 25 });
+        assert!(waited < most && (is_stopped || waited >= Duration::from_secs(20)), "{waited:?}");
+        let rests = bench.world().steps;
+        bench.world().plug(true);
+        assert_eq!(bench.acknowledge("adapter.unplugged").trust, Trust::Lost);
+        assert_eq!(bench.world().steps, rests, "nothing moves by itself");
+        bench.home();
+        bench.go_on();
+        let (missing, doubled) = against(&files, &program, bench.status().zero_mm.unwrap());
+        assert!(missing == 0 && doubled <= 1, "{missing} missing, {doubled} twice");
+    }
+}
+
+#[test]
+fn a_stroke_is_too_long_by_what_was_made_of_it_and_not_by_what_was_sent() {
+    let (text, number) = (|word: &str| Value::Text(word.to_owned()), Value::Number);
+    let changes = |longest_s| -> Vec<(String, Value)> {
+        // A second of path to the end of its way; the sensor of the bottom comes after eight tenths of it.
+        let changes = [
+            ("overlap.on", text("no")),
+            ("stroke.end", text("sensor")),
+            ("stroke.breakthrough", number(2.0)),
+            ("stroke.feed", number(3.6)),
+            ("stroke.longest_drilling", number(longest_s)),
+        ];
+        changes.map(|(key, value)| (key.to_owned(), value)).to_vec()
+    };
+    for (longest_s, is_enough) in [(0.92, true), (0.5, false)] {
+        let (files, changes) = (Memory::default(), changes(longest_s));
+        let machine = annulus_core::machine::apply(&machine(), &changes).unwrap();
+        let program = drilled::holes(&machine, 4, 8, |_| 800);
+        let mut bench = opened(&files, World::new(&machine, &files), 1);
+        bench.ask(&Ask::Configure { changes });
+        assert_eq!(bench.refused(), None);
+        bench.until(|status| status.trust == Trust::Lost && status.state == State::NotHomed);
+        bench.home();
+        bench.ask(&Ask::SetZero);
+        bench.turn(Duration::from_millis(100));
+        bench.start(&program, 0);
+        bench.until(|status| status.state == State::ToolChange);
+        bench.ask(&Ask::ToolChanged);
+        if !is_enough {
+            let status = bench.until(|status| status.state == State::Alarm);
+            assert_eq!(status.alarm.unwrap().code, "control.drilling_too_long");
+            continue;
+        }
+        // Stopped amid a stroke it is stopped, although more of it was sent than may be drilled.
+        bench.until(|status| status.holes_done >= 1 && status.stage == Some(Stage::Drill));
+        (0..100).for_each(|_| bench.turn(TURN));
+        bench.ask(&Ask::Stop);
+        let status = bench.until(|status| matches!(status.state, State::Ready | State::Alarm));
+        assert_eq!((status.state, status.alarm), (State::Ready, None));
+        bench.go_on();
     }
 }
 
@@ -258,6 +328,18 @@ fn after_the_emergency_stop_and_after_a_loss_of_power_it_is_homed_and_goes_on() 
     bench.go_on();
     let (missing, doubled) = against(&files, &program, bench.status().zero_mm.unwrap());
     assert!(missing == 0 && doubled <= 2, "{missing} missing, {doubled} twice");
+}
+
+#[test]
+fn an_adapter_that_could_not_keep_its_time_is_homed_and_goes_on() {
+    let (files, program) = (Memory::default(), program(12));
+    let mut bench = drilling(&files, &program, 2);
+    bench.world().fault();
+    assert_eq!(bench.acknowledge("adapter.fault").trust, Trust::Lost);
+    bench.home();
+    bench.go_on();
+    let (missing, doubled) = against(&files, &program, bench.status().zero_mm.unwrap());
+    assert!(missing == 0 && doubled <= 1, "{missing} missing, {doubled} twice");
 }
 
 #[test]

@@ -305,7 +305,7 @@ impl World {
         }
         let inputs = Inputs { on: self.inputs(), stop: self.pressed };
         if self.pressed {
-            self.force(None);
+            self.force(None, true);
         }
         self.adapter.attend(inputs, self.now_us as u32);
         if self.adapter.asks_touches() {
@@ -351,13 +351,18 @@ impl World {
             self.steps += 1;
             let hit = self.machine.adapter.wired(self.drill.inputs(tick)) & self.adapter.limits();
             if hit != 0 {
-                self.force(Some(hit.trailing_zeros() as u8));
+                self.force(Some(hit.trailing_zeros() as u8), false);
             }
         }
     }
 
-    /// The pulses are stopped, by an input or by the emergency stop.
-    fn force(&mut self, input: Option<u8>) {
+    /// Its machines ran dry.
+    pub(super) fn fault(&mut self) {
+        self.force(None, false);
+    }
+
+    /// The pulses are stopped, by an input, by the emergency stop, or because nothing was there to play.
+    fn force(&mut self, input: Option<u8>, stop: bool) {
         let mut index = self.adapter.index();
         for (index, pulses) in index.iter_mut().zip(&mut self.rings.pulses) {
             for (_, forward) in pulses.drain(..) {
@@ -365,6 +370,6 @@ impl World {
             }
         }
         self.motion = Motion::Rest;
-        self.adapter.forced(index, input, input.is_none());
+        self.adapter.forced(index, input, stop);
     }
 }
