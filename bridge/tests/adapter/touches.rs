@@ -59,7 +59,8 @@ fn a_board_is_touched_through_the_firmware_and_the_map_is_what_it_is_to_the_step
     let grid = ProbeGrid { low, high, columns: 2, rows: 2, margin: Length::ZERO };
     let job = "0".repeat(64);
     shop.page.ask(&Ask::Survey { grid, job, clear_um: 300, depth_um: 1_000, now_s: 1_764_000_000 });
-    let told = shop.page.until(|tell| matches!(tell, Tell::HeightMap(map) if map.grid.is_some() && !map.goes));
+    let told =
+        shop.page.until(|tell| matches!(tell, Tell::HeightMap(map) if map.grid.is_some() && !map.goes));
     let Tell::HeightMap(map) = told else { panic!("{told:?}") };
     let status = shop.until(|status| status.state == State::Ready);
     assert_eq!((status.alarm, map.heights.len()), (None, 4));

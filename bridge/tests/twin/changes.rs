@@ -51,10 +51,8 @@ pub(super) fn with_magazine() -> [(&'static str, Value); 2] {
 impl Bench {
     /// Its tools lie in places 1 and 2, and a person says so.
     pub(super) fn fill(&mut self) {
-        let places: Vec<_> = (1..)
-            .zip(DIAMETERS_UM)
-            .map(|(number, um)| Some(StockedTool { number, bit: bit(um) }))
-            .collect();
+        let places: Vec<_> =
+            (1..).zip(DIAMETERS_UM).map(|(number, um)| Some(StockedTool { number, bit: bit(um) })).collect();
         let stock = ToolStock::reported(places.clone(), Held::Nothing, &self.machine).unwrap();
         self.seen().lay(&stock);
         self.page.ask(&Ask::Stock { places, spindle: Held::Nothing });
@@ -63,7 +61,8 @@ impl Bench {
     /// Waits until what is told of the tools is so.
     fn tools_are(&mut self, so: impl Fn(&ToolsReport) -> bool) {
         let told = self.heard.iter().rev();
-        let mut told = told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
+        let mut told =
+            told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
         if !told.next().is_some_and(&so) {
             self.hear(|tell| matches!(tell, Tell::Tools(report) if so(report)));
         }
@@ -85,9 +84,8 @@ fn a_job_is_drilled_from_the_magazine_of_a_card_and_a_worn_tool_asked_for_betwee
         bench.start(&program);
         // Nobody is asked for what the machine fetches itself; a person is where the life of it is over.
         let status = bench.until(|status| status.state == State::ToolChange && status.holes_done == 2);
-        bench.tools_are(|report| {
-            (report.wanted, report.in_spindle, hits(report, 1)) == (Some(1), Some(1), 2)
-        });
+        bench
+            .tools_are(|report| (report.wanted, report.in_spindle, hits(report, 1)) == (Some(1), Some(1), 2));
         assert!(status.machine_mm[2] > -1.01, "the tip is all the way up: {status:?}");
         let rests = bench.seen().drill.real();
         for _ in 0..10 {

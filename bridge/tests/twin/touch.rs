@@ -78,7 +78,10 @@ fn a_board_is_touched_through_a_card_and_the_map_is_what_it_is() {
             };
             let (touch, further) = touches.iter().find(near).unwrap_or_else(|| panic!("{index} {touches:?}"));
             let mm = height.unwrap().mm();
-            assert!((mm - (at(touch[2], 2) - SURFACE_MM)).abs() < 1e-9, "{index}: to the step {mm} {touch:?}");
+            assert!(
+                (mm - (at(touch[2], 2) - SURFACE_MM)).abs() < 1e-9,
+                "{index}: to the step {mm} {touch:?}"
+            );
             assert_eq!(*further, 0, "{index}: it went on after the sensor had closed");
             assert!((mm - ASKEW.raised_mm(x, y)).abs() < 1.5 * STEP_MM, "{index}: as the board lies {mm}");
         }

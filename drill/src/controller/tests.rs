@@ -450,7 +450,8 @@ fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
         let changes = changes.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
         Ask::Configure { changes: changes.collect() }
     };
-    let (word, two) = (|word: &str| Value::Text(word.to_owned()), |mm: f64| Value::Numbers(vec![mm, mm - 30.0]));
+    let (word, two) =
+        (|word: &str| Value::Text(word.to_owned()), |mm: f64| Value::Numbers(vec![mm, mm - 30.0]));
     let magazine = [
         ("rack.change", word("magazine")),
         ("magazine.x", two(-100.0)),

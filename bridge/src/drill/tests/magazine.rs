@@ -155,7 +155,8 @@ fn a_worn_tool_is_asked_for_between_two_holes_also_after_a_stop_there_and_nothin
     let asked = |status: &Status| status.state == State::ToolChange && status.holes_done == 3;
     let hits = || {
         let told = bench.drill.greeting().into_iter();
-        let mut told = told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
+        let mut told =
+            told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
         told.next().unwrap().wear.iter().find(|wear| wear.number == 2).map_or(0, |wear| wear.hits)
     };
     let status = bench.wait(|status| asked(status) && status.spindle_rpm == 0);

@@ -35,7 +35,10 @@ fn held() -> Bench {
     bench.until(|status| status.work_mm[2] > deep + 0.2);
     bench.ask(&Ask::Stop);
     let status = bench.until(|status| status.state == State::Ready);
-    assert!(status.work_mm[2] < 0.0 && is_down(&status), "the tip rests in the board, which is held: {status:?}");
+    assert!(
+        status.work_mm[2] < 0.0 && is_down(&status),
+        "the tip rests in the board, which is held: {status:?}"
+    );
     bench
 }
 

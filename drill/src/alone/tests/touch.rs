@@ -25,7 +25,7 @@ pub(super) fn deepened(mut program: Program, depth_mm: f64) -> Program {
     program
 }
 
-fn wish(program: &Program) -> Ask {
+pub(super) fn wish(program: &Program) -> Ask {
     let bounds = touched(program).unwrap();
     let grid = ProbeGrid::over(bounds, Length::from_mm(5.0), Length::from_mm(0.5)).unwrap();
     Ask::Survey { grid, job: key_of(program), clear_um: 1_000, depth_um: 2_000, now_s: 1_764_000_000 }

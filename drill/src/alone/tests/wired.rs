@@ -2,7 +2,7 @@
 //! says (N17, N18, N20).
 
 use super::port::{machine, opened};
-use super::touch::{THICK_MM, TOLERANCE_MM, deepened};
+use super::touch::{THICK_MM, TOLERANCE_MM, deepened, wish};
 use super::*;
 use annulus_core::job::Input;
 use annulus_core::machine::{Machine, apply};
@@ -127,6 +127,26 @@ fn the_height_and_an_edge_of_a_board_are_found_through_an_adapter() {
     assert!(status.machine_mm[0] < zero - 0.4, "it stands off the edge: {status:?}");
 }
 
+#[test]
+fn a_cable_that_is_pulled_while_a_board_is_touched_leaves_no_map_and_the_place_known() {
+    let mut bench = homed(&Memory::default(), Faults::default());
+    bench.ask(&Ask::SetZero);
+    bench.turn(Duration::from_millis(200));
+    bench.ask(&wish(&program(12)));
+    while bench.report().done < 2 {
+        bench.turn(TURN);
+    }
+    bench.world().plug(false);
+    (0..250).for_each(|_| bench.turn(TURN));
+    bench.world().plug(true);
+    bench.until(|status| status.state == State::Alarm);
+    assert_eq!(bench.rested().as_deref(), Some("adapter.ran_dry"));
+    assert_eq!((bench.report().grid, bench.report().goes), (None, false));
+    let (real, status) = (bench.world().real(), bench.status().clone());
+    assert_eq!((real[..] == status.steps[..3], status.trust), (true, Trust::Trusted));
+    assert!(status.work_mm[2] > 0.5, "the tip is up: {status:?}");
+}
+
 /// What is done with the machine.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Work {
@@ -192,7 +212,8 @@ fn every_fault_behind_an_adapter_is_what_the_manual_says_of_it() {
                 bench.start(&program(8), 0);
                 bench.finish();
                 found = bench.rested();
-                through = String::from_utf8(files.clone().read(File::Drilled).unwrap()).unwrap().lines().count();
+                through =
+                    String::from_utf8(files.clone().read(File::Drilled).unwrap()).unwrap().lines().count();
                 if found.is_none() {
                     bench.home();
                     homing = bench.rested();
