@@ -14,3 +14,4 @@ mod queue;
 mod run;
 mod server;
 mod tools;
+mod twin;

@@ -93,7 +93,7 @@ fn this(word: &str) -> Done<Command> {
 }
 
 /// Tests of the bridge whose machine is late where the computer is: pulses of a card and a line to a spindle, in the time of life.
-const CLOCKS: [&str; 2] = ["server::card::", "server::spindle::"];
+const CLOCKS: [&str; 3] = ["server::card::", "server::spindle::", "twin::"];
 
 /// Three tests at a time for every core: those of the bridge mostly wait, as a person at a drill does.
 fn native() -> Done<Command> {

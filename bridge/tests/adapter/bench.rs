@@ -25,19 +25,19 @@ const DIRECTION_PIN: u64 = 6;
 #[derive(Clone, Copy)]
 pub(crate) struct Wiring {
     stop_pin: u64,
-    /// Pins of the switches of X low, Y low, Z top.
-    switch_pins: [u64; 3],
+    /// Pins of the switches of X low, Y low, Z top, and of the contact.
+    switch_pins: [u64; 4],
     spindle_pin: u64,
     is_phases: bool,
 }
 
 /// Drivers that take steps and directions.
 pub(crate) const STEPS: Wiring =
-    Wiring { stop_pin: 10, switch_pins: [11, 13, 15], spindle_pin: 20, is_phases: false };
+    Wiring { stop_pin: 10, switch_pins: [11, 13, 15, 17], spindle_pin: 20, is_phases: false };
 
 /// Windings of motors that make a step with every eighth of a turn of the current.
 pub(crate) const PHASES: Wiring =
-    Wiring { stop_pin: 18, switch_pins: [19, 20, 21], spindle_pin: 26, is_phases: true };
+    Wiring { stop_pin: 18, switch_pins: [19, 20, 21, 22], spindle_pin: 26, is_phases: true };
 
 /// Where the carriage stands when the adapter gets its power, in steps from its switches: X and Y beside them, Z below.
 const START: [i64; 3] = [90, 70, -120];
@@ -51,6 +51,8 @@ pub(crate) struct Record {
     pub(crate) steps: [Vec<bool>; 3],
     /// Where the tip went into the board, each time.
     pub(crate) holes: Vec<[i64; 2]>,
+    /// Where the contact closed, each time, and how many steps of Z came before it was open again.
+    pub(crate) touches: Vec<([i64; 3], u64)>,
     pub(crate) spindle: bool,
     /// Cycle of the latest pulse, and cycle now.
     pub(crate) latest: u64,
@@ -62,10 +64,13 @@ pub(crate) struct Record {
 impl Record {
     fn new() -> Self {
         let steps = Default::default();
-        let (place, holes) = (START, Vec::new());
-        Self { place, steps, holes, spindle: false, latest: 0, cycle: 0, bytes: 0 }
+        let (place, holes, touches) = (START, Vec::new(), Vec::new());
+        Self { place, steps, holes, touches, spindle: false, latest: 0, cycle: 0, bytes: 0 }
     }
 }
+
+/// Whether the tip touches the board at a place, in steps from the switches.
+pub(crate) type Board = fn(&[i64; 3]) -> bool;
 
 /// What can be done to it.
 enum Do {
@@ -76,6 +81,8 @@ enum Do {
     Stop(bool),
     /// Below so many steps from the switch the tip is in a hole.
     Bottom(i64),
+    /// Where the tip touches the board.
+    Board(Board),
     /// An input is touched for so many cycles.
     Touch(u64, u64),
     /// The adapter loses its power and gets it again.
@@ -133,6 +140,11 @@ impl Bench {
 
     pub(crate) fn bottom(&self, steps: i64) {
         self.tell(Do::Bottom(steps));
+    }
+
+    /// There is a board that the contact tells of.
+    pub(crate) fn board(&self, board: Board) {
+        self.tell(Do::Board(board));
     }
 
     /// An input is touched for so many µs.
@@ -211,9 +223,8 @@ impl Emulator {
     }
 
     /// Sets the switches that are not as they were.
-    fn switch(&mut self, place: &[i64; 3], before: [bool; 3]) {
-        for (input, on) in switches(place).into_iter().enumerate().filter(|(input, on)| before[*input] != *on)
-        {
+    fn switch(&mut self, now: [bool; 4], before: [bool; 4]) {
+        for (input, on) in now.into_iter().enumerate().filter(|(input, on)| before[*input] != *on) {
             let pin = self.wiring.switch_pins[input];
             self.order(&json!({"do": "pin", "pin": pin, "level": on}));
         }
@@ -290,6 +301,9 @@ struct Pins {
     directions: [bool; 3],
     bottom: i64,
     is_in: bool,
+    board: Board,
+    /// How the switches are.
+    switches: [bool; 4],
     wiring: Wiring,
     /// Halves of the windings that are on, and where the rotors stand in the turn of the current, in eighths.
     halves: [u8; 3],
@@ -300,7 +314,8 @@ impl Pins {
     fn new(wiring: Wiring) -> Self {
         // Where the last column of the table holds a rotor.
         let (directions, halves, angles) = ([false; 3], [0; 3], [6; 3]);
-        Self { directions, bottom: i64::MIN, is_in: false, wiring, halves, angles }
+        let (bottom, is_in, board, switches): (_, _, Board, _) = (i64::MIN, false, |_| false, [false; 4]);
+        Self { directions, bottom, is_in, board, switches, wiring, halves, angles }
     }
 
     /// Edges of one cycle: the rotors follow the windings when all of them are as they are to be.
@@ -328,6 +343,23 @@ impl Pins {
             record.holes.push([record.place[0], record.place[1]]);
         }
         self.is_in = is_in;
+        if axis == 2
+            && self.switches[3]
+            && let Some((_, further)) = record.touches.last_mut()
+        {
+            *further += 1;
+        }
+    }
+
+    /// The switches as they are now, and as they were.
+    fn switched(&mut self, record: &mut Record) -> ([bool; 4], [bool; 4]) {
+        let place = &record.place;
+        let now = [place[0] <= 0, place[1] <= 0, place[2] >= 0, (self.board)(place)];
+        let before = std::mem::replace(&mut self.switches, now);
+        if now[3] && !before[3] {
+            record.touches.push((record.place, 0));
+        }
+        (now, before)
     }
 
     fn edge(&mut self, record: &mut Record, cycle: u64, pin: u64, level: bool) {
@@ -364,6 +396,7 @@ fn turn(
             Ok(Do::Plug(wanted)) => cable.plug(wanted),
             Ok(Do::Garble(every)) => cable.garble = every,
             Ok(Do::Bottom(steps)) => pins.bottom = steps,
+            Ok(Do::Board(board)) => pins.board = board,
             Ok(Do::Stop(level)) => {
                 emulator.order(&json!({"do": "pin", "pin": pins.wiring.stop_pin, "level": level}));
             }
@@ -379,7 +412,7 @@ fn turn(
                 *emulator = Emulator::new(pins.wiring);
                 let mut record = record.lock().unwrap();
                 (record.latest, record.cycle, record.spindle, pins.directions) = (0, 0, false, [false; 3]);
-                emulator.switch(&record.place, [false; 3]);
+                emulator.switch(pins.switched(&mut record).0, [false; 4]);
             }
             Err(std::sync::mpsc::TryRecvError::Empty) => break,
             Err(std::sync::mpsc::TryRecvError::Disconnected) => return false,
@@ -396,7 +429,6 @@ fn turn(
     };
     cable.write(numbers("bytes").into_iter().map(|byte| byte as u8).collect());
     let mut record = record.lock().unwrap();
-    let before = switches(&record.place);
     let edges: Vec<_> =
         numbers("edges").chunks(2).map(|pair| (pair[0], pair[1] >> 1, pair[1] & 1 == 1)).collect();
     for together in edges.chunk_by(|one, next| one.0 == next.0) {
@@ -405,11 +437,7 @@ fn turn(
     }
     record.cycle = answer["cycle"].as_u64().unwrap();
     record.bytes += count;
-    emulator.switch(&record.place, before);
+    let (now, were) = pins.switched(&mut record);
+    emulator.switch(now, were);
     true
-}
-
-/// Which switches are on: X low, Y low, Z top.
-fn switches(place: &[i64; 3]) -> [bool; 3] {
-    [place[0] <= 0, place[1] <= 0, place[2] >= 0]
 }

@@ -2,7 +2,7 @@
 //!
 //! Comes in: what is asked. Goes out: statuses, and the bench. Does not know what is judged.
 
-use super::bench::{Bench, PHASES, Record, STEPS, eventually};
+use super::bench::{Bench, Board, PHASES, Record, STEPS, eventually};
 use super::client::{Page, Running, annulus};
 use super::drill;
 use annulus_core::control::{Ending, State};
@@ -67,6 +67,14 @@ fn phases(port: &Path) -> Machine {
     apply(&machine(port), &changes).unwrap()
 }
 
+/// The same with a contact, which has no place beside moves that overlap.
+fn with_contact(port: &Path) -> Machine {
+    let sensors = [0.0, -1.0, 2.0, -1.0, 4.0, -1.0, 6.0].to_vec();
+    let changes =
+        [("adapter.sensors", Value::Numbers(sensors)), ("overlap.on", Value::Text("no".to_owned()))];
+    apply(&machine(port), &changes.map(|(key, value)| (key.to_owned(), value))).unwrap()
+}
+
 /// Writes the machine's file beside its port.
 pub(crate) fn write_file(machine: &Machine, path: &Path) {
     fs::write(path, drill::file(machine)).unwrap();
@@ -107,6 +115,15 @@ impl Shop {
         let port = home.path().join("port");
         let (bench, machine) = (Bench::new(&port, PHASES), phases(&port));
         Self::open(count, home, bench, machine)
+    }
+
+    /// The same with a board that its contact tells of.
+    pub(crate) fn homed_over(board: Board) -> Self {
+        let home = TempDir::new().unwrap();
+        let port = home.path().join("port");
+        let (bench, machine) = (Bench::new(&port, STEPS), with_contact(&port));
+        bench.board(board);
+        Self::open(1, home, bench, machine)
     }
 
     fn open(count: u32, home: TempDir, bench: Bench, machine: Machine) -> Self {

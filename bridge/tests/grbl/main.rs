@@ -11,6 +11,7 @@ mod chance;
 mod clock;
 mod damage;
 mod edge;
+mod faults;
 mod firmware;
 mod jobs;
 mod judge;

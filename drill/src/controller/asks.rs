@@ -304,8 +304,11 @@ impl<F: Files> Station<F> {
         }
         let refused = |mut reasons: Vec<Diagnostic>| reasons.swap_remove(0);
         let changed = machine::apply(&self.machine, changes).map_err(refused)?;
-        if changed.has_magazine() || changed.foot.on {
+        if changed.has_magazine() {
             return refusal("grbl.no_magazine");
+        }
+        if changed.foot.on {
+            return refusal("grbl.no_foot");
         }
         let mut kept = self.ledger.settings();
         kept.retain(|(key, _)| changes.iter().all(|(changed, _)| changed != key));

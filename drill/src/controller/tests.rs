@@ -13,6 +13,7 @@ use crate::tests as drilled;
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::machine::{Value, hobby_3018};
+use annulus_core::magazine::{Held, Seen};
 use annulus_core::wire::{Ask, RowVerdict, Status, Tell, program};
 use automaton::Automaton;
 use std::cell::{Cell, RefCell};
@@ -440,6 +441,41 @@ fn what_a_controller_is_not_asked_for_is_said_and_what_it_says_of_itself_is_set_
         _ => None,
     });
     assert_eq!(feed.unwrap().1, Value::Number(1.0));
+}
+
+#[test]
+fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
+    let mut bench = Bench::ready(&Memory::default());
+    let set = |changes: &[(&str, Value)]| {
+        let changes = changes.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
+        Ask::Configure { changes: changes.collect() }
+    };
+    let (word, two) =
+        (|word: &str| Value::Text(word.to_owned()), |mm: f64| Value::Numbers(vec![mm, mm - 30.0]));
+    let magazine = [
+        ("rack.change", word("magazine")),
+        ("magazine.x", two(-100.0)),
+        ("magazine.y", two(-50.0)),
+        ("magazine.height", Value::Number(-20.0)),
+        ("magazine.pause_x", Value::Number(-50.0)),
+        ("magazine.pause_y", Value::Number(-50.0)),
+    ];
+    let rows = [
+        (Ask::Stock { places: vec![], spindle: Held::Nothing }, Some("grbl.no_magazine")),
+        (Ask::ToolSeen { seen: Seen::InPlace }, Some("grbl.no_magazine")),
+        (set(&magazine), Some("grbl.no_magazine")),
+        // What it advises is taken, with all the rest of it.
+        (set(&[&magazine[1..], &[("rack.change", word("manual"))]].concat()), None),
+        (set(&[("foot.on", word("yes")), ("overlap.on", word("no"))]), Some("grbl.no_foot")),
+        (set(&[("foot.on", word("no")), ("overlap.on", word("no"))]), None),
+    ];
+    for (ask, code) in rows {
+        assert_eq!(bench.refused(&ask).as_deref(), code, "{ask:?}");
+    }
+    // And the job is done with tools that a person puts in.
+    let key = bench.upload(&holes(4));
+    bench.start(&key, 0);
+    assert_eq!(bench.finish(), (Ending::Done, 4));
 }
 
 #[test]

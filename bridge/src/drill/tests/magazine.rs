@@ -1,6 +1,7 @@
 //! Tools that the machine fetches itself (C5): stopped at every step, taken up as offered, every hole once and with its tool.
 
 use super::*;
+use annulus_core::machine::apply;
 use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool};
 use annulus_core::wire::MagazineReport;
 use annulus_drill::line;
@@ -141,6 +142,36 @@ fn a_change_is_stopped_at_every_step_and_the_job_goes_on_as_offered() {
         bench.is_whole(&trace);
     }
     assert!(stops > 40, "{stops}");
+}
+
+#[test]
+fn a_worn_tool_is_asked_for_between_two_holes_also_after_a_stop_there_and_nothing_else_is_fetched_for_it() {
+    let rack = ["T1 drill 0.6", "T2 drill 0.8 life 1", "T3 drill 1"].map(str::to_owned).to_vec();
+    let machine = apply(&changer(), &[("rack.tools".to_owned(), Value::Texts(rack))]).unwrap();
+    let program = three_tools(&machine);
+    let bench = Bench::new(&machine, Faults::default());
+    bench.fill(&program);
+    bench.start(&program);
+    let asked = |status: &Status| status.state == State::ToolChange && status.holes_done == 3;
+    let hits = || {
+        let told = bench.drill.greeting().into_iter();
+        let mut told =
+            told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
+        told.next().unwrap().wear.iter().find(|wear| wear.number == 2).map_or(0, |wear| wear.hits)
+    };
+    let status = bench.wait(|status| asked(status) && status.spindle_rpm == 0);
+    assert!(status.machine_mm[2] > -1.01, "the tip is all the way up: {status:?}");
+    assert_eq!((hits(), bench.magazine().changes), (1, false));
+    // Whoever stops there is asked again by the job that goes on.
+    bench.drill.ask(Ask::Stop).unwrap();
+    bench.wait(|status| status.state == State::Ready);
+    bench.go_on(&program);
+    bench.wait(asked);
+    assert_eq!((hits(), bench.magazine().changes), (1, false));
+    bench.drill.ask(Ask::ToolChanged).unwrap();
+    bench.wait(|status| status.job.is_none() && status.state != State::Stopping);
+    bench.is_whole("worn");
+    assert_eq!(hits(), 1, "a new one, and one hole");
 }
 
 #[test]

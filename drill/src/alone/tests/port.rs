@@ -14,7 +14,7 @@ pub(super) fn machine() -> Machine {
     Machine { output: Output::Adapter, ..virtual_drill() }
 }
 
-fn opened(files: &Memory, mut world: World, seed: u64) -> Bench {
+pub(super) fn opened(files: &Memory, mut world: World, seed: u64) -> Bench {
     let port = world.port_again();
     Bench::of(Alone::at_port(files.clone(), port, seed, now).unwrap(), Some(world))
 }
@@ -43,7 +43,7 @@ fn program(count: usize) -> Program {
 }
 
 impl Bench {
-    fn world(&mut self) -> &mut World {
+    pub(super) fn world(&mut self) -> &mut World {
         self.world.as_mut().unwrap()
     }
 

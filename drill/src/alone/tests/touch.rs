@@ -7,12 +7,16 @@ use annulus_core::virtual_drill::UnevenBoard;
 use annulus_core::wire::HeightMapReport;
 
 /// How deep a hole may be beside what was planned, mm: two steps, a touch that is found one late, what lies between the places.
-const TOLERANCE_MM: f64 = 0.015;
-const THICK_MM: f64 = 1.6;
+pub(super) const TOLERANCE_MM: f64 = 0.015;
+pub(super) const THICK_MM: f64 = 1.6;
 
-/// Twelve holes over 20 by 30 mm, so deep.
+/// Holes over 20 by 30 mm, so deep.
 fn deep(depth_mm: f64) -> Program {
-    let mut program = holes(24);
+    deepened(holes(24), depth_mm)
+}
+
+/// The same program with holes so deep.
+pub(super) fn deepened(mut program: Program, depth_mm: f64) -> Program {
     for command in program.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
         if let Command::Plunge { to, .. } = command {
             *to = Length::from_mm(-depth_mm);
@@ -21,7 +25,7 @@ fn deep(depth_mm: f64) -> Program {
     program
 }
 
-fn wish(program: &Program) -> Ask {
+pub(super) fn wish(program: &Program) -> Ask {
     let bounds = touched(program).unwrap();
     let grid = ProbeGrid::over(bounds, Length::from_mm(5.0), Length::from_mm(0.5)).unwrap();
     Ask::Survey { grid, job: key_of(program), clear_um: 1_000, depth_um: 2_000, now_s: 1_764_000_000 }
@@ -43,7 +47,7 @@ fn ready_askew(files: &Memory) -> Bench {
 }
 
 impl Bench {
-    fn report(&self) -> HeightMapReport {
+    pub(super) fn report(&self) -> HeightMapReport {
         let mut told = self.heard.iter().rev();
         let report =
             told.find_map(|tell| if let Tell::HeightMap(report) = tell { Some(report) } else { None });
@@ -62,7 +66,7 @@ impl Bench {
     }
 
     /// Touches the board for `program`.
-    fn survey(&mut self, program: &Program) -> HeightMapReport {
+    pub(super) fn survey(&mut self, program: &Program) -> HeightMapReport {
         self.ask(&wish(program));
         assert_eq!(self.status().state, State::Running, "{:?}", self.refused());
         self.until(|status| matches!(status.state, State::Ready | State::Alarm));
@@ -70,7 +74,7 @@ impl Bench {
     }
 
     /// Has it checked: its key, whether it follows the map, and what of the rows is about that.
-    fn armed(&mut self, program: &Program, from_leg: u32) -> (String, bool, Vec<String>) {
+    pub(super) fn armed(&mut self, program: &Program, from_leg: u32) -> (String, bool, Vec<String>) {
         let bytes = program::encode(program);
         let key = program::key(&bytes);
         self.drill.upload(&key, bytes).unwrap();
@@ -85,7 +89,7 @@ impl Bench {
     }
 
     /// Drills it: how many holes came through, by the drilled-board record.
-    fn through(&mut self, files: &Memory, program: &Program) -> usize {
+    pub(super) fn through(&mut self, files: &Memory, program: &Program) -> usize {
         let recorded =
             || String::from_utf8(files.clone().read(File::Drilled).unwrap()).unwrap().lines().count();
         let before = recorded();

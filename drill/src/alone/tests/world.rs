@@ -104,6 +104,8 @@ pub(super) struct World {
     pub(super) written_down: Option<Vec<Pulse>>,
     /// So many packets more come, then nothing any more.
     pub(super) packets: Option<u64>,
+    /// Where X, Y and Z were when an input stopped the pulses, each time, in steps; and which input that was.
+    pub(super) stops: Vec<([i64; 3], u8)>,
 }
 
 /// A pulse as it was given: when, of which axis, which way.
@@ -151,6 +153,11 @@ fn fresh() -> Adapter<'static> {
 impl World {
     /// Plugged in; its drill writes holes down in `files`.
     pub(super) fn new(machine: &Machine, files: &Memory) -> Self {
+        Self::broken_by(machine, files, Faults::default())
+    }
+
+    /// The same with a drill that has these faults.
+    pub(super) fn broken_by(machine: &Machine, files: &Memory, faults: Faults) -> Self {
         let (told, holes) = channel();
         let record = Box::new(move |hole: &VirtualHole| drop(told.send(board::line(hole))));
         let port = Port::default();
@@ -163,7 +170,7 @@ impl World {
             motion: Motion::Rest,
             begun_us: 0,
             now_us: now().as_micros() as u64,
-            drill: VirtualDrill::new(machine, 7, Faults::default(), record),
+            drill: VirtualDrill::new(machine, 7, faults, record),
             holes,
             files: files.clone(),
             knows_no_filters: false,
@@ -180,6 +187,7 @@ impl World {
             since: 0,
             written_down: None,
             packets: None,
+            stops: Vec::new(),
         }
     }
 
@@ -351,7 +359,9 @@ impl World {
             self.steps += 1;
             let hit = self.machine.adapter.wired(self.drill.inputs(tick)) & self.adapter.limits();
             if hit != 0 {
-                self.force(Some(hit.trailing_zeros() as u8), false);
+                let input = hit.trailing_zeros() as u8;
+                self.stops.push((self.drill.real(), input));
+                self.force(Some(input), false);
             }
         }
     }

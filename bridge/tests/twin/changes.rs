@@ -1,0 +1,110 @@
+//! A job through the bytes of a card on a machine that fetches its tools itself: every step of a change is switched and looked at by
+//! wires, and a tool whose life ends between two holes is asked for there (C3, C5).
+
+use super::{Bench, CLAMP, SPINDLE, text};
+use crate::server::client::in_peace;
+use crate::server::drill;
+use annulus_core::control::{Ending, State, Trust};
+use annulus_core::geometry::Point;
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program};
+use annulus_core::machine::{Machine, Value};
+use annulus_core::magazine::{Held, StockedTool, ToolStock};
+use annulus_core::units::Length;
+use annulus_core::virtual_drill::Faults;
+use annulus_core::wire::{Ask, Tell, ToolsReport};
+use std::thread;
+use std::time::Duration;
+
+/// Diameters of the tools in places 1 and 2.
+const DIAMETERS_UM: [i64; 2] = [600, 800];
+
+fn bit(um: i64) -> Bit {
+    let diameter = Length::from_um(um);
+    Bit { diameter, name: format!("{um}"), cutter: Cutter::Drill, handling: Default::default() }
+}
+
+/// Three holes with the first tool, one with the second.
+pub(super) fn of_two_tools(machine: &Machine) -> Program {
+    let at = (0..4).map(|hole| Point::from_mm(f64::from(hole) * 2.0, 0.0));
+    let mut program = drill::holes(machine, Vec::new(), (at, 10_000), drill::back());
+    program.bits = DIAMETERS_UM.map(bit).to_vec();
+    let fetch = |bit: u32| Leg {
+        mark: Mark::ToolChange(bit),
+        commands: vec![
+            Command::Spindle { rpm: 0 },
+            Command::AwaitBit { bit },
+            Command::Spindle { rpm: 20_000 },
+            Command::Dwell { us: 50_000 },
+        ],
+    };
+    program.legs.insert(3, fetch(1));
+    program.legs.insert(0, fetch(0));
+    program
+}
+
+/// A machine with a magazine, its first tool good for two holes.
+pub(super) fn with_magazine() -> [(&'static str, Value); 2] {
+    let rack = ["T1 drill 0.6 life 2", "T2 drill 0.8"].map(str::to_owned).to_vec();
+    [("rack.change", text("magazine")), ("rack.tools", Value::Texts(rack))]
+}
+
+impl Bench {
+    /// Its tools lie in places 1 and 2, and a person says so.
+    pub(super) fn fill(&mut self) {
+        let places: Vec<_> =
+            (1..).zip(DIAMETERS_UM).map(|(number, um)| Some(StockedTool { number, bit: bit(um) })).collect();
+        let stock = ToolStock::reported(places.clone(), Held::Nothing, &self.machine).unwrap();
+        self.seen().lay(&stock);
+        self.page.ask(&Ask::Stock { places, spindle: Held::Nothing });
+    }
+
+    /// Waits until what is told of the tools is so.
+    fn tools_are(&mut self, so: impl Fn(&ToolsReport) -> bool) {
+        let told = self.heard.iter().rev();
+        let mut told =
+            told.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
+        if !told.next().is_some_and(&so) {
+            self.hear(|tell| matches!(tell, Tell::Tools(report) if so(report)));
+        }
+    }
+}
+
+/// What tool `number` has done, in holes.
+fn hits(report: &ToolsReport, number: u32) -> u64 {
+    report.wear.iter().find(|wear| wear.number == number).map_or(0, |wear| wear.hits)
+}
+
+#[test]
+fn a_job_is_drilled_from_the_magazine_of_a_card_and_a_worn_tool_asked_for_between_two_holes() {
+    in_peace(|| {
+        let mut bench = Bench::new(&with_magazine(), Faults::default());
+        bench.ready([2_000, 2_000]);
+        bench.fill();
+        let program = of_two_tools(&bench.machine);
+        bench.start(&program);
+        // Nobody is asked for what the machine fetches itself; a person is where the life of it is over.
+        let status = bench.until(|status| status.state == State::ToolChange && status.holes_done == 2);
+        bench
+            .tools_are(|report| (report.wanted, report.in_spindle, hits(report, 1)) == (Some(1), Some(1), 2));
+        assert!(status.machine_mm[2] > -1.01, "the tip is all the way up: {status:?}");
+        let rests = bench.seen().drill.real();
+        for _ in 0..10 {
+            thread::sleep(Duration::from_millis(300));
+            bench.page.ask(&Ask::Ping { stamp: 0.0 });
+        }
+        assert_eq!(bench.seen().drill.real(), rests, "nothing moves until it is answered");
+        assert_eq!(bench.seen().bytes[3] & (SPINDLE | CLAMP), 0, "the spindle stands, the clamp holds");
+        bench.page.ask(&Ask::ToolChanged);
+        bench.tools_are(|report| hits(report, 1) == 0);
+        assert_eq!(bench.ended(), (Ending::Done, 4));
+        assert_eq!(bench.rests(), None);
+        assert_eq!(bench.status.as_ref().unwrap().trust, Trust::Trusted);
+        bench.tools_are(|report| (hits(report, 1), hits(report, 2)) == (1, 1));
+        let seen = bench.seen();
+        let tools: Vec<_> = seen.holes().iter().map(|hole| hole.bit_mm.unwrap()).collect();
+        assert_eq!((tools, seen.drill.broken()), (vec![0.6, 0.6, 0.6, 0.8], None));
+        let lie: Vec<_> = seen.drill.lie().iter().map(|tool| tool.as_ref().map(|tool| tool.number)).collect();
+        assert_eq!((lie, seen.drill.held().map(|tool| tool.number)), (vec![Some(1), None, None], Some(2)));
+        assert_eq!(seen.bytes[3] & (SPINDLE | CLAMP), 0);
+    });
+}

@@ -1,0 +1,397 @@
+//! A machine on an I/O card whose device is a rehearsal file, with the virtual drill at the wires: what the executor's process writes
+//! turns its rotors and switches its cylinders, what its sensors say is what the process reads (A13, N16, N20).
+//!
+//! ```text
+//! bytes of the file   0 1 2    phases: steps ─┐                        ┌─ 4   end sensors, contact
+//!                     3        spindle, foot, ├─▶ virtual drill ──▶ ───┤
+//!                              clamp ─────────┘   and its faults       └─ 5   foot, clamp, magazine, cover, air
+//! ```
+
+mod changes;
+mod faults;
+mod foot;
+mod touch;
+
+use crate::server::card::arm;
+use crate::server::client::{PATIENCE, Page, Running, annulus, had_time, output};
+use crate::server::drill;
+use annulus_core::control::{Ending, State};
+use annulus_core::job::{Input, Program};
+use annulus_core::machine::phases::preset;
+use annulus_core::machine::{Machine, Output, Value, apply};
+use annulus_core::magazine::ToolStock;
+use annulus_core::pins::Pins;
+use annulus_core::steps::TICK_HZ;
+use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
+use annulus_core::wire::{Ask, Status, Tell};
+use std::fs::{self, File, OpenOptions};
+use std::os::unix::fs::FileExt;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+use tempfile::TempDir;
+
+/// Height of the board's surface, machine mm.
+const SURFACE_MM: f64 = -8.0;
+/// The bits of byte 3.
+const SPINDLE: u8 = 1;
+const FOOT: u8 = 2;
+const CLAMP: u8 = 4;
+/// So fast the spindle turns, where a wire says that it does.
+const RPM: u32 = 20_000;
+/// Steps that came between two looks at the file are so far apart, in ticks.
+const APART_TICKS: u64 = TICK_HZ / 10_000;
+/// No motor of the twin is too weak for steps that were looked at late.
+const STRONG_MM_PER_S2: f64 = 1e9;
+const STRONG_HZ: u32 = 1_000_000;
+
+fn number(number: f64) -> Value {
+    Value::Number(number)
+}
+
+fn text(text: &str) -> Value {
+    Value::Text(text.to_owned())
+}
+
+fn list(numbers: &[i32]) -> Value {
+    Value::Numbers(numbers.iter().map(|number| f64::from(*number)).collect())
+}
+
+/// A small slow machine: 14 × 14 × 12 mm, 10 steps/mm, at most 100 steps a second; every sensor that there is.
+fn machine(device: &Path, more: &[(&'static str, Value)]) -> Machine {
+    let changes = vec![
+        ("machine.output", text("card")),
+        ("machine.card_address", number(0.0)),
+        ("card.device", text(&device.display().to_string())),
+        ("card.inputs_at", number(4.0)),
+        ("card.sensors", list(&[0, -1, 2, -1, 4, -1, 6, 8, 9, 10, 11, 12, 13])),
+        ("card.sensors_low", list(&[0, 0, 0, 0, 1, 0, 0, 0, 0, 0, 0, 0, 0])),
+        ("card.output_names", text("foot clamp")),
+        ("card.outputs", list(&[25, 26])),
+        ("card.start_stop_rate", number(60.0)),
+        ("overlap.on", text("no")),
+        ("stroke.surface", number(SURFACE_MM)),
+        ("stroke.feed", number(10.0)),
+        ("stroke.settle", number(5.0)),
+        ("spindle.spin_up", number(50.0)),
+        ("motion.down_speed", number(10.0)),
+        ("motion.down_acceleration", number(50.0)),
+        ("motion.down_jerk", number(1_000.0)),
+        ("magazine.x", Value::Numbers(vec![4.0, 8.0, 12.0])),
+        ("magazine.y", Value::Numbers(vec![12.0; 3])),
+        ("magazine.height", number(-5.0)),
+        ("magazine.pause_x", number(2.0)),
+        ("magazine.pause_y", number(8.0)),
+        ("magazine.clamp_time", number(200.0)),
+        ("magazine.spin_down", number(50.0)),
+    ];
+    let half = preset("half").unwrap().columns.iter().map(|column| i32::from(*column)).collect::<Vec<_>>();
+    let of_axis = [
+        ("scale", number(10.0)),
+        ("max_speed", number(10.0)),
+        ("max_acceleration", number(40.0)),
+        ("max_jerk", number(2_000.0)),
+        ("home_speed", number(5.0)),
+        ("home_search", number(20.0)),
+        ("home_offset", number(1.0)),
+        ("phases", list(&half)),
+    ];
+    let base = drill::machine(changes, [("x", 0.0, 14.0), ("y", 0.0, 14.0), ("z", -12.0, 0.0)], &of_axis);
+    let more: Vec<_> = more.iter().map(|(key, value)| ((*key).to_owned(), value.clone())).collect();
+    apply(&base, &more).unwrap()
+}
+
+/// What is at the wires, and what was seen of it.
+pub(crate) struct Seen {
+    pub(crate) drill: VirtualDrill,
+    /// Holes that were made, by the board itself.
+    pub(crate) holes: Arc<Mutex<Vec<VirtualHole>>>,
+    /// Where the tip was when the contact closed, each time, and how far it went on from there along the axis that moved, in steps.
+    pub(crate) touches: Vec<([i64; 3], i64)>,
+    /// Every time the output of the foot was switched: whether it is down, and the height of the tip.
+    pub(crate) foot: Vec<(bool, i64)>,
+    /// Inputs that are on besides, one bit each.
+    pub(crate) forced: u32,
+    /// Output bytes as they were last.
+    bytes: [u8; 4],
+    columns: [Option<i64>; 3],
+    closed: bool,
+    tick: u64,
+}
+
+impl Seen {
+    fn of(machine: &Machine, faults: Faults) -> Self {
+        let mut twin = Machine { output: Output::Virtual, max_step_hz: STRONG_HZ, ..machine.clone() };
+        for axis in [&mut twin.x, &mut twin.y, &mut twin.z] {
+            axis.max_acceleration_mm_per_s2 = STRONG_MM_PER_S2;
+        }
+        let holes = Arc::new(Mutex::new(Vec::new()));
+        let made = Arc::clone(&holes);
+        let drilled = Box::new(move |hole: &VirtualHole| made.lock().unwrap().push(*hole));
+        Self {
+            drill: VirtualDrill::new(&twin, 1, faults, drilled),
+            holes,
+            touches: Vec::new(),
+            foot: Vec::new(),
+            forced: 0,
+            bytes: [0; 4],
+            // Where the last column of the table holds a rotor.
+            columns: [Some(7); 3],
+            closed: false,
+            tick: 0,
+        }
+    }
+
+    /// The outputs are `bytes` at `tick`: what the inputs say then.
+    fn look(&mut self, machine: &Machine, bytes: [u8; 4], tick: u64) -> [u8; 2] {
+        self.tick = self.tick.max(tick);
+        let changed = self.bytes[3] ^ bytes[3];
+        self.bytes = bytes;
+        if changed & SPINDLE != 0 {
+            self.drill.spindle(self.tick, if bytes[3] & SPINDLE != 0 { RPM } else { 0 });
+        }
+        for (bit, place) in [(FOOT, 0), (CLAMP, 1)] {
+            if changed & bit != 0 {
+                self.drill.output(self.tick, place, bytes[3] & bit != 0);
+            }
+        }
+        if changed & FOOT != 0 {
+            self.foot.push((bytes[3] & FOOT != 0, self.drill.real()[2]));
+        }
+        for axis in 0..3 {
+            let now = column(machine, axis, bytes[axis]);
+            if let (Some(was), Some(now)) = (self.columns[axis], now) {
+                let turned = (now - was + 3).rem_euclid(8) - 3;
+                (0..turned.abs()).for_each(|_| self.step(axis, turned > 0));
+            }
+            self.columns[axis] = now.or(self.columns[axis]);
+        }
+        let inputs = self.drill.inputs(self.tick) | self.forced;
+        let mut read = [0; 2];
+        for input in Input::ALL {
+            let bit = machine.card.wiring.sensor(input);
+            let low = machine.card.wiring.sensors_low[input as usize] == 1;
+            if bit >= 0 && (inputs & input.bit() != 0) != low {
+                read[bit as usize / 8] |= 1 << (bit % 8);
+            }
+        }
+        read
+    }
+
+    fn step(&mut self, axis: usize, forward: bool) {
+        self.tick += APART_TICKS;
+        self.drill.step(self.tick, 1 << axis, u8::from(forward) << axis);
+        let at = self.drill.real();
+        let closed = self.drill.inputs(self.tick) & Input::Contact.bit() != 0;
+        if closed && !self.closed {
+            self.touches.push((at, 0));
+        } else if closed && let Some((place, further)) = self.touches.last_mut() {
+            let way = |to: [i64; 3]| (0..3).map(|axis| (to[axis] - place[axis]).abs()).sum::<i64>();
+            *further = way(at).max(*further);
+        }
+        self.closed = closed;
+    }
+
+    /// Its tools lie as somebody laid them.
+    fn lay(&mut self, stock: &ToolStock) {
+        self.drill.stock(self.tick, stock);
+    }
+
+    pub(crate) fn holes(&self) -> Vec<VirtualHole> {
+        self.holes.lock().unwrap().clone()
+    }
+}
+
+/// The place of the windings of `byte` in the table of `axis`; none while nothing is on.
+fn column(machine: &Machine, axis: usize, byte: u8) -> Option<i64> {
+    let columns = &machine.axis(axis).phases.columns;
+    columns.iter().position(|phases| phases & 0x0F == byte & 0x0F).map(|at| at as i64)
+}
+
+/// The virtual drill at the wires.
+struct Twin {
+    seen: Arc<Mutex<Seen>>,
+    ends: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Twin {
+    fn start(machine: &Machine, device: &Path, faults: Faults) -> Self {
+        let seen = Arc::new(Mutex::new(Seen::of(machine, faults)));
+        let ends = Arc::new(AtomicBool::new(false));
+        let device = OpenOptions::new().read(true).write(true).open(device).unwrap();
+        let (own, over, machine) = (Arc::clone(&seen), Arc::clone(&ends), machine.clone());
+        let began = Instant::now();
+        let thread = thread::spawn(move || {
+            let mut before = None;
+            while !over.load(Ordering::SeqCst) {
+                let mut bytes = [0; 4];
+                device.read_exact_at(&mut bytes, 0).unwrap();
+                let tick = began.elapsed().as_micros() as u64 * (TICK_HZ / 1_000_000);
+                let read = own.lock().unwrap().look(&machine, bytes, tick);
+                if before != Some(read) {
+                    device.write_all_at(&read, 4).unwrap();
+                    before = Some(read);
+                }
+                thread::sleep(Duration::from_micros(200));
+            }
+        });
+        Self { seen, ends, thread: Some(thread) }
+    }
+}
+
+impl Drop for Twin {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::SeqCst);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
+}
+
+/// A machine on a card, its twin, its bridge, and the page at it.
+pub(crate) struct Bench {
+    pub(crate) machine: Machine,
+    pub(crate) page: Page,
+    pub(crate) bridge: Running,
+    /// What came that was neither status nor echo.
+    pub(crate) heard: Vec<Tell>,
+    pub(crate) status: Option<Status>,
+    /// The alarm that is to come; any other one may be that of a computer without time.
+    expected: Option<&'static str>,
+    device: PathBuf,
+    twin: Twin,
+}
+
+impl Bench {
+    /// On `more` settings, with a twin that has these faults.
+    pub(crate) fn new(more: &[(&'static str, Value)], faults: Faults) -> Self {
+        let home = TempDir::new().unwrap();
+        let device = home.path().join("card.bin");
+        let made = output(&home, &["machines", "--rehearsal", &device.display().to_string()]);
+        assert_eq!(made.0, 0, "{}", made.2);
+        let machine = machine(&device, more);
+        let named = home.path().join("card.toml");
+        fs::write(&named, drill::file(&machine)).unwrap();
+        let twin = Twin::start(&machine, &device, faults);
+        let mut command =
+            annulus(&home, &["serve", "--port", "0", "--no-open", "--machine", &named.display().to_string()]);
+        command.env("ANNULUS_LATENESS_US", "100");
+        let bridge = Running::of(command, home);
+        let mut page = bridge.page();
+        assert!(page.take_control(false));
+        let (heard, status, expected) = (Vec::new(), None, None);
+        Self { machine, page, bridge, heard, status, expected, device, twin }
+    }
+
+    /// The same with an alarm that is to come.
+    pub(crate) fn expecting(mut self, code: Option<&'static str>) -> Self {
+        self.expected = code;
+        self
+    }
+
+    pub(crate) fn seen(&self) -> MutexGuard<'_, Seen> {
+        self.twin.seen.lock().unwrap()
+    }
+
+    /// Hears until a tell is `wanted`, and says meanwhile that somebody is there.
+    fn hear(&mut self, wanted: impl Fn(&Tell) -> bool) -> Tell {
+        let since = Instant::now();
+        loop {
+            assert!(since.elapsed() < 2 * PATIENCE, "waited in vain: {:?} {:?}", self.status, self.heard);
+            let tell = self.page.next().expect("the bridge is there");
+            if let Tell::Status(status) = &tell {
+                if status.alarm.as_ref().map(|why| why.code.as_str()) != self.expected {
+                    had_time(status);
+                }
+                self.status = Some(status.as_ref().clone());
+                self.page.ask(&Ask::Ping { stamp: 0.0 });
+            }
+            if !matches!(tell, Tell::Status(_) | Tell::Pong { .. }) {
+                self.heard.push(tell.clone());
+            }
+            if wanted(&tell) {
+                return tell;
+            }
+        }
+    }
+
+    pub(crate) fn until(&mut self, wanted: impl Fn(&Status) -> bool) -> Status {
+        self.hear(|tell| matches!(tell, Tell::Status(status) if wanted(status)));
+        self.status.clone().unwrap()
+    }
+
+    /// Until nothing is done any more: the code of the alarm, if there is one.
+    pub(crate) fn rests(&mut self) -> Option<String> {
+        let is_over = |state: State| matches!(state, State::Ready | State::Alarm | State::NotHomed);
+        let status = self.until(|status| is_over(status.state) && status.stage.is_none());
+        status.alarm.map(|why| why.code)
+    }
+
+    /// Homes: the code of the alarm, if there is one.
+    pub(crate) fn home(&mut self) -> Option<String> {
+        self.page.ask(&Ask::Home);
+        self.until(|status| status.state == State::Homing);
+        self.rests()
+    }
+
+    /// Homed, with the work zero so far from where it rests then.
+    pub(crate) fn ready(&mut self, zero_um: [i32; 2]) {
+        assert_eq!(self.home(), None);
+        self.by_hand(0, zero_um[0]);
+        self.by_hand(1, zero_um[1]);
+        self.page.ask(&Ask::SetZero);
+    }
+
+    /// Moves by hand, as somebody who goes on wanting it.
+    pub(crate) fn by_hand(&mut self, axis: u8, distance_um: i32) {
+        if distance_um == 0 {
+            return;
+        }
+        self.page.ask(&Ask::Jog { axis, distance_um });
+        self.until(|status| status.state == State::Jogging);
+        while self.status.as_ref().is_some_and(|status| status.state == State::Jogging) {
+            self.page.ask(&Ask::JogOn);
+            self.until(|_| true);
+        }
+        self.rests();
+    }
+
+    /// Arms and starts.
+    pub(crate) fn start(&mut self, program: &Program) {
+        let (job, stream_digest, failed) = arm(&self.bridge, &mut self.page, program);
+        assert_eq!(failed, Vec::<String>::new());
+        self.page.ask(&Ask::Start { job, stream_digest, from_leg: 0 });
+    }
+
+    /// How the job ended, and how many holes it says that it made.
+    pub(crate) fn ended(&mut self) -> (Ending, u32) {
+        match self.hear(|tell| matches!(tell, Tell::Ended { .. })) {
+            Tell::Ended { ending, holes_done, .. } => (ending, holes_done),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Reads the alarm.
+    pub(crate) fn acknowledge(&mut self) {
+        self.expected = None;
+        self.page.ask(&Ask::AcknowledgeAlarm);
+        self.until(|status| status.alarm.is_none());
+    }
+
+    /// The difference of steps as they are counted to those of the twin; at rest.
+    pub(crate) fn offset(&self) -> [i64; 3] {
+        let (counted, real) = (self.status.as_ref().unwrap().steps, self.seen().drill.real());
+        std::array::from_fn(|axis| counted[axis] - real[axis])
+    }
+
+    /// Waits until no executor has the device any more.
+    pub(crate) fn until_let_go(&self) {
+        let since = Instant::now();
+        let device = File::options().read(true).write(true).open(&self.device).unwrap();
+        while device.try_lock().is_err() {
+            assert!(since.elapsed() < PATIENCE, "the executor does not end");
+            thread::sleep(Duration::from_millis(5));
+        }
+    }
+}

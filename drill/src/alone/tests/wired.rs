@@ -1,0 +1,247 @@
+//! A machine behind an adapter whose sensors are all wired: the board is touched to the step, and what is broken shows as the manual
+//! says (N17, N18, N20).
+
+use super::port::{machine, opened};
+use super::touch::{THICK_MM, TOLERANCE_MM, deepened, wish};
+use super::*;
+use annulus_core::job::Input;
+use annulus_core::machine::{Machine, apply};
+use annulus_core::virtual_drill::faults::{FAULTS, read};
+use annulus_core::virtual_drill::{Faults, UnevenBoard};
+use std::collections::BTreeSet;
+
+/// The input that the contact is wired to.
+const CONTACT: u8 = 6;
+
+/// The contact wired, which has no place beside moves that overlap.
+fn changes() -> Vec<(String, Value)> {
+    let sensors = Value::Numbers((0..7).map(f64::from).collect());
+    let rows = [("adapter.sensors", sensors), ("overlap.on", Value::Text("no".to_owned()))];
+    rows.map(|(key, value)| (key.to_owned(), value)).to_vec()
+}
+
+fn wired() -> Machine {
+    apply(&machine(), &changes()).unwrap()
+}
+
+fn program(count: usize) -> Program {
+    drilled::holes(&wired(), count, 4, |_| 800)
+}
+
+/// Broken so, and homed where it can be.
+fn homed(files: &Memory, faults: Faults) -> Bench {
+    let mut bench = opened(files, World::broken_by(&wired(), files, faults), 1);
+    (0..50).for_each(|_| bench.turn(TURN));
+    bench.ask(&Ask::Configure { changes: changes() });
+    assert_eq!(bench.refused(), None);
+    bench.turn(Duration::from_millis(200));
+    bench.home();
+    bench
+}
+
+impl Bench {
+    /// Moves by hand, as somebody who goes on wanting it.
+    fn moved(&mut self, axis: u8, mm: f64) {
+        self.ask(&Ask::Jog { axis, distance_um: (mm * 1e3).round() as i32 });
+        while self.status().state == State::Jogging {
+            self.ask(&Ask::JogOn);
+            self.turn(TURN);
+        }
+    }
+
+    /// Until nothing is done any more: the code of the alarm, if there is one.
+    fn rested(&mut self) -> Option<String> {
+        let is_over = |state: State| matches!(state, State::Ready | State::Alarm | State::NotHomed);
+        let status = self.until(|status| is_over(status.state) && status.stage.is_none());
+        status.alarm.map(|why| why.code)
+    }
+
+    /// Where the contact closed, each time.
+    fn closed(&mut self) -> Vec<[i64; 3]> {
+        let stops = self.world().stops.iter();
+        stops.filter(|(_, input)| *input == CONTACT).map(|(at, _)| *at).collect()
+    }
+}
+
+#[test]
+fn a_board_is_touched_through_an_adapter_and_the_map_is_what_it_is_to_the_step() {
+    let (files, machine) = (Memory::default(), wired());
+    let uneven = Some(UnevenBoard::BOWED);
+    let mut bench = homed(&files, Faults { uneven, ..Faults::default() });
+    bench.ask(&Ask::SetZero);
+    bench.turn(Duration::from_millis(200));
+    let just_through = deepened(program(12), THICK_MM + TOLERANCE_MM);
+    let just_not = deepened(program(12), THICK_MM - TOLERANCE_MM);
+    assert_eq!(bench.through(&files, &just_through), 0, "without a map");
+    let report = bench.survey(&just_through);
+    assert_eq!((report.goes, bench.status().alarm.clone()), (false, None));
+    let (grid, zero, closed) = (report.grid.unwrap(), bench.status().zero_mm.unwrap(), bench.closed());
+    assert_eq!((report.heights.len(), closed.len()), (6, 6), "{closed:?}");
+    let mm = |at: &[i64; 3], axis: usize| machine.axis(axis).scale.length(at[axis]).mm();
+    for (index, height) in report.heights.iter().enumerate() {
+        let place = grid.nth(index);
+        let [x, y] = [place.x.mm() + zero[0], place.y.mm() + zero[1]];
+        let near = |at: &&[i64; 3]| (mm(at, 0) - x).abs() < 0.01 && (mm(at, 1) - y).abs() < 0.01;
+        let at = closed.iter().find(near).unwrap_or_else(|| panic!("{index}: {closed:?}"));
+        let found = machine.z.scale.length(at[2]) - machine.process.surface;
+        assert_eq!(height.unwrap(), found, "{index}");
+        assert!((found.mm() - UnevenBoard::BOWED.raised_mm(x, y)).abs() < 0.006, "{index}: {found:?}");
+    }
+    // What stopped the pulses is where the machine counts that it is, and the tip is up again.
+    let (real, status) = (bench.world().real(), bench.status().clone());
+    assert_eq!(real[..], status.steps[..3]);
+    assert!(status.work_mm[2] > 0.9, "{status:?}");
+    let (_, levelled, codes) = bench.armed(&just_through, 0);
+    assert_eq!((levelled, codes), (true, vec!["level.follows".to_owned()]));
+    assert_eq!((bench.through(&files, &just_through), bench.through(&files, &just_not)), (12, 0));
+}
+
+#[test]
+fn the_height_and_an_edge_of_a_board_are_found_through_an_adapter() {
+    let (files, machine) = (Memory::default(), wired());
+    let mut bench = homed(&files, Faults::default());
+    bench.ask(&Ask::Probe { depth_um: 45_000, plate_um: 1_500 });
+    bench.until(|status| status.state == State::Running);
+    assert_eq!(bench.rested(), None);
+    let closed = bench.closed();
+    let told = bench.heard.iter().rev().find_map(|tell| match tell {
+        Tell::Machine { settings, .. } => {
+            settings.iter().find(|(key, _)| key == "stroke.surface").map(|(_, value)| value.clone())
+        }
+        _ => None,
+    });
+    let surface = machine.z.scale.length(closed[0][2]) - Length::from_um(1_500);
+    assert_eq!((closed.len(), told), (1, Some(Value::Number(surface.mm()))));
+    // Beside the board, and below its surface.
+    bench.moved(2, 5.0);
+    bench.moved(1, 5.0);
+    let x = bench.status().machine_mm[0];
+    bench.moved(0, -x);
+    bench.moved(2, -6.0);
+    bench.ask(&Ask::Edge { axis: 0, up: true, reach_um: 5_000, tool_um: 800 });
+    bench.until(|status| status.state == State::Running);
+    assert_eq!(bench.rested(), None);
+    let (closed, status) = (bench.closed(), bench.status().clone());
+    let zero = machine.x.scale.length(closed[1][0] + machine.x.scale.steps(Length::from_um(400))).mm();
+    assert_eq!((closed.len(), status.zero_mm.map(|zero| zero[0])), (2, Some(zero)));
+    assert!(status.machine_mm[0] < zero - 0.4, "it stands off the edge: {status:?}");
+}
+
+#[test]
+fn a_cable_that_is_pulled_while_a_board_is_touched_leaves_no_map_and_the_place_known() {
+    let mut bench = homed(&Memory::default(), Faults::default());
+    bench.ask(&Ask::SetZero);
+    bench.turn(Duration::from_millis(200));
+    bench.ask(&wish(&program(12)));
+    while bench.report().done < 2 {
+        bench.turn(TURN);
+    }
+    bench.world().plug(false);
+    (0..250).for_each(|_| bench.turn(TURN));
+    bench.world().plug(true);
+    bench.until(|status| status.state == State::Alarm);
+    assert_eq!(bench.rested().as_deref(), Some("adapter.ran_dry"));
+    assert_eq!((bench.report().grid, bench.report().goes), (None, false));
+    let (real, status) = (bench.world().real(), bench.status().clone());
+    assert_eq!((real[..] == status.steps[..3], status.trust), (true, Trust::Trusted));
+    assert!(status.work_mm[2] > 0.5, "the tip is up: {status:?}");
+}
+
+/// What is done with the machine.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Work {
+    Home,
+    /// The board is touched.
+    Touch,
+    /// Eight holes are drilled; so many come through, and so the next homing ends.
+    Drill(usize, Option<&'static str>),
+}
+
+/// A fault, what is done, and the alarm that comes of it.
+const ROWS: &[(&str, Work, Option<&str>)] = &[
+    ("lost-step@1", Work::Drill(8, Some("control.lost_count")), None),
+    ("stuck-switch", Work::Home, Some("control.sensor_stuck")),
+    ("missing-switch", Work::Home, Some("control.sensor_not_found")),
+    ("dull-bit@2", Work::Drill(2, None), Some("control.end_sensor")),
+    ("worn-bit", Work::Drill(4, None), Some("control.end_sensor")),
+    ("broken-bit@2", Work::Drill(2, None), None),
+    ("spindle-stops@2", Work::Drill(2, None), None),
+    ("contact-missing", Work::Touch, Some("level.no_board")),
+    ("contact-closed", Work::Home, Some("control.end_sensor")),
+    ("board-not-flat", Work::Drill(8, None), None),
+    ("cable-pulled@2", Work::Drill(2, Some("control.sensor_not_found")), None),
+];
+
+/// Faults that are none of a machine behind an adapter, or that other tests show.
+const ELSEWHERE: [&str; 7] = [
+    // Inputs are watched by the chip: `link/tests/adapter/touches.rs`.
+    "bouncing-switch",
+    // A host that is late: `a_page_that_is_called_too_rarely_runs_dry_and_loses_nothing`.
+    "late-host",
+    // The adapter has no input for a cover; that is wired into the emergency stop.
+    "cover-open",
+    // Nor for a magazine: `machine.magazine_beside_adapter`.
+    "clamp-stuck",
+    "tool-dropped",
+    "place-occupied",
+    "no-air",
+];
+
+#[test]
+fn every_fault_behind_an_adapter_is_what_the_manual_says_of_it() {
+    let mut known: BTreeSet<&str> = ROWS.iter().filter_map(|row| row.0.split('@').next()).collect();
+    known.extend(ELSEWHERE);
+    assert_eq!(known, FAULTS.iter().map(|row| row.name).collect());
+    let mut other = Vec::new();
+    for (fault, work, seen) in ROWS {
+        let files = Memory::default();
+        let mut bench = homed(&files, read([*fault]).unwrap());
+        let mut found = bench.rested();
+        let (mut through, mut homing) = (0, None);
+        match work {
+            Work::Home => {}
+            Work::Touch => {
+                bench.ask(&Ask::SetZero);
+                bench.turn(Duration::from_millis(200));
+                bench.survey(&program(8));
+                found = bench.rested();
+            }
+            Work::Drill(..) => {
+                bench.ask(&Ask::SetZero);
+                bench.turn(Duration::from_millis(200));
+                bench.start(&program(8), 0);
+                bench.finish();
+                found = bench.rested();
+                through =
+                    String::from_utf8(files.clone().read(File::Drilled).unwrap()).unwrap().lines().count();
+                if found.is_none() {
+                    bench.home();
+                    homing = bench.rested();
+                }
+            }
+        }
+        let (holes, homing_alarm) =
+            if let Work::Drill(holes, homing) = work { (*holes, *homing) } else { (0, None) };
+        let wanted = (seen.map(str::to_owned), holes, homing_alarm.map(str::to_owned));
+        let all = (found, through, homing);
+        println!("{fault} {work:?}: {all:?}");
+        if all != wanted {
+            other.push(format!("{fault} {work:?}: {all:?} not {wanted:?}"));
+        }
+    }
+    assert!(other.is_empty(), "{}", other.join("\n"));
+    // What it has no wire for is refused before anything moves.
+    let refused = |key: &str, value: Value| {
+        let changes = [changes(), vec![(key.to_owned(), value)]].concat();
+        apply(&machine(), &changes).err().and_then(|why| why.into_iter().next()).map(|why| why.code)
+    };
+    let word = |word: &str| Value::Text(word.to_owned());
+    for (key, value, code) in [
+        ("rack.change", word("magazine"), "machine.magazine_beside_adapter"),
+        ("foot.on", word("yes"), "machine.foot_beside_adapter"),
+        ("stroke.contact_tolerance", Value::Number(0.1), "machine.no_contact"),
+    ] {
+        assert_eq!(refused(key, value).as_deref(), Some(code));
+    }
+    assert_eq!(wired().adapter.sensor(Input::Contact), Some(CONTACT));
+}
