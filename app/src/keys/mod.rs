@@ -184,7 +184,7 @@ pub enum KeyAction {
     /// Nothing, and the browser does nothing of its own by it either.
     Nothing,
     /// Something that has no key.
-    Command(Command),
+    Keyless(Keyless),
     /// Back by an edit of the Lab, or on again.
     Undo {
         /// Back, else on again.
@@ -206,7 +206,7 @@ pub enum KeyAction {
 
 /// What has no key, and is found by its words.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Command {
+pub enum Keyless {
     /// New exports of the open board.
     NewExports,
     /// The board is closed.

@@ -3,7 +3,7 @@
 //!
 //! Goes out: two tables. Knows no browser, nor which keys a person has moved.
 
-use super::{CamKey, Command, KeyAction, QueueKey, Stride, Tab};
+use super::{CamKey, KeyAction, Keyless, QueueKey, Stride, Tab};
 use crate::drawing::keys::{QUARTER_MDEG, StepSize};
 use crate::drawing::{Act, DrawKey, Tool};
 use crate::said::key;
@@ -233,8 +233,8 @@ pub const SHORTCUTS: &[Shortcut] = &[
     redo(Tab::Lab, "Ctrl+Shift+z"),
 ];
 
-const fn command(tab: Tab, name: &'static str, command: Command) -> Shortcut {
-    shortcut(Some(tab), "", name, KeyAction::Command(command))
+const fn command(tab: Tab, name: &'static str, command: Keyless) -> Shortcut {
+    shortcut(Some(tab), "", name, KeyAction::Keyless(command))
 }
 
 const fn aligned(name: &'static str, x: bool, sides: Sides) -> Shortcut {
@@ -243,18 +243,18 @@ const fn aligned(name: &'static str, x: bool, sides: Sides) -> Shortcut {
 
 /// What has no key and is searched for all the same.
 pub const COMMANDS: &[Shortcut] = &[
-    command(Tab::Board, key!("page.anew.choose"), Command::NewExports),
-    command(Tab::Board, key!("page.review.discard"), Command::CloseBoard),
-    command(Tab::Cam, key!("page.cam.save_files"), Command::Export),
-    command(Tab::Cam, key!("page.cam.run_sheet"), Command::RunSheet),
-    command(Tab::Draw, key!("page.draw.act.array"), Command::Array),
+    command(Tab::Board, key!("page.anew.choose"), Keyless::NewExports),
+    command(Tab::Board, key!("page.review.discard"), Keyless::CloseBoard),
+    command(Tab::Cam, key!("page.cam.save_files"), Keyless::Export),
+    command(Tab::Cam, key!("page.cam.run_sheet"), Keyless::RunSheet),
+    command(Tab::Draw, key!("page.draw.act.array"), Keyless::Array),
     aligned(key!("page.key.align_left"), true, Sides::Low),
     aligned(key!("page.key.align_middle_x"), true, Sides::Middle),
     aligned(key!("page.key.align_right"), true, Sides::High),
     aligned(key!("page.key.align_low"), false, Sides::Low),
     aligned(key!("page.key.align_middle_y"), false, Sides::Middle),
     aligned(key!("page.key.align_high"), false, Sides::High),
-    command(Tab::Machine, key!("page.level.open"), Command::HeightMap),
-    command(Tab::Machine, key!("page.operator.enter"), Command::LargeView { on: true }),
-    command(Tab::Machine, key!("page.key.all_of_machine"), Command::LargeView { on: false }),
+    command(Tab::Machine, key!("page.level.open"), Keyless::HeightMap),
+    command(Tab::Machine, key!("page.operator.enter"), Keyless::LargeView { on: true }),
+    command(Tab::Machine, key!("page.key.all_of_machine"), Keyless::LargeView { on: false }),
 ];

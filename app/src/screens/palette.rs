@@ -6,7 +6,7 @@
 use super::{machine, regions};
 use crate::drawing::{Act, DrawKey};
 use crate::i18n::{self, t};
-use crate::keys::{COMMANDS, Command, KeyAction, SHORTCUTS, Shortcut};
+use crate::keys::{COMMANDS, KeyAction, Keyless, SHORTCUTS, Shortcut};
 use crate::model::export::Purpose;
 use crate::model::{AnewEvent, ExportEvent, FilesEvent, FrameEvent, LevelEvent, Overlay};
 use crate::page::{frame, link, open_board, open_drawing, send, written};
@@ -35,14 +35,14 @@ fn can_be_done(action: KeyAction) -> bool {
         open_drawing().chosen.with(|chosen| chosen.iter().filter(of_drawing).count() >= least)
     };
     match action {
-        KeyAction::Command(Command::NewExports | Command::CloseBoard) => board.document.with(Option::is_some),
-        KeyAction::Command(Command::Export | Command::RunSheet) => {
+        KeyAction::Keyless(Keyless::NewExports | Keyless::CloseBoard) => board.document.with(Option::is_some),
+        KeyAction::Keyless(Keyless::Export | Keyless::RunSheet) => {
             board.job.with(Option::is_some) && board.cleared()
         }
-        KeyAction::Command(Command::Array) => drawn(1),
+        KeyAction::Keyless(Keyless::Array) => drawn(1),
         KeyAction::Draw(DrawKey::Act(Act::Align(_))) => drawn(2),
-        KeyAction::Command(Command::HeightMap) => machine::set_up_is_seen(),
-        KeyAction::Command(Command::LargeView { on }) => {
+        KeyAction::Keyless(Keyless::HeightMap) => machine::set_up_is_seen(),
+        KeyAction::Keyless(Keyless::LargeView { on }) => {
             link::link().ever.get() && frame().operator.get() != on
         }
         _ => true,
@@ -68,21 +68,21 @@ fn choose(action: KeyAction) {
     close();
     // The dialog gives the focus back first.
     request_animation_frame(move || match action {
-        KeyAction::Command(command) => do_command(command),
+        KeyAction::Keyless(command) => do_command(command),
         action => regions::act(action),
     });
 }
 
 /// Does what has no key.
-fn do_command(command: Command) {
+fn do_command(command: Keyless) {
     match command {
-        Command::NewExports => send(AnewEvent::Choose),
-        Command::CloseBoard => send(FilesEvent::Discarded),
-        Command::Export => send(ExportEvent::Write { purpose: Purpose::Files }),
-        Command::RunSheet => send(ExportEvent::Write { purpose: Purpose::RunSheet }),
-        Command::Array => send(FrameEvent::Overlay { overlay: Some(Overlay::Array) }),
-        Command::HeightMap => send(LevelEvent::Show { on: true }),
-        Command::LargeView { on } => send(FrameEvent::Operator { on }),
+        Keyless::NewExports => send(AnewEvent::Choose),
+        Keyless::CloseBoard => send(FilesEvent::Discarded),
+        Keyless::Export => send(ExportEvent::Write { purpose: Purpose::Files }),
+        Keyless::RunSheet => send(ExportEvent::Write { purpose: Purpose::RunSheet }),
+        Keyless::Array => send(FrameEvent::Overlay { overlay: Some(Overlay::Array) }),
+        Keyless::HeightMap => send(LevelEvent::Show { on: true }),
+        Keyless::LargeView { on } => send(FrameEvent::Operator { on }),
     }
 }
 
@@ -153,6 +153,9 @@ pub(super) fn palette() -> impl IntoView {
         }
     });
     let found = Memo::new(move |_| {
+        if !open.get() {
+            return Vec::new();
+        }
         let wanted = typed.get().to_lowercase();
         let words = |shortcut: &Shortcut| i18n::text(shortcut.name, &[]).to_lowercase();
         let fits = |shortcut: &Shortcut| wanted.split_whitespace().all(|word| words(shortcut).contains(word));

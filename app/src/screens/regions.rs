@@ -132,7 +132,7 @@ pub(crate) fn act(action: KeyAction) {
         KeyAction::Cam(key) => cam::act(key),
         KeyAction::Draw(key) => drawing::key(key),
         // What has no key is done where it was chosen.
-        KeyAction::Nothing | KeyAction::Command(_) => {}
+        KeyAction::Nothing | KeyAction::Keyless(_) => {}
         KeyAction::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
         KeyAction::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
         KeyAction::Save if open_board().document.with_untracked(Option::is_some) => {
@@ -171,17 +171,18 @@ fn next_region(onwards: bool) {
     ) else {
         return;
     };
-    let seen = |region: &HtmlElement| region.offset_width() > 0;
     let regions: Vec<HtmlElement> =
-        (0..found.length()).filter_map(|i| found.get(i)?.dyn_into().ok()).filter(seen).collect();
-    let active = document().active_element();
-    let here = regions.iter().position(|region| region.contains(active.as_deref()));
+        (0..found.length()).filter_map(|i| found.get(i)?.dyn_into().ok()).collect();
+    let has_focus = |region: &HtmlElement| region.contains(document().active_element().as_deref());
     let count = regions.len();
-    let next = match here {
-        _ if count == 0 => return,
-        None => 0,
-        Some(at) => (at + if onwards { 1 } else { count - 1 }) % count,
-    };
-    let _ = regions[next].set_attribute("tabindex", "-1");
-    let _ = regions[next].focus();
+    let here = regions.iter().position(has_focus).unwrap_or(if onwards { count.wrapping_sub(1) } else { 0 });
+    // What is not on show does not take the focus: then the one behind it does.
+    for step in 1..=count {
+        let region = &regions[(here + if onwards { step } else { count - step }) % count];
+        let _ = region.set_attribute("tabindex", "-1");
+        let _ = region.focus();
+        if has_focus(region) {
+            break;
+        }
+    }
 }
