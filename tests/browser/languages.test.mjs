@@ -10,17 +10,25 @@ const inPolish = (address) => address.replace("/#", "/?lang=pl#");
 const language = (page) => page.evaluate(() => document.documentElement.lang);
 const menu = (page) => page.locator("select:visible", { has: page.locator("option[value=zh]") }).first();
 
-/** Buttons, tabs, labels and heads whose words are wider than they are, as they stand. What scrolls or ends in dots by design
- * (a name of the person's own) has the class `cut`. */
+/** Buttons, tabs, labels and heads whose words stick out of them. What scrolls or ends in dots by design (a name of the person's own)
+ * has the class `cut`. A menu shows as much as it has room for. */
 const cutOff = (page) =>
   page.evaluate(() => {
-    const one = "button, .tab, label > span, select, h2, h3, th, dt, summary";
+    const one = "button, .tab, label > span, h2, h3, th, dt, summary";
+    const scrolls = (element) => /auto|scroll/.test(getComputedStyle(element).overflowX);
     return [...document.querySelectorAll(one)]
-      .filter((element) => element.checkVisibility() && !element.matches(".cut, .unseen") && element.innerText?.trim())
+      .filter((element) => element.checkVisibility() && !element.closest(".cut, .unseen") && element.innerText?.trim() && !scrolls(element))
       .filter((element) => {
-        const style = getComputedStyle(element);
-        const hides = style.overflowX !== "visible" && style.overflowX !== "auto" && style.overflowX !== "scroll";
-        return hides && element.scrollWidth > element.clientWidth + 1;
+        const box = element.getBoundingClientRect();
+        const words = document.createTreeWalker(element, NodeFilter.SHOW_TEXT, (node) =>
+          node.textContent.trim() && !node.parentElement.closest(".cut, .unseen") ? NodeFilter.FILTER_ACCEPT : NodeFilter.FILTER_REJECT,
+        );
+        const range = document.createRange();
+        while (words.nextNode()) {
+          range.selectNodeContents(words.currentNode);
+          if ([...range.getClientRects()].some((line) => line.left < box.left - 1 || line.right > box.right + 1)) return true;
+        }
+        return false;
       })
       .map((element) => `${element.tagName.toLowerCase()}.${element.className}: ${element.innerText.trim().slice(0, 60)}`);
   });
@@ -39,6 +47,22 @@ const secondRow = (page) =>
     const bar = document.querySelector(".top-bar").getBoundingClientRect();
     return bar.height > 60 ? [`the top bar is ${bar.height} px high`] : [];
   });
+
+test("a word that sticks out of its button is found", async () => {
+  const { page, context } = await openLinkedInPolish({});
+  try {
+    await page.getByRole("heading", { name: "Upuść tutaj pliki płytki" }).waitFor();
+    assert.deepEqual(await cutOff(page), []);
+    await page.evaluate(() => {
+      const narrow = document.body.appendChild(document.createElement("button"));
+      narrow.style.cssText = "position: fixed; inset: 0 auto auto 0; width: 40px; white-space: nowrap";
+      narrow.textContent = "Konstantynopolitańczykowianeczka";
+    });
+    assert.deepEqual(await cutOff(page), ["button.: Konstantynopolitańczykowianeczka"]);
+  } finally {
+    await context.close();
+  }
+});
 
 for (const [width, height] of [
   [1440, 900],

@@ -187,7 +187,12 @@ test("every key that the help lists is taken by the page on its screen, and the 
     assert.ok(groups.flatMap(([, keys]) => keys).length > 80, JSON.stringify(groups));
     await page.evaluate(() => addEventListener("keydown", (event) => (globalThis.taken = event.defaultPrevented)));
     const silent = [];
-    for (const [name, keys] of groups) {
+    assert.deepEqual(
+      groups.map(([name]) => name),
+      ["Everywhere", ...SCREENS.filter((screen) => screen !== "Settings"), "By hand, with armed keys"],
+    );
+    // Armed keys are the machine's: they are tried with one.
+    for (const [name, keys] of groups.slice(0, -1)) {
       const screen = SCREENS.includes(name) ? name : "Board";
       for (const written of keys.filter((written) => written !== "Esc")) {
         await page.keyboard.press("Escape");

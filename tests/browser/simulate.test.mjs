@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { existsSync, mkdirSync, readFileSync, writeFileSync } from "node:fs";
 import { dirname, join } from "node:path";
 import { test } from "node:test";
-import { atRest, data, findings, openBrowser, openLinked, picture, root, show, stand, startBridge, until } from "./harness.mjs";
+import { atRest, data, findings, openBrowser, openLinked, picture, root, settled, show, stand, startBridge, until } from "./harness.mjs";
 
 const held = stand();
 
@@ -58,6 +58,33 @@ test("a line leads to its second, a second to its line, and so does a press in t
     assert.ok((await marked(page).count()) > 0, "the line in work is in sight");
     assert.deepEqual(await findings(page), []);
     assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+  }
+});
+
+test("a graphics card that is lost again and again leaves a flat picture that says so, and is zoomed and moved", async () => {
+  const { page, context } = await held.opened();
+  try {
+    await show(page, "Simulate");
+    await until(async () => (await data(page, "solid")) !== "", "the board in space");
+    for (let loss = 1; loss <= 4; loss += 1) {
+      await page.locator("canvas").first().evaluate((canvas) => canvas.getContext("webgl2").getExtension("WEBGL_lose_context").loseContext());
+      await until(async () => Number(await data(page, "losses")) === loss, `a new picture after loss ${loss}`);
+    }
+    assert.equal(await data(page, "backend"), "2D");
+    await page.locator("footer").getByText("2D", { exact: false }).waitFor();
+    const look = async () => `${await data(page, "zoom")} at ${await data(page, "centre")}`;
+    const before = await settled(look, "the flat picture");
+    const box = await page.locator("canvas").first().boundingBox();
+    await page.mouse.move(box.x + box.width / 3, box.y + box.height / 3);
+    await page.mouse.wheel(0, -300);
+    await until(async () => Number.parseFloat(await look()) > Number.parseFloat(before), "the wheel zooms it");
+    const near = await settled(look, "the flat picture close by");
+    await page.mouse.down();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2, { steps: 4 });
+    await page.mouse.up();
+    await until(async () => (await look()) !== near, "a drag moves it");
   } finally {
     await context.close();
   }

@@ -5,6 +5,7 @@
 
 use super::imported::said_anew;
 use super::{Editor, GRIDS};
+use crate::said::{Text, key};
 use annulus_core::board::drawing::{
     Align, Catch, Drawing, Edit, Id, Layer, Thing, array, bounds, copied, grouped, pasted, placed, put,
     regrouped, removed, ungrouped,
@@ -90,7 +91,9 @@ impl Editor {
             Act::Copy => self.copy(&ids),
             Act::Cut => {
                 self.copy(&ids);
-                self.delete(&ids);
+                // What files draw was not kept to be pasted, and stays.
+                let edit = removed(self.drawing(), &ids);
+                self.make(&edit);
             }
             Act::Paste => self.paste(),
             Act::Duplicate => {
@@ -163,7 +166,11 @@ impl Editor {
         }
     }
 
+    /// What is chosen of the drawing is kept to be pasted. What files draw cannot be, and that is said.
     fn copy(&mut self, ids: &BTreeSet<Id>) {
+        if !self.of_files().is_empty() {
+            self.said = Some(Text::of(key!("page.draw.not_copied")));
+        }
         let copy = copied(self.drawing(), ids);
         if !copy.is_empty() {
             self.clip = Some(Arc::new(copy));

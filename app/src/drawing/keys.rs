@@ -93,6 +93,7 @@ pub fn of(key: &str, ctrl: bool, shift: bool) -> Option<DrawKey> {
         }
         ("b", _, _) => Some(DrawKey::Act(Act::Mirror { x: !shift })),
         ("g", _, true) => Some(DrawKey::Act(Act::NextGrid)),
+        ("c", _, true) => Some(DrawKey::Type { from_last: true }),
         (_, _, true) => None,
         ("v", ..) => Some(DrawKey::Tool(Tool::Select)),
         ("x" | "l", ..) => Some(DrawKey::Tool(Tool::Track)),

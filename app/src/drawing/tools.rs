@@ -11,7 +11,7 @@
 
 use super::Editor;
 use crate::view::Touch;
-use annulus_core::board::drawing::{Body, Catch, Snap, TrackEnd, hole, node, pad, track};
+use annulus_core::board::drawing::{Body, Catch, Id, Snap, TrackEnd, hole, node, pad, removed, track};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
@@ -61,8 +61,8 @@ pub enum Doing {
     Track {
         /// Where its next piece begins.
         from: Point,
-        /// Where the pieces before began.
-        before: Vec<Point>,
+        /// The pieces before, the latest last.
+        before: Vec<TrackPiece>,
     },
     /// What is chosen is dragged.
     Drag {
@@ -93,6 +93,17 @@ pub enum Doing {
         /// To there; where the tool aims while it is open.
         to: Option<Point>,
     },
+}
+
+/// A piece of the track that is being drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrackPiece {
+    /// Where it began.
+    from: Point,
+    /// The track that it is.
+    track: Id,
+    /// How many edits there were with it.
+    edits: usize,
 }
 
 /// A pointer over the drawing.
@@ -247,25 +258,31 @@ impl Editor {
             return;
         }
         let (edit, _) = track(self.drawing(), (end(from), end(at)), self.pen.width, self.pen.layer);
-        if self.make(&edit) {
-            before.push(from);
+        // The nodes of a track come first in its edit.
+        let track = edit.changes.last().map(|(id, _)| *id);
+        if let (true, Some(track)) = (self.make(&edit), track) {
+            before.push(TrackPiece { from, track, edits: self.history.depth().0 });
             self.doing = Doing::Track { from: at, before };
         } else {
             self.doing = Doing::Track { from, before };
         }
     }
 
-    /// The last piece of the track is taken back.
+    /// The last piece of the track is taken back. Where something else was edited meanwhile that stays, and the piece is taken out.
     pub fn back_by_a_piece(&mut self) {
         let Doing::Track { before, .. } = &mut self.doing else { return };
-        match before.pop() {
-            Some(last) => {
-                let before = std::mem::take(before);
-                self.step(true);
-                self.doing = Doing::Track { from: last, before };
-            }
-            None => self.doing = Doing::Nothing,
+        let (last, before) = (before.pop(), std::mem::take(before));
+        let Some(last) = last else {
+            self.doing = Doing::Nothing;
+            return;
+        };
+        if self.history.depth().0 == last.edits {
+            self.step(true);
+        } else {
+            let edit = removed(self.drawing(), &BTreeSet::from([last.track]));
+            self.make(&edit);
         }
+        self.doing = Doing::Track { from: last.from, before };
     }
 
     /// The first thing at a place, with its outermost group unless one thing alone is meant.

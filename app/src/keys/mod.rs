@@ -1,12 +1,20 @@
 //! Which key means what, and where. No key starts or resumes motion.
 //!
+//! ```text
+//! press ─▶ letter of its place (latin) ─▶ key of one's own (own) ─▶ a dialog open? what has the focus? which screen? ─▶ action
+//! ```
+//!
 //! Comes in: a key press as plain data. Goes out: an [`KeyAction`]. Knows no browser.
 
+mod by_hand;
+mod latin;
 mod own;
 mod table;
 
+pub use by_hand::{HAND_KEYS, HandKey, HandKeyRow, by_hand};
+pub use latin::latin;
 pub use own::{OwnKeys, is_of_ones_own};
-pub use table::{SHORTCUTS, Shortcut};
+pub use table::{COMMANDS, SHORTCUTS, Shortcut};
 
 use crate::drawing::DrawKey;
 use crate::drawing::keys as draw;
@@ -73,14 +81,40 @@ pub struct Press {
     pub repeat: bool,
     /// An input method is composing a word.
     pub composing: bool,
-    /// The focus is where text is typed.
-    pub in_text: bool,
-    /// That is a field of many lines, which has an undo of its own.
-    pub in_lines: bool,
-    /// The focus is on something that Space or the arrows already work.
-    pub on_control: bool,
-    /// The focus is on the picture.
-    pub on_picture: bool,
+    /// Where the focus is.
+    pub focus: KeyFocus,
+    /// A dialog lies over the page.
+    pub in_dialog: bool,
+}
+
+/// Where the focus is, as far as keys go by it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum KeyFocus {
+    /// On nothing that has keys of its own.
+    #[default]
+    Elsewhere,
+    /// In a field of one line.
+    Text,
+    /// In a field of many lines, which has an undo of its own.
+    Lines,
+    /// On a menu: what is typed chooses in it.
+    Menu,
+    /// On a slider, which the arrows, Home and End move.
+    Slider,
+    /// On something else that Space, Enter or the arrows work.
+    Control,
+    /// On the picture.
+    Picture,
+}
+
+impl KeyFocus {
+    fn is_text(self) -> bool {
+        matches!(self, Self::Text | Self::Lines)
+    }
+
+    fn is_control(self) -> bool {
+        matches!(self, Self::Menu | Self::Slider | Self::Control)
+    }
 }
 
 /// What a press asks for.
@@ -147,6 +181,10 @@ pub enum KeyAction {
     ArmKeys,
     /// Read the position out.
     Speak,
+    /// Nothing, and the browser does nothing of its own by it either.
+    Nothing,
+    /// Something that has no key.
+    Keyless(Keyless),
     /// Back by an edit of the Lab, or on again.
     Undo {
         /// Back, else on again.
@@ -164,6 +202,28 @@ pub enum KeyAction {
     Palette,
     /// Save the project.
     Save,
+}
+
+/// What has no key, and is found by its words.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Keyless {
+    /// New exports of the open board.
+    NewExports,
+    /// The board is closed.
+    CloseBoard,
+    /// The job in a controller's words, as files.
+    Export,
+    /// The sheet for whoever runs them.
+    RunSheet,
+    /// What is chosen of the drawing is repeated.
+    Array,
+    /// The height map of the board.
+    HeightMap,
+    /// The machine alone, large, or all of it.
+    LargeView {
+        /// The machine alone.
+        on: bool,
+    },
 }
 
 /// What a key asks of the job.
@@ -237,8 +297,33 @@ fn is_sign(press: &Press) -> bool {
     !press.ctrl && !press.alt && letters.next().is_some_and(|sign| sign != ' ') && letters.next().is_none()
 }
 
-/// What `press` asks for on `tab`; keys that type something mean nothing where `signs` are off.
+/// Whether the menu or slider that has the focus does something by this key itself, or would seem to.
+fn is_of_focus(press: &Press) -> bool {
+    let moves = press.key.starts_with("Arrow")
+        || matches!(press.key.as_str(), "Home" | "End" | "PageUp" | "PageDown" | "Delete" | "Backspace");
+    match press.focus {
+        _ if press.ctrl => false,
+        KeyFocus::Menu => moves || is_sign(press) || matches!(press.key.as_str(), " " | "Enter"),
+        KeyFocus::Slider => moves && !press.alt,
+        _ => false,
+    }
+}
+
+/// What `press` asks for on `tab`; keys that type something mean nothing where `signs` are off. A dialog has the keys to itself, but
+/// for those that stop, close and explain.
 pub fn action(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
+    let asked = asked(press, tab, signs)?;
+    match asked {
+        _ if !press.in_dialog => Some(asked),
+        KeyAction::Stop | KeyAction::Escape | KeyAction::Help => Some(asked),
+        // By these the browser would save the page, or leave it for a file.
+        KeyAction::Open | KeyAction::Save | KeyAction::Palette => Some(KeyAction::Nothing),
+        _ => None,
+    }
+}
+
+/// The same where no dialog is open.
+fn asked(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
     if press.composing || (!signs && is_sign(press)) {
         return None;
     }
@@ -255,7 +340,14 @@ pub fn action(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
     if press.repeat && matches!(key, "F1" | "?") {
         return None;
     }
-    if key == "F1" || (key == "?" && !press.in_text && !press.ctrl && !press.alt) {
+    if key == "F1" {
+        return Some(KeyAction::Help);
+    }
+    if is_of_focus(press) {
+        return None;
+    }
+    let in_text = press.focus.is_text();
+    if key == "?" && !in_text && !press.ctrl && !press.alt {
         return Some(KeyAction::Help);
     }
     if press.ctrl && !press.alt && !press.shift {
@@ -263,8 +355,8 @@ pub fn action(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
             "k" | "K" | "/" => return Some(KeyAction::Palette),
             "s" | "S" => return Some(KeyAction::Save),
             "o" | "O" => return Some(KeyAction::Open),
-            "0" if !press.in_text => return Some(KeyAction::ActualSize),
-            "'" if tab == Tab::Draw => return Some(KeyAction::Grid),
+            "0" if !in_text => return Some(KeyAction::ActualSize),
+            "'" => return Some(KeyAction::Grid),
             _ => {}
         }
     }
@@ -272,26 +364,20 @@ pub fn action(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
         // A project is saved under a name of its own each time.
         return Some(KeyAction::Save);
     }
-    if tab == Tab::Lab
-        && !press.alt
-        && let Some(action) = in_lab(press, key)
-    {
-        return Some(action);
-    }
-    if tab == Tab::Cam
-        && let Some(key) = in_cam(press, key)
-    {
-        return Some(KeyAction::Cam(key));
-    }
-    if tab == Tab::Draw
-        && let Some(key) = in_drawing(press, key)
-    {
-        return Some(KeyAction::Draw(key));
+    let own = match tab {
+        Tab::Lab if !press.alt => in_lab(press, key),
+        Tab::Cam => in_cam(press, key).map(KeyAction::Cam),
+        Tab::Board | Tab::Simulate => undo_of_job(press, key).map(KeyAction::Cam),
+        Tab::Draw => in_drawing(press, key).map(KeyAction::Draw),
+        _ => None,
+    };
+    if own.is_some() {
+        return own;
     }
     if tab == Tab::Simulate && press.alt && !press.ctrl && press.code == "Digit3" {
         return Some(KeyAction::Space);
     }
-    if press.in_text || press.alt {
+    if in_text || press.alt {
         return None;
     }
     if press.ctrl {
@@ -307,6 +393,16 @@ pub fn action(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
     on_screen(press, key, tab).or_else(|| anywhere(press, key, tab))
 }
 
+/// Whether an edit is taken back by this key, or made again; none where it is no such key.
+fn back(press: &Press, key: &str) -> Option<bool> {
+    match key.to_ascii_lowercase().as_str() {
+        _ if !press.ctrl || press.alt => None,
+        "z" => Some(!press.shift),
+        "y" if !press.shift => Some(false),
+        _ => None,
+    }
+}
+
 /// The Lab has one undo for all its fields.
 fn in_lab(press: &Press, key: &str) -> Option<KeyAction> {
     match key.to_ascii_lowercase().as_str() {
@@ -314,14 +410,17 @@ fn in_lab(press: &Press, key: &str) -> Option<KeyAction> {
         "f8" => Some(KeyAction::Queue(QueueKey::Run)),
         "f9" => Some(KeyAction::Queue(QueueKey::Break)),
         "f10" => Some(KeyAction::Queue(QueueKey::Step)),
-        _ if press.in_lines => None,
-        "z" if press.ctrl => Some(KeyAction::Undo { back: !press.shift }),
-        "y" if press.ctrl && !press.shift => Some(KeyAction::Undo { back: false }),
-        _ => None,
+        _ if press.focus == KeyFocus::Lines => None,
+        _ => back(press, key).map(|back| KeyAction::Undo { back }),
     }
 }
 
-/// The job has an undo of its own; in a field its text has one.
+/// The job has one undo for the screens of the board; in a field its text has one.
+fn undo_of_job(press: &Press, key: &str) -> Option<CamKey> {
+    back(press, key).filter(|_| !press.focus.is_text()).map(|back| CamKey::Undo { back })
+}
+
+/// What keys ask of the job where it is made.
 fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
     if press.alt {
         let up = key == "ArrowUp";
@@ -329,30 +428,31 @@ fn in_cam(press: &Press, key: &str) -> Option<CamKey> {
     }
     match key.to_ascii_lowercase().as_str() {
         "f8" if !press.ctrl => Some(CamKey::Problem { next: !press.shift }),
-        _ if press.in_text => None,
-        "z" if press.ctrl => Some(CamKey::Undo { back: !press.shift }),
-        "y" if press.ctrl && !press.shift => Some(CamKey::Undo { back: false }),
+        _ if press.focus.is_text() => None,
         "a" if !press.ctrl && !press.shift => Some(CamKey::Add),
         "delete" if !press.ctrl => Some(CamKey::Remove),
-        _ => None,
+        _ => undo_of_job(press, key),
     }
 }
 
 /// The drawing has keys for everything; in a field its text has its own, on a button Enter presses it.
 fn in_drawing(press: &Press, key: &str) -> Option<DrawKey> {
-    let on_button = press.on_control && (key == "Enter" || key.starts_with("Arrow"));
-    if press.in_text || press.alt || on_button {
+    let on_button = press.focus.is_control() && (key == "Enter" || key.starts_with("Arrow"));
+    // On many keyboards Shift makes an @ of the 2 that shows what is chosen.
+    let shows_chosen = press.shift && press.code == "Digit2";
+    if press.focus.is_text() || press.alt || on_button || shows_chosen {
         return None;
     }
     draw::of(key, press.ctrl, press.shift)
 }
 
 fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<KeyAction> {
-    if press.on_control {
+    if press.focus.is_control() {
         return None;
     }
+    let on_picture = press.focus == KeyFocus::Picture;
     match (tab, key) {
-        (Tab::Board | Tab::Cam, "ArrowLeft" | "ArrowRight" | "ArrowUp" | "ArrowDown") if press.on_picture => {
+        (Tab::Board | Tab::Cam, "ArrowLeft" | "ArrowRight" | "ArrowUp" | "ArrowDown") if on_picture => {
             let along = |less: &str, more: &str| i8::from(key == more) - i8::from(key == less);
             let way =
                 KeyAction::Walk { x: along("ArrowLeft", "ArrowRight"), y: along("ArrowDown", "ArrowUp") };
@@ -390,7 +490,7 @@ fn anywhere(press: &Press, key: &str, tab: Tab) -> Option<KeyAction> {
             _ => None,
         };
     }
-    if tab == Tab::Machine && key == "j" {
+    if tab == Tab::Machine && matches!(key, "j" | "J") {
         return (!press.repeat).then_some(KeyAction::ArmKeys);
     }
     if matches!(key, "f" | "F") {
@@ -413,11 +513,14 @@ mod tests {
                 "Ctrl" => press.ctrl = true,
                 "Shift" => press.shift = true,
                 "Alt" => press.alt = true,
-                "text" => press.in_text = true,
-                "lines" => (press.in_text, press.in_lines) = (true, true),
-                "control" => press.on_control = true,
+                "text" => press.focus = KeyFocus::Text,
+                "lines" => press.focus = KeyFocus::Lines,
+                "control" => press.focus = KeyFocus::Control,
+                "menu" => press.focus = KeyFocus::Menu,
+                "slider" => press.focus = KeyFocus::Slider,
+                "picture" => press.focus = KeyFocus::Picture,
+                "dialog" => press.in_dialog = true,
                 "composing" => press.composing = true,
-                "picture" => press.on_picture = true,
                 "repeat" => press.repeat = true,
                 "Space" => press.key = " ".to_owned(),
                 key => press.key = key.to_owned(),
@@ -455,7 +558,13 @@ mod tests {
             ("lines+Ctrl+z", Tab::Lab, None),
             ("Ctrl+Shift+Z", Tab::Lab, Some(KeyAction::Undo { back: false })),
             ("Ctrl+y", Tab::Lab, Some(KeyAction::Undo { back: false })),
-            ("Ctrl+z", Tab::Board, None),
+            ("Ctrl+z", Tab::Board, Some(KeyAction::Cam(CamKey::Undo { back: true }))),
+            ("Ctrl+Shift+z", Tab::Simulate, Some(KeyAction::Cam(CamKey::Undo { back: false }))),
+            ("text+Ctrl+z", Tab::Board, None),
+            ("Ctrl+Alt+z", Tab::Board, None),
+            ("Ctrl+z", Tab::Machine, None),
+            ("Ctrl+'", Tab::Cam, Some(KeyAction::Grid)),
+            ("J", Tab::Machine, Some(KeyAction::ArmKeys)),
             ("Ctrl+z", Tab::Cam, Some(KeyAction::Cam(CamKey::Undo { back: true }))),
             ("text+Ctrl+z", Tab::Cam, None),
             ("Alt+ArrowUp", Tab::Cam, Some(KeyAction::Cam(CamKey::Move { up: true }))),
@@ -498,6 +607,54 @@ mod tests {
         }
     }
 
+    #[test]
+    fn a_dialog_has_the_keys_to_itself_but_for_what_stops_closes_and_explains() {
+        for shortcut in SHORTCUTS {
+            let press = Press { in_dialog: true, ..pressed(shortcut) };
+            let expected = match shortcut.action {
+                action @ (KeyAction::Stop | KeyAction::Escape | KeyAction::Help) => Some(action),
+                KeyAction::Open | KeyAction::Save | KeyAction::Palette => Some(KeyAction::Nothing),
+                _ => None,
+            };
+            let tab = shortcut.tab.unwrap_or(Tab::Machine);
+            assert_eq!(action(&press, tab, true), expected, "{} on {tab:?}", shortcut.keys);
+        }
+    }
+
+    #[test]
+    fn a_menu_and_a_slider_keep_their_own_keys() {
+        let stop = Some(KeyAction::Stop);
+        let up = Some(KeyAction::Cam(CamKey::Move { up: true }));
+        let rows = [
+            ("menu+0", Tab::Cam, None),
+            ("menu+.", Tab::Simulate, None),
+            ("menu+a", Tab::Cam, None),
+            ("menu+p", Tab::Draw, None),
+            ("menu+Shift+P", Tab::Draw, None),
+            ("menu+?", Tab::Draw, None),
+            ("menu+Space", Tab::Machine, None),
+            ("menu+Enter", Tab::Draw, None),
+            ("menu+PageDown", Tab::Draw, None),
+            ("menu+Alt+ArrowDown", Tab::Cam, None),
+            ("menu+Delete", Tab::Cam, None),
+            ("menu+F8", Tab::Cam, Some(KeyAction::Cam(CamKey::Problem { next: true }))),
+            ("menu+Ctrl+z", Tab::Cam, Some(KeyAction::Cam(CamKey::Undo { back: true }))),
+            ("menu+Escape", Tab::Machine, Some(KeyAction::Escape)),
+            ("menu+Ctrl+Shift+E", Tab::Machine, stop),
+            ("slider+Delete", Tab::Cam, None),
+            ("slider+Backspace", Tab::Draw, None),
+            ("slider+Home", Tab::Simulate, None),
+            ("slider+Shift+ArrowRight", Tab::Simulate, None),
+            ("slider+Alt+ArrowUp", Tab::Cam, up),
+            ("slider+2", Tab::Simulate, Some(KeyAction::Show(Tab::Cam))),
+            ("slider+Ctrl+Shift+E", Tab::Machine, stop),
+            ("control+Delete", Tab::Cam, Some(KeyAction::Cam(CamKey::Remove))),
+        ];
+        for (text, tab, expected) in rows {
+            assert_eq!(action(&press(text), tab, true), expected, "{text} on {tab:?}");
+        }
+    }
+
     /// The press of a shortcut, as a browser tells it.
     fn pressed(shortcut: &Shortcut) -> Press {
         let mut press = press(&shortcut.keys.replace("++", "+Plus"));
@@ -507,7 +664,15 @@ mod tests {
         if (press.shift || press.alt) && press.key.parse::<u8>().is_ok() {
             press.code = format!("Digit{}", press.key);
         }
-        press.on_picture = matches!(shortcut.action, KeyAction::Walk { .. });
+        // As most keyboards have it.
+        let signs = [("1", "!"), ("2", "@")];
+        let sign = signs.into_iter().find(|(digit, _)| press.shift && press.key == *digit);
+        if let Some((_, sign)) = sign {
+            sign.clone_into(&mut press.key);
+        }
+        if matches!(shortcut.action, KeyAction::Walk { .. }) {
+            press.focus = KeyFocus::Picture;
+        }
         press
     }
 
@@ -543,21 +708,21 @@ mod tests {
     #[test]
     fn every_key_that_was_promised_is_there() {
         let everywhere = "0 1 2 3 4 5 6 Ctrl+o Ctrl+s Ctrl+Shift+s Ctrl+u Ctrl+k Ctrl+/ F1 ? F6 Shift+F6 Ctrl+, Escape Ctrl+Shift+e \
-                          Shift+w Shift+1 Shift+2 Ctrl+0 Shift+= Shift+- f";
+                          Shift+w Shift+1 Shift+2 Ctrl+0 Ctrl+' Shift+= Shift+- f";
         let rows = [
-            (Tab::Board, "Home"),
+            (Tab::Board, "Home Ctrl+z Ctrl+y Ctrl+Shift+z"),
             (Tab::Draw, "Ctrl+z Ctrl+y Ctrl+Shift+z Ctrl+x Ctrl+c Ctrl+v Ctrl+a Ctrl+d Delete F2 Home"),
             (
                 Tab::Draw,
                 "v x l p o n d Ctrl+Shift+m m r Shift+r e Ctrl+g Ctrl+Shift+g ArrowUp Shift+ArrowUp Ctrl+ArrowUp",
             ),
-            (Tab::Draw, "PageUp PageDown h g Shift+g Ctrl+' Enter End Backspace"),
+            (Tab::Draw, "PageUp PageDown h g Shift+g Enter End Backspace"),
             (Tab::Cam, "a Alt+ArrowUp Alt+ArrowDown s F8 Shift+F8 Ctrl+z Ctrl+y Ctrl+Shift+z Delete"),
             (
                 Tab::Simulate,
                 "Space ArrowLeft ArrowRight Shift+ArrowLeft Shift+ArrowRight Ctrl+ArrowLeft Ctrl+ArrowRight",
             ),
-            (Tab::Simulate, "Home End , . t h Alt+3"),
+            (Tab::Simulate, "Home End , . t h Alt+3 Ctrl+z Ctrl+y Ctrl+Shift+z"),
             (Tab::Machine, "Space j"),
             (Tab::Lab, "F8 F9 F10 Ctrl+z Ctrl+y"),
         ];

@@ -10,7 +10,7 @@
 //! Comes in: a press, choices of the person, their text in the store. Goes out: the press that the table knows. Keys with Ctrl or
 //! Alt, capitals and keys that type nothing stay where they are: STOP among them. Knows no browser.
 
-use super::{Press, SHORTCUTS, Shortcut, Tab, is_sign};
+use super::{Press, SHORTCUTS, Shortcut, Tab, is_sign, latin};
 
 /// Signs that belong to the help and to the zoom on every screen, and those that Shift makes of 1 and 2, which fit the picture.
 const TAKEN: &str = "?+-_=!@";
@@ -43,6 +43,12 @@ fn single(text: &str) -> Option<char> {
 /// Whether a shortcut can be moved: its key is a single letter or sign.
 pub fn is_of_ones_own(shortcut: &Shortcut) -> bool {
     sign_of(shortcut).is_some()
+}
+
+/// The sign of a press that may have been moved. A capital is another key.
+fn movable(press: &Press) -> Option<char> {
+    let sign = single(&press.key.to_lowercase()).filter(|_| !press.focus.is_text() && is_sign(press))?;
+    (!press.shift || !sign.is_alphabetic()).then_some(sign)
 }
 
 /// Whether keys of two screens can be pressed on one; none is all of them.
@@ -111,23 +117,24 @@ impl OwnKeys {
         self.0.is_empty()
     }
 
-    /// The press as the table knows it; none where its sign was moved away.
+    /// The press as the table knows it; none where its sign was moved away. A letter of another script is one of one's own, or that
+    /// of its place.
     pub fn translated(&self, press: &Press, tab: Tab) -> Option<Press> {
-        let mut press = press.clone();
-        let Some(sign) = single(&press.key.to_lowercase()).filter(|_| !press.in_text && is_sign(&press))
-        else {
-            return Some(press);
-        };
-        // A capital is another key.
-        if press.shift && sign.is_alphabetic() {
-            return Some(press);
-        }
         let mut here = self.0.iter().filter(|own| meet(own.tab, Some(tab)));
-        if let Some(own) = here.clone().find(|own| own.to == sign) {
-            (press.key, press.code, press.shift) = (own.from.to_string(), String::new(), false);
-            return Some(press);
+        let at_place = Press { key: latin(&press.key, &press.code), ..press.clone() };
+        for press in [press, &at_place] {
+            let sign = movable(press);
+            if let Some(own) = here.clone().find(|own| sign == Some(own.to)) {
+                return Some(Press {
+                    key: own.from.to_string(),
+                    code: String::new(),
+                    shift: false,
+                    ..press.clone()
+                });
+            }
         }
-        here.all(|own| own.from != sign).then_some(press)
+        let sign = movable(&at_place);
+        here.all(|own| sign != Some(own.from)).then_some(at_place)
     }
 
     /// As it is kept: a line for each, screen, sign of the table, sign of one's own.
@@ -156,7 +163,7 @@ impl OwnKeys {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::keys::{KeyAction, action};
+    use crate::keys::{KeyAction, KeyFocus, action};
 
     fn named(tab: Option<Tab>, keys: &str) -> &'static Shortcut {
         SHORTCUTS.iter().find(|one| one.tab == tab && one.keys == keys).expect(keys)
@@ -213,7 +220,7 @@ mod tests {
             key: key.to_owned(),
             ctrl,
             shift,
-            in_text,
+            focus: if in_text { KeyFocus::Text } else { KeyFocus::Elsewhere },
             ..Press::default()
         };
         for (key, ctrl, shift, in_text) in [

@@ -1,18 +1,20 @@
-//! Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
+//! Every key of the page that is looked up and searched for, and what is searched for that has none; moving by hand has its own
+//! beside it.
 //!
-//! Goes out: the table. Knows no browser, nor which keys a person has moved.
+//! Goes out: two tables. Knows no browser, nor which keys a person has moved.
 
-use super::{CamKey, KeyAction, QueueKey, Stride, Tab};
+use super::{CamKey, KeyAction, Keyless, QueueKey, Stride, Tab};
 use crate::drawing::keys::{QUARTER_MDEG, StepSize};
 use crate::drawing::{Act, DrawKey, Tool};
 use crate::said::key;
+use annulus_core::board::drawing::{Align, Sides};
 
-/// A key that people can look up, and what it does.
+/// A key that people can look up, and what it does; without a key, what can be searched for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Shortcut {
     /// The screen it works on; none for everywhere.
     pub tab: Option<Tab>,
-    /// How it is written.
+    /// How it is written; empty where it has no key.
     pub keys: &'static str,
     /// What it does, a key of the locale tables.
     pub name: &'static str,
@@ -45,11 +47,31 @@ const fn shortcut(tab: Option<Tab>, keys: &'static str, name: &'static str, acti
     Shortcut { tab, keys, name, action }
 }
 
+const fn undo(tab: Tab, keys: &'static str) -> Shortcut {
+    shortcut(Some(tab), keys, key!("page.key.undo"), undone(tab, true))
+}
+
+const fn redo(tab: Tab, keys: &'static str) -> Shortcut {
+    shortcut(Some(tab), keys, key!("page.key.redo"), undone(tab, false))
+}
+
+/// The Lab has its own edits, the screens of the board have those of the job.
+const fn undone(tab: Tab, back: bool) -> KeyAction {
+    match tab {
+        Tab::Lab => KeyAction::Undo { back },
+        _ => KeyAction::Cam(CamKey::Undo { back }),
+    }
+}
+
+const fn fit(tab: Tab) -> Shortcut {
+    shortcut(Some(tab), "Home", key!("page.key.fit"), KeyAction::Fit)
+}
+
 const fn drawn(keys: &'static str, name: &'static str, key: DrawKey) -> Shortcut {
     shortcut(Some(Tab::Draw), keys, name, KeyAction::Draw(key))
 }
 
-/// Every key of the page that is looked up and searched for; drawing and moving by hand have their own beside them.
+/// Every key of the page that is looked up and searched for; moving by hand has its own beside it.
 pub const SHORTCUTS: &[Shortcut] = &[
     shortcut(None, "Ctrl+Shift+E", key!("page.key.stop"), KeyAction::Stop),
     shortcut(None, "Escape", key!("page.key.escape"), KeyAction::Escape),
@@ -62,10 +84,13 @@ pub const SHORTCUTS: &[Shortcut] = &[
     shortcut(None, "6", key!("page.key.settings"), KeyAction::Show(Tab::Settings)),
     shortcut(None, "Ctrl+o", key!("page.key.open"), KeyAction::Open),
     shortcut(None, "Ctrl+s", key!("page.key.save"), KeyAction::Save),
+    shortcut(None, "Ctrl+Shift+s", key!("page.key.save"), KeyAction::Save),
     shortcut(None, "Ctrl+u", key!("page.key.units"), KeyAction::Units),
     shortcut(None, "Ctrl+,", key!("page.key.settings"), KeyAction::Show(Tab::Settings)),
     shortcut(None, "Ctrl+k", key!("page.key.palette"), KeyAction::Palette),
+    shortcut(None, "Ctrl+/", key!("page.key.palette"), KeyAction::Palette),
     shortcut(None, "F1", key!("page.key.help"), KeyAction::Help),
+    shortcut(None, "?", key!("page.key.help"), KeyAction::Help),
     shortcut(None, "F6", key!("page.key.region"), KeyAction::Region { onwards: true }),
     shortcut(None, "Shift+F6", key!("page.key.region_back"), KeyAction::Region { onwards: false }),
     shortcut(None, "Shift+w", key!("page.key.speak"), KeyAction::Speak),
@@ -75,7 +100,13 @@ pub const SHORTCUTS: &[Shortcut] = &[
     shortcut(None, "Shift++", key!("page.key.closer"), KeyAction::ZoomIn),
     shortcut(None, "Shift+_", key!("page.key.further"), KeyAction::ZoomOut),
     shortcut(None, "f", key!("page.key.flip"), KeyAction::Flip),
+    shortcut(None, "Ctrl+'", key!("page.key.draw_grid"), KeyAction::Grid),
+    fit(Tab::Board),
+    undo(Tab::Board, "Ctrl+z"),
+    redo(Tab::Board, "Ctrl+y"),
+    redo(Tab::Board, "Ctrl+Shift+z"),
     shortcut(Some(Tab::Board), "ArrowRight", key!("page.key.walk"), KeyAction::Walk { x: 1, y: 0 }),
+    fit(Tab::Draw),
     drawn("v", key!("page.key.draw_select"), DrawKey::Tool(Tool::Select)),
     drawn("x", key!("page.key.draw_track"), DrawKey::Tool(Tool::Track)),
     drawn("l", key!("page.key.draw_track"), DrawKey::Tool(Tool::Track)),
@@ -100,7 +131,7 @@ pub const SHORTCUTS: &[Shortcut] = &[
     drawn("End", key!("page.key.draw_end_track"), DrawKey::End),
     drawn("Backspace", key!("page.key.draw_back_piece"), DrawKey::Back),
     drawn("c", key!("page.key.draw_type"), DrawKey::Type { from_last: false }),
-    drawn("@", key!("page.key.draw_type_by"), DrawKey::Type { from_last: true }),
+    drawn("Shift+c", key!("page.key.draw_type_by"), DrawKey::Type { from_last: true }),
     drawn("e", key!("page.key.draw_numbers"), DrawKey::Numbers),
     drawn("F2", key!("page.key.draw_rename"), DrawKey::Rename),
     drawn("h", key!("page.key.draw_dim"), DrawKey::Act(Act::Dim)),
@@ -118,11 +149,12 @@ pub const SHORTCUTS: &[Shortcut] = &[
     drawn("Ctrl+Shift+g", key!("page.key.draw_ungroup"), DrawKey::Act(Act::Ungroup)),
     drawn("Ctrl+z", key!("page.key.draw_undo_edit"), DrawKey::Act(Act::Undo { back: true })),
     drawn("Ctrl+y", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo { back: false })),
+    drawn("Ctrl+Shift+z", key!("page.key.draw_redo_edit"), DrawKey::Act(Act::Undo { back: false })),
     drawn("g", key!("page.key.draw_snap"), DrawKey::Act(Act::Snap)),
     drawn("Shift+g", key!("page.key.draw_next_grid"), DrawKey::Act(Act::NextGrid)),
-    shortcut(Some(Tab::Draw), "Ctrl+'", key!("page.key.draw_grid"), KeyAction::Grid),
     drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side { upper: true }),
     drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side { upper: false }),
+    fit(Tab::Cam),
     shortcut(Some(Tab::Cam), "a", key!("page.key.add"), KeyAction::Cam(CamKey::Add)),
     shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), KeyAction::Cam(CamKey::Move { up: true })),
     shortcut(
@@ -132,8 +164,9 @@ pub const SHORTCUTS: &[Shortcut] = &[
         KeyAction::Cam(CamKey::Move { up: false }),
     ),
     shortcut(Some(Tab::Cam), "Delete", key!("page.key.remove"), KeyAction::Cam(CamKey::Remove)),
-    shortcut(Some(Tab::Cam), "Ctrl+z", key!("page.key.undo"), KeyAction::Cam(CamKey::Undo { back: true })),
-    shortcut(Some(Tab::Cam), "Ctrl+y", key!("page.key.redo"), KeyAction::Cam(CamKey::Undo { back: false })),
+    undo(Tab::Cam, "Ctrl+z"),
+    redo(Tab::Cam, "Ctrl+y"),
+    redo(Tab::Cam, "Ctrl+Shift+z"),
     shortcut(Some(Tab::Cam), "F8", key!("page.key.problem"), KeyAction::Cam(CamKey::Problem { next: true })),
     shortcut(
         Some(Tab::Cam),
@@ -186,9 +219,42 @@ pub const SHORTCUTS: &[Shortcut] = &[
     shortcut(Some(Tab::Simulate), "Alt+3", key!("page.key.space"), KeyAction::Space),
     shortcut(Some(Tab::Simulate), "Home", key!("page.key.beginning"), KeyAction::Beginning),
     shortcut(Some(Tab::Simulate), "End", key!("page.key.end"), KeyAction::End),
+    undo(Tab::Simulate, "Ctrl+z"),
+    redo(Tab::Simulate, "Ctrl+y"),
+    redo(Tab::Simulate, "Ctrl+Shift+z"),
+    fit(Tab::Machine),
     shortcut(Some(Tab::Machine), "Space", key!("page.key.pause"), KeyAction::Pause),
     shortcut(Some(Tab::Machine), "j", key!("page.key.arm"), KeyAction::ArmKeys),
     shortcut(Some(Tab::Lab), "F8", key!("page.key.run"), KeyAction::Queue(QueueKey::Run)),
     shortcut(Some(Tab::Lab), "F9", key!("page.key.break"), KeyAction::Queue(QueueKey::Break)),
     shortcut(Some(Tab::Lab), "F10", key!("page.key.step"), KeyAction::Queue(QueueKey::Step)),
+    undo(Tab::Lab, "Ctrl+z"),
+    redo(Tab::Lab, "Ctrl+y"),
+    redo(Tab::Lab, "Ctrl+Shift+z"),
+];
+
+const fn command(tab: Tab, name: &'static str, command: Keyless) -> Shortcut {
+    shortcut(Some(tab), "", name, KeyAction::Keyless(command))
+}
+
+const fn aligned(name: &'static str, x: bool, sides: Sides) -> Shortcut {
+    drawn("", name, DrawKey::Act(Act::Align(Align { x, sides })))
+}
+
+/// What has no key and is searched for all the same.
+pub const COMMANDS: &[Shortcut] = &[
+    command(Tab::Board, key!("page.anew.choose"), Keyless::NewExports),
+    command(Tab::Board, key!("page.review.discard"), Keyless::CloseBoard),
+    command(Tab::Cam, key!("page.cam.save_files"), Keyless::Export),
+    command(Tab::Cam, key!("page.cam.run_sheet"), Keyless::RunSheet),
+    command(Tab::Draw, key!("page.draw.act.array"), Keyless::Array),
+    aligned(key!("page.key.align_left"), true, Sides::Low),
+    aligned(key!("page.key.align_middle_x"), true, Sides::Middle),
+    aligned(key!("page.key.align_right"), true, Sides::High),
+    aligned(key!("page.key.align_low"), false, Sides::Low),
+    aligned(key!("page.key.align_middle_y"), false, Sides::Middle),
+    aligned(key!("page.key.align_high"), false, Sides::High),
+    command(Tab::Machine, key!("page.level.open"), Keyless::HeightMap),
+    command(Tab::Machine, key!("page.operator.enter"), Keyless::LargeView { on: true }),
+    command(Tab::Machine, key!("page.key.all_of_machine"), Keyless::LargeView { on: false }),
 ];

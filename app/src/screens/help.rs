@@ -3,12 +3,12 @@
 //! Comes in: the table of keys. Goes out: a dialog.
 
 use crate::i18n::{self, key, t};
-use crate::keys::{SHORTCUTS, Tab};
+use crate::keys::{HAND_KEYS, SHORTCUTS, Tab};
 use crate::model::{FrameEvent, Overlay};
 use crate::page::{frame, send, written};
 use crate::screens::top_bar::name_of;
 use crate::widgets::{Dialog, dialog, push};
-use leptos::html::{dd, div, dl, dt, h3, kbd, li, ol, section, span};
+use leptos::html::{dd, div, dl, dt, h3, kbd, li, ol, p, section, span};
 use leptos::prelude::*;
 
 const STEPS: [&str; 5] = [
@@ -41,19 +41,28 @@ fn keys_of(tab: Option<Tab>) -> impl IntoView {
     section().child((h3().child(title), ol().class("keys").child(rows.collect::<Vec<_>>())))
 }
 
+/// The keys that move the machine once they are armed.
+fn by_hand() -> impl IntoView {
+    let rows = HAND_KEYS.map(|row| li().child((kbd().child(row.written), span().child(word(row.name)))));
+    let hint = p().class("quiet").child(t!("page.jog.keys_hint"));
+    section().child((h3().child(t!("page.help.by_hand")), ol().class("keys").child(Vec::from(rows)), hint))
+}
+
 fn close() {
     send(FrameEvent::Overlay { overlay: None });
 }
 
 /// The dialog.
 pub(super) fn help() -> impl IntoView {
-    let tabs =
-        [None, Some(Tab::Draw), Some(Tab::Cam), Some(Tab::Simulate), Some(Tab::Machine), Some(Tab::Lab)];
+    // Everywhere, then the screens that have keys of their own.
+    let screens = Tab::ALL.into_iter().map(Some).filter(|tab| SHORTCUTS.iter().any(|one| one.tab == *tab));
+    let groups = std::iter::once(None).chain(screens).map(|tab| keys_of(tab).into_any());
+    let groups = groups.chain(std::iter::once_with(|| by_hand().into_any())).collect::<Vec<_>>();
     let steps = STEPS.map(|step| li().child(word(step)));
     let words = WORDS.map(|(name, meaning)| (dt().child(word(name)), dd().child(word(meaning))));
     let body = div().class("help").tabindex("0").child((
         section().child((h3().child(t!("page.help.steps")), ol().class("steps").child(Vec::from(steps)))),
-        div().class("key-groups").child(Vec::from(tabs.map(keys_of))),
+        div().class("key-groups").child(groups),
         section().child((h3().child(t!("page.help.words")), dl().child(Vec::from(words)))),
     ));
     dialog(

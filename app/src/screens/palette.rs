@@ -1,13 +1,17 @@
-//! The palette: everything that has a key, found by its words and done with Enter. What moves the machine is not in it.
+//! The palette: everything that has a key, and what else can be done on the screen, found by its words and done with Enter. What moves
+//! the machine is not in it.
 //!
-//! Comes in: the table of keys, what is typed. Goes out: the action that was chosen.
+//! Comes in: the tables of keys and commands, what is typed. Goes out: the action that was chosen.
 
-use super::regions;
+use super::{machine, regions};
+use crate::drawing::{Act, DrawKey};
 use crate::i18n::{self, t};
-use crate::keys::{KeyAction, SHORTCUTS, Shortcut};
-use crate::model::{FrameEvent, Overlay};
-use crate::page::{frame, send, written};
+use crate::keys::{COMMANDS, KeyAction, Keyless, SHORTCUTS, Shortcut};
+use crate::model::export::Purpose;
+use crate::model::{AnewEvent, ExportEvent, FilesEvent, FrameEvent, LevelEvent, Overlay};
+use crate::page::{frame, link, open_board, open_drawing, send, written};
 use crate::widgets::{Dialog, dialog, push};
+use annulus_core::board::drawing::Catch;
 use leptos::ev;
 use leptos::html::{self, div, input, kbd, li, span, ul};
 use leptos::prelude::*;
@@ -20,7 +24,40 @@ fn offered(shortcut: &Shortcut) -> bool {
         shortcut.action,
         KeyAction::Stop | KeyAction::Escape | KeyAction::Pause | KeyAction::ArmKeys | KeyAction::Palette
     );
-    here && !own && !matches!(shortcut.action, KeyAction::Queue(_))
+    here && !own && !matches!(shortcut.action, KeyAction::Queue(_)) && can_be_done(shortcut.action)
+}
+
+/// Whether what has no key can be done now, as its button says it too.
+fn can_be_done(action: KeyAction) -> bool {
+    let board = open_board();
+    let drawn = |least: usize| {
+        let of_drawing = |one: &&Catch| matches!(one, Catch::Drawn(_));
+        open_drawing().chosen.with(|chosen| chosen.iter().filter(of_drawing).count() >= least)
+    };
+    match action {
+        KeyAction::Keyless(Keyless::NewExports | Keyless::CloseBoard) => board.document.with(Option::is_some),
+        KeyAction::Keyless(Keyless::Export | Keyless::RunSheet) => {
+            board.job.with(Option::is_some) && board.cleared()
+        }
+        KeyAction::Keyless(Keyless::Array) => drawn(1),
+        KeyAction::Draw(DrawKey::Act(Act::Align(_))) => drawn(2),
+        KeyAction::Keyless(Keyless::HeightMap) => machine::set_up_is_seen(),
+        KeyAction::Keyless(Keyless::LargeView { on }) => {
+            link::link().ever.get() && frame().operator.get() != on
+        }
+        _ => true,
+    }
+}
+
+/// What can be chosen here: of two keys that do the same the first, then what has no key.
+fn rows() -> Vec<&'static Shortcut> {
+    let mut rows: Vec<&'static Shortcut> = Vec::new();
+    for shortcut in SHORTCUTS.iter().chain(COMMANDS).filter(|shortcut| offered(shortcut)) {
+        if rows.iter().all(|row| row.action != shortcut.action) {
+            rows.push(shortcut);
+        }
+    }
+    rows
 }
 
 fn close() {
@@ -30,7 +67,23 @@ fn close() {
 fn choose(action: KeyAction) {
     close();
     // The dialog gives the focus back first.
-    request_animation_frame(move || regions::act(action));
+    request_animation_frame(move || match action {
+        KeyAction::Keyless(command) => do_command(command),
+        action => regions::act(action),
+    });
+}
+
+/// Does what has no key.
+fn do_command(command: Keyless) {
+    match command {
+        Keyless::NewExports => send(AnewEvent::Choose),
+        Keyless::CloseBoard => send(FilesEvent::Discarded),
+        Keyless::Export => send(ExportEvent::Write { purpose: Purpose::Files }),
+        Keyless::RunSheet => send(ExportEvent::Write { purpose: Purpose::RunSheet }),
+        Keyless::Array => send(FrameEvent::Overlay { overlay: Some(Overlay::Array) }),
+        Keyless::HeightMap => send(LevelEvent::Show { on: true }),
+        Keyless::LargeView { on } => send(FrameEvent::Operator { on }),
+    }
 }
 
 /// Where it is typed; the arrows choose, Enter does it.
@@ -38,11 +91,10 @@ fn search(
     field: NodeRef<html::Input>,
     typed: RwSignal<String>,
     at: RwSignal<usize>,
-    found: Memo<Vec<usize>>,
+    found: Memo<Vec<&'static Shortcut>>,
 ) -> impl IntoView {
     let run = move || {
-        let index = found.with_untracked(|found| found.get(at.get_untracked()).copied());
-        if let Some(shortcut) = index.and_then(|index| SHORTCUTS.get(index)) {
+        if let Some(shortcut) = found.with_untracked(|found| found.get(at.get_untracked()).copied()) {
             choose(shortcut.action);
         }
     };
@@ -101,18 +153,17 @@ pub(super) fn palette() -> impl IntoView {
         }
     });
     let found = Memo::new(move |_| {
+        if !open.get() {
+            return Vec::new();
+        }
         let wanted = typed.get().to_lowercase();
-        let rows = SHORTCUTS.iter().enumerate().filter(|(_, shortcut)| offered(shortcut));
         let words = |shortcut: &Shortcut| i18n::text(shortcut.name, &[]).to_lowercase();
         let fits = |shortcut: &Shortcut| wanted.split_whitespace().all(|word| words(shortcut).contains(word));
-        rows.filter(|(_, shortcut)| fits(shortcut)).map(|(index, _)| index).collect::<Vec<_>>()
+        rows().into_iter().filter(|shortcut| fits(shortcut)).collect::<Vec<_>>()
     });
     let lines = move || {
-        let rows = found.get().into_iter().enumerate().filter_map(|(row, index)| {
-            let shortcut = SHORTCUTS.get(index)?;
-            Some(line(row, shortcut, at).into_any())
-        });
-        rows.collect::<Vec<_>>()
+        let rows = found.get().into_iter().enumerate();
+        rows.map(|(row, shortcut)| line(row, shortcut, at).into_any()).collect::<Vec<_>>()
     };
     let list =
         ul().attr("id", "palette-list").attr("role", "listbox").attr("aria-label", t!("page.palette.title"));
@@ -139,6 +190,6 @@ fn line(row: usize, shortcut: &'static Shortcut, at: RwSignal<usize>) -> impl In
         .on(ev::click, move |_| choose(shortcut.action))
         .child((
             span().class("grow").child(move || i18n::text(shortcut.name, &[])),
-            kbd().child(move || written(shortcut)),
+            (!shortcut.keys.is_empty()).then(|| kbd().child(move || written(shortcut))),
         ))
 }

@@ -3,7 +3,7 @@
 //! Comes in: the browser's key presses. Goes out: what [`crate::keys`] says they mean.
 
 use crate::i18n::{key, unit_word};
-use crate::keys::{self, KeyAction, Press, Tab};
+use crate::keys::{self, KeyAction, KeyFocus, Press, Tab};
 use crate::lab::LabPanel;
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
@@ -13,7 +13,7 @@ use crate::page::{frame, send};
 use crate::page::{open_board, open_drawing, open_lab};
 use crate::said::Text;
 use crate::screens::{cam, drawing, lab, machine, simulate};
-use crate::widgets::toast;
+use crate::widgets::{dialog_is_open, toast};
 use leptos::ev;
 use leptos::prelude::*;
 use wasm_bindgen::{JsCast, JsValue};
@@ -74,11 +74,17 @@ fn press(event: &KeyboardEvent) -> Press {
         alt: event.alt_key(),
         repeat: event.repeat(),
         composing: event.is_composing(),
-        in_text: tag == "TEXTAREA"
-            || (tag == "INPUT" && !matches!(kind.as_str(), "checkbox" | "range" | "radio")),
-        in_lines: tag == "TEXTAREA",
-        on_picture: tag == "CANVAS",
-        on_control: matches!(tag.as_str(), "BUTTON" | "SELECT" | "INPUT") || role == "listbox",
+        focus: match (tag.as_str(), kind.as_str(), role.as_str()) {
+            ("TEXTAREA", ..) => KeyFocus::Lines,
+            ("SELECT", ..) => KeyFocus::Menu,
+            ("INPUT", "range", _) | (_, _, "slider") => KeyFocus::Slider,
+            ("INPUT", "checkbox" | "radio" | "color", _) => KeyFocus::Control,
+            ("INPUT", ..) => KeyFocus::Text,
+            ("BUTTON" | "SUMMARY", ..) | (_, _, "listbox") => KeyFocus::Control,
+            ("CANVAS", ..) => KeyFocus::Picture,
+            _ => KeyFocus::Elsewhere,
+        },
+        in_dialog: dialog_is_open(),
     }
 }
 
@@ -124,6 +130,8 @@ pub(crate) fn act(action: KeyAction) {
         KeyAction::Queue(key) => lab::queue_key(key),
         KeyAction::Cam(key) => cam::act(key),
         KeyAction::Draw(key) => drawing::key(key),
+        // What has no key is done where it was chosen.
+        KeyAction::Nothing | KeyAction::Keyless(_) => {}
         KeyAction::Help => send(FrameEvent::Overlay { overlay: Some(Overlay::Help) }),
         KeyAction::Palette => send(FrameEvent::Overlay { overlay: Some(Overlay::Palette) }),
         KeyAction::Save if frame().tab.get_untracked() == Tab::Draw => send(DrawEvent::Save),
@@ -156,20 +164,22 @@ fn speak() {
 /// Puts the focus on the next region of the page.
 fn next_region(onwards: bool) {
     let Ok(found) = document().query_selector_all(
-        "header.top-bar, main .left, main .stage, main .right, main .bottom, footer.status-bar, main .whole",
+        "header.top-bar, main > :is(.top, .left, .stage, .under, .right, .bottom, .whole), footer.status-bar",
     ) else {
         return;
     };
     let regions: Vec<HtmlElement> =
         (0..found.length()).filter_map(|i| found.get(i)?.dyn_into().ok()).collect();
-    let active = document().active_element();
-    let here = regions.iter().position(|region| region.contains(active.as_deref()));
+    let has_focus = |region: &HtmlElement| region.contains(document().active_element().as_deref());
     let count = regions.len();
-    let next = match here {
-        _ if count == 0 => return,
-        None => 0,
-        Some(at) => (at + if onwards { 1 } else { count - 1 }) % count,
-    };
-    let _ = regions[next].set_attribute("tabindex", "-1");
-    let _ = regions[next].focus();
+    let here = regions.iter().position(has_focus).unwrap_or(if onwards { count.wrapping_sub(1) } else { 0 });
+    // What is not on show does not take the focus: then the one behind it does.
+    for step in 1..=count {
+        let region = &regions[(here + if onwards { step } else { count - step }) % count];
+        let _ = region.set_attribute("tabindex", "-1");
+        let _ = region.focus();
+        if has_focus(region) {
+            break;
+        }
+    }
 }

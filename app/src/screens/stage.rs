@@ -37,13 +37,7 @@ pub(crate) fn stage() -> impl IntoView {
     host.on_load(move |host| {
         leptos::task::spawn_local(async move {
             if let Ok(view) = View::new(&host, wanted(), palette.get_untracked()).await {
-                let word = match view.backend() {
-                    Backend::WebGpu => key!("page.status.webgpu"),
-                    Backend::WebGl2 => key!("page.status.webgl2"),
-                    Backend::Flat => key!("page.status.flat"),
-                };
-                send(FrameEvent::Backend { word });
-                send(PlayEvent::Space { there: view.can_show_solids() });
+                painted_by(view.backend());
                 listen(&view, shown);
                 picture.set_value(Some(view));
                 ready.set(true);
@@ -75,6 +69,17 @@ pub(crate) fn stage() -> impl IntoView {
         chosen(shown),
         toasts(),
     ))
+}
+
+/// What draws is known; it may be another one once a device was lost.
+fn painted_by(backend: Backend) {
+    let word = match backend {
+        Backend::WebGpu => key!("page.status.webgpu"),
+        Backend::WebGl2 => key!("page.status.webgl2"),
+        Backend::Flat => key!("page.status.flat"),
+    };
+    send(FrameEvent::Backend { word });
+    send(PlayEvent::Space { there: backend != Backend::Flat });
 }
 
 /// How long a scale bar is at most, in CSS pixels.
@@ -184,6 +189,7 @@ fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
         send(FrameEvent::Cursor { at_mm: at });
     });
     view.on_stroke(super::drawing::stroke);
+    view.on_backend(painted_by);
     view.on_camera(|camera| send(FrameEvent::Moved { camera }));
     send(FrameEvent::Moved { camera: view.camera() });
 }

@@ -280,6 +280,11 @@ impl View {
         self.0.borrow_mut().gestures.on_camera = Some(Rc::new(RefCell::new(act)));
     }
 
+    /// Called with what paints from now on, after a device was lost.
+    pub fn on_backend(&self, act: impl FnMut(Backend) + 'static) {
+        self.0.borrow_mut().gestures.on_backend = Some(Rc::new(RefCell::new(act)));
+    }
+
     /// Called with what the pointer does while it draws, see [`set_strokes`](Self::set_strokes).
     pub fn on_stroke(&self, act: impl FnMut(PointerStroke) + 'static) {
         self.0.borrow_mut().gestures.on_stroke = Some(Rc::new(RefCell::new(act)));

@@ -2,6 +2,7 @@
 //!
 //! Comes in: what the pointers did. Goes out: the same to whoever asked. Does not know what a press means.
 
+use super::backend::Backend;
 use super::camera::Camera;
 use super::touch::Touch;
 use std::cell::RefCell;
@@ -45,6 +46,7 @@ pub(super) struct Gestures {
     pub(super) on_hover: Act<Option<([f64; 2], Option<usize>)>>,
     pub(super) on_camera: Act<Camera>,
     pub(super) on_stroke: Act<PointerStroke>,
+    pub(super) on_backend: Act<Backend>,
     /// The first button and a single finger draw; they do not move the picture.
     pub(super) strokes: bool,
     /// The pointer that draws now.

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //! set_… ──▶ repaint ──▶ requestAnimationFrame ─┬▶ paint ─┬─ shown
-//!                               ResizeObserver ─┘         └─ device lost: new canvas, new painter, same scene
+//!                               ResizeObserver ─┘         └─ device lost: new canvas, new painter, same scene; told
 //! ```
 //!
 //! Comes in: a host element. Goes out: a canvas in it. Does not know what is shown.
@@ -12,7 +12,7 @@ use super::camera::Camera;
 use super::gestures;
 use super::gpu::Painted;
 use super::handle::{View, keep, wake_all};
-use super::held::Gestures;
+use super::held::{Gestures, tell};
 use super::marks::Emphasis;
 use super::palette::Palette;
 use super::scene::{OrderProgress, Scene};
@@ -142,6 +142,8 @@ impl View {
             let view = Self(stage);
             view.listen_to_canvas();
             view.measure();
+            let act = view.0.borrow().gestures.on_backend.clone();
+            tell(act, view.backend());
         });
     }
 }

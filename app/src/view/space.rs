@@ -2,17 +2,12 @@
 //!
 //! Comes in: a relief, tiles, a tool; drags and zooms. Goes out: frames that are asked for. Does not know how it is drawn.
 
-use super::backend::{Backend, Painter};
+use super::backend::Painter;
 use super::handle::View;
 use super::orbit::Orbit;
 use super::relief::{Cutting, Patch, Relief, ReliefField};
 
 impl View {
-    /// Whether this picture can show boards in space.
-    pub fn can_show_solids(&self) -> bool {
-        self.backend() != Backend::Flat
-    }
-
     /// Looks at the board in space, or at the flat picture again.
     pub fn show_solid(&self, shown: bool) {
         self.0.borrow_mut().solid.shown = shown;

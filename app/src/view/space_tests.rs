@@ -111,7 +111,7 @@ async fn what_is_carved_is_seen_on_both_back_ends_and_after_a_loss() {
 #[wasm_bindgen_test]
 async fn without_a_graphics_card_the_picture_stays_flat() {
     let view = view(PainterChoice::Flat).await;
-    assert!(!view.can_show_solids());
+    assert_eq!(view.backend(), Backend::Flat);
     let _ = pixels(&view);
     let canvas = view.0.borrow().canvas.clone();
     assert_eq!(canvas.get_attribute("data-solid").as_deref(), Some(""));

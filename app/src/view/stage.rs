@@ -92,10 +92,13 @@ impl Stage {
 
     /// Everything is written to a painter that is new.
     pub(super) fn write_all(&mut self) {
-        if let Painter::Gpu(gpu) = &mut self.painter {
-            gpu.set_over(&self.over);
-            self.solid.fits = gpu.set_field(self.solid.field.as_ref());
-        }
+        self.solid.fits = match &mut self.painter {
+            Painter::Gpu(gpu) => {
+                gpu.set_over(&self.over);
+                gpu.set_field(self.solid.field.as_ref())
+            }
+            Painter::Flat(_) | Painter::None => false,
+        };
         self.rebuild();
     }
 

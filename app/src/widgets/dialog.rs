@@ -21,6 +21,11 @@ pub struct Dialog {
     pub foot: AnyView,
 }
 
+/// Whether a dialog lies over the page.
+pub fn dialog_is_open() -> bool {
+    document().query_selector("dialog[open]").ok().flatten().is_some()
+}
+
 /// The dialog, open while `open` says so. `closed` is called when the person closes it.
 pub fn dialog(open: Signal<bool>, closed: impl Fn() + Clone + 'static, parts: Dialog) -> impl IntoView {
     let element = NodeRef::<html::Dialog>::new();

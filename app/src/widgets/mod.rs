@@ -11,7 +11,7 @@ mod stop;
 mod toast;
 mod virtual_list;
 
-pub use dialog::{Dialog, dialog};
+pub use dialog::{Dialog, dialog, dialog_is_open};
 pub use icon::{Icon, icon};
 pub use plot::plotted;
 pub use save::{save_bytes, save_file};

@@ -22,6 +22,7 @@ use crate::drawing::fields::{self, Field, FieldRow};
 use crate::drawing::keys::StepSize;
 use crate::drawing::tree::{self, TreeRow};
 use crate::drawing::{Act, Chosen, DrawKey, DrawnPieces, Editor, Marks, Pen, Pointer, Tool, typed};
+use crate::format::Unit;
 use crate::keys::Tab;
 use crate::said::{Text, key};
 use crate::view::Touch;
@@ -377,10 +378,10 @@ fn edit(model: &mut Model, event: DrawEvent) {
         DrawEvent::Escape => escape(editor),
         DrawEvent::Take { tool } => editor.take(tool),
         DrawEvent::Pen { pen } => editor.pen = pen,
-        DrawEvent::PenSize { field, text } => pen_size(editor, field, typed::length(&text, unit)),
+        DrawEvent::PenSize { field, text } => pen_size(editor, field, &text, unit),
         DrawEvent::Grid { text } => match typed::length(&text, unit).filter(|step| step.nm() > 0) {
             Some(step) => editor.grid.step = step,
-            None => editor.said = Some(Text::of(key!("page.draw.no_number"))),
+            None => editor.said = Some(no_number(&text)),
         },
         DrawEvent::Typed { text } => match typed::place(&text, last(editor), unit) {
             Some(at) => editor.go(at, text.trim_start().starts_with('@')),
@@ -388,7 +389,7 @@ fn edit(model: &mut Model, event: DrawEvent) {
         },
         DrawEvent::Set { field, text } => match fields::edit(editor, field, &text, unit) {
             Some(edit) => drop(editor.make(&edit)),
-            None => editor.said = Some(Text::of(key!("page.draw.no_number"))),
+            None => editor.said = Some(no_number(&text)),
         },
         DrawEvent::Choose { id, adding } => {
             let catch = editor.catch_of(id);
@@ -434,15 +435,24 @@ fn last(editor: &Editor) -> Point {
     }
 }
 
-fn pen_size(editor: &mut Editor, field: Field, size: Option<Length>) {
+/// Why what was typed is no number for a field.
+fn no_number(text: &str) -> Text {
+    Text::of(if locale::has_two_marks(text) {
+        key!("page.draw.two_marks")
+    } else {
+        key!("page.draw.no_number")
+    })
+}
+
+fn pen_size(editor: &mut Editor, field: Field, text: &str, unit: Unit) {
     let (low, high) = (annulus_core::board::drawing::NARROWEST, annulus_core::board::drawing::WIDEST);
-    match size.filter(|size| (low..=high).contains(size)) {
+    match typed::length(text, unit).filter(|size| (low..=high).contains(size)) {
         Some(size) => match field {
             Field::Width => editor.pen.width = size,
             Field::Size => editor.pen.size = size,
             _ => editor.pen.diameter = size,
         },
-        None => editor.said = Some(Text::of(key!("page.draw.no_number"))),
+        None => editor.said = Some(no_number(text)),
     }
 }
 

@@ -5,6 +5,7 @@ use crate::drawing::{DrawKey, keys};
 use crate::keys::Tab;
 use crate::model::drawing::Least;
 use crate::model::{DrawEvent, Effect, Event, FrameEvent, Model, update};
+use crate::said::Text;
 use crate::view::{Camera, Touch};
 use annulus_core::board::drawing::{Drawing, Id, Thing};
 use annulus_core::geometry::Point;
@@ -183,6 +184,16 @@ fn what_is_drawn_with_each_tool() {
             "1/1/1/2/0 2/0 0",
         ),
         ("the last piece goes back", "key:x at:5,5 at:9,5 at:9,9 key:Backspace at:12,5", "2/0/0/3/0 2/0 0"),
+        (
+            "the last piece goes back, and not what was edited since",
+            "key:x at:5,5 at:9,5 at:9,9 set:name=Robot key:Backspace at:12,5",
+            "2/0/0/3/0 5/0 0",
+        ),
+        (
+            "every piece goes back, and nothing else",
+            "key:x at:5,5 at:9,5 set:name=Robot at:9,9 key:Backspace key:Backspace key:Backspace key:Backspace",
+            "0/0/0/0/0 3/0 0",
+        ),
         ("left half-way", "key:x at:5,5 escape", "0/0/0/0/0 0/0 0"),
         ("undo and redo", "key:p at:5,5 at:9,9 key:Ctrl+z", "0/1/1/1/0 1/1 0"),
         (
@@ -218,10 +229,34 @@ fn what_is_drawn_with_each_tool() {
         ("cut", "key:p at:5,5 key:v key:Ctrl+a key:Ctrl+x hover:20,20 key:Ctrl+v", "0/1/1/1/0 3/0 2"),
         ("duplicate", "key:p at:5,5 key:v key:Ctrl+a key:Ctrl+d", "0/2/2/2/0 2/0 2"),
         ("a drag that is called off changes nothing", "key:p at:5,5 key:v begin:5,5>9,9", "0/1/1/1/0 1/0 1"),
+        (
+            "nor does it lose what was taken back",
+            "key:p at:5,5 at:9,9 key:Ctrl+z key:v begin:5,5>9,9",
+            "0/1/1/1/0 1/1 1",
+        ),
         ("escape: choice, then tool", "key:p at:5,5 key:v key:Ctrl+a escape", "0/1/1/1/0 1/0 0"),
     ];
     for (name, words, expected) in rows {
         assert_eq!(DrawnBoard::tell(words).counts(), expected, "{name}: {words}");
+    }
+}
+
+#[test]
+fn a_number_that_can_be_read_in_two_ways_is_refused_with_a_hint() {
+    let rows = [("1,234.5", "page.draw.two_marks"), ("wide", "page.draw.no_number")];
+    for (text, said) in rows {
+        let mut sheet = DrawnBoard::tell("key:x at:5,5 at:9,5 key:End key:v key:Ctrl+a");
+        let before = sheet.drawing().clone();
+        let events = [
+            DrawEvent::Set { field: Field::Width, text: text.to_owned() },
+            DrawEvent::PenSize { field: Field::Width, text: text.to_owned() },
+            DrawEvent::Grid { text: text.to_owned() },
+        ];
+        for event in events {
+            sheet.event(event.clone());
+            assert_eq!(sheet.model.draw.editor.said, Some(Text::of(said)), "{event:?}");
+        }
+        assert_eq!(*sheet.drawing(), before);
     }
 }
 

@@ -6,6 +6,7 @@ use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
 use crate::model::drawing::{DrawingExport, Earlier};
 use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, KeepEvent, Model};
+use crate::said::Text;
 use annulus_core::board::drawing;
 use annulus_core::diagnostic::Diagnostic;
 
@@ -93,6 +94,18 @@ fn what_files_draw_is_taken_out_moved_and_added_to() {
         sheet.word("key:Ctrl+z");
     }
     assert!(sheet.drawing().is_empty());
+}
+
+#[test]
+fn what_files_draw_is_not_cut_as_it_cannot_be_pasted() {
+    let mut sheet = over_files();
+    for word in ["key:p", "at:20,20", "key:v", "key:Ctrl+a", "key:Ctrl+x"] {
+        sheet.word(word);
+    }
+    let editor = &sheet.model.draw.editor;
+    assert_eq!(editor.said, Some(Text::of("page.draw.not_copied")));
+    assert!(editor.clip.is_some(), "the pad is kept to be pasted");
+    assert_eq!([sheet.of("pad").len(), sheet.of("imported").len()], [0, 0], "what files draw stays");
 }
 
 fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {

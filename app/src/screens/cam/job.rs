@@ -181,10 +181,13 @@ fn line(bench: OpenJob, number: usize, at: usize) -> impl IntoView {
             button()
                 .attr("type", "button")
                 .attr("aria-current", move || chosen().then_some("true"))
-                .on(
-                    ev::click,
-                    move |event| if event.ctrl_key() { flip() } else { send(JobEvent::Choose { at }) },
-                )
+                .on(ev::click, move |event| {
+                    if event.ctrl_key() || event.meta_key() {
+                        flip();
+                    } else {
+                        send(JobEvent::Choose { at });
+                    }
+                })
                 .child((
                     span().class("swatch").style(("--swatch", colour)),
                     span()

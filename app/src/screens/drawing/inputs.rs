@@ -171,11 +171,9 @@ pub(super) fn typed_field(
     });
     let take = move |event: web_sys::Event| {
         let text = event_target_value(&event);
-        let fits = fits(&text);
-        wrong.set(!fits);
-        if fits {
-            act(text);
-        }
+        wrong.set(!fits(&text));
+        // What does not fit is refused with a sentence.
+        act(text);
     };
     label().class("field").attr("for", id.clone()).child((
         span().child(move || i18n::text(word(field), &[])),

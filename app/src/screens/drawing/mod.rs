@@ -25,6 +25,7 @@ pub(crate) use picture::{in_picture, stroke};
 use crate::drawing::DrawKey;
 use crate::model::DrawEvent;
 use crate::page::send;
+use crate::widgets::dialog_is_open;
 use leptos::html::div;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
@@ -58,18 +59,14 @@ fn focus_picture() {
 
 /// Escape leaves what is being drawn, unless it is meant for a field or a dialog.
 pub(crate) fn escape() {
-    let elsewhere =
-        |one: &web_sys::Element| one.matches("input, select, textarea, dialog *").unwrap_or(false);
-    if !document().active_element().is_some_and(|one| elsewhere(&one)) {
+    let elsewhere = |one: &web_sys::Element| one.matches("input, select, textarea").unwrap_or(false);
+    if !dialog_is_open() && !document().active_element().is_some_and(|one| elsewhere(&one)) {
         send(DrawEvent::Escape);
     }
 }
 
-/// What a key asks of the drawing; nothing while a dialog lies over it.
+/// What a key asks of the drawing.
 pub(crate) fn key(key: DrawKey) {
-    if document().query_selector("dialog[open]").ok().flatten().is_some() {
-        return;
-    }
     match key {
         DrawKey::Rename => fields::rename(),
         DrawKey::Numbers => focus(".draw-fields :is(input, select)"),

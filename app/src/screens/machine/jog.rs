@@ -3,7 +3,7 @@
 //! Comes in: what the machine allows now, presses. Goes out: presses as events. Home is not among its keys.
 
 use crate::i18n::{key, say, t};
-use crate::keys::{self, KeyAction};
+use crate::keys::{self, HandKey, KeyAction};
 use crate::model::HandEvent;
 use crate::model::link::hand::{JogDirection, STEPS_UM};
 use crate::page::link::{self, Link};
@@ -169,13 +169,8 @@ fn arm(line: Link) {
 
 /// Which way a key moves.
 fn way(event: &KeyboardEvent) -> Option<JogDirection> {
-    match event.key().as_str() {
-        "ArrowLeft" => Some((0, false)),
-        "ArrowRight" => Some((0, true)),
-        "ArrowUp" => Some((1, true)),
-        "ArrowDown" => Some((1, false)),
-        "PageUp" => Some((2, true)),
-        "PageDown" => Some((2, false)),
+    match keys::by_hand(&event.key()) {
+        Some(HandKey::Move { axis, up }) => Some((axis, up)),
         _ => None,
     }
 }
@@ -184,11 +179,7 @@ fn key_down(line: Link, event: &KeyboardEvent) {
     if !line.hand.with_untracked(|hand| hand.armed) || event.is_composing() {
         return;
     }
-    if let Some(finer) = match event.key().as_str() {
-        "-" => Some(true),
-        "=" | "+" => Some(false),
-        _ => None,
-    } {
+    if let Some(HandKey::Step { finer }) = keys::by_hand(&event.key()) {
         event.prevent_default();
         event.stop_propagation();
         return send(HandEvent::Finer { finer });

@@ -38,6 +38,8 @@ use crate::page::{frame, link, send};
 use crate::widgets::push;
 use leptos::html::div;
 use leptos::prelude::*;
+use wasm_bindgen::JsCast;
+use web_sys::HtmlElement;
 
 /// Set-up and moving by hand. On a phone they are behind a button: who holds one mostly watches.
 fn operate() -> impl IntoView {
@@ -52,6 +54,12 @@ fn operate() -> impl IntoView {
             jog::jog(),
             controller::controller(),
         ))
+}
+
+/// Whether set-up, with the dialogs that belong to it, is on show.
+pub(crate) fn set_up_is_seen() -> bool {
+    let found = document().query_selector(".set-up").ok().flatten();
+    found.and_then(|found| found.dyn_into::<HtmlElement>().ok()).is_some_and(|one| one.offset_width() > 0)
 }
 
 /// The way into the large view of the machine alone, and out of it.

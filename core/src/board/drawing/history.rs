@@ -14,7 +14,8 @@ pub struct History {
     back: Vec<Edit>,
     /// What makes those again that were taken back, the next last.
     on: Vec<Edit>,
-    /// An edit that is still being made, for example by a pointer that is held.
+    /// An edit that is still being made, for example by a pointer that is held. Until it is made, what was taken back before it waits:
+    /// it may be called off.
     open: bool,
 }
 
@@ -36,12 +37,17 @@ impl History {
 
     /// How many edits can be taken back, and how many made again.
     pub fn depth(&self) -> (usize, usize) {
-        (self.back.len(), self.on.len())
+        (self.back.len(), self.on().len())
+    }
+
+    /// What can be made again: nothing behind an edit that is being made.
+    fn on(&self) -> &[Edit] {
+        if self.open { &[] } else { &self.on }
     }
 
     /// What takes the edits back, and what makes them again; the next last.
     pub(super) fn edits(&self) -> (&[Edit], &[Edit]) {
-        (&self.back, &self.on)
+        (&self.back, self.on())
     }
 
     /// Whether this is the drawing `earlier` with what was done to it since: it went, or can go, through the state that one is in.
@@ -56,7 +62,11 @@ impl History {
     /// Makes an edit. What it touched; nothing where it changes nothing.
     pub fn make(&mut self, edit: &Edit) -> Result<BTreeSet<Id>, Diagnostic> {
         self.rest();
-        self.take_in(edit)
+        let touched = self.take_in(edit)?;
+        if !edit.is_empty() {
+            self.on.clear();
+        }
+        Ok(touched)
     }
 
     /// Makes an edit in place of the one that is being made: a thing that is dragged goes from where it was to where it is, in
@@ -78,7 +88,9 @@ impl History {
 
     /// What is being made is made.
     pub fn rest(&mut self) {
-        self.open = false;
+        if std::mem::take(&mut self.open) {
+            self.on.clear();
+        }
     }
 
     /// Takes an edit back, or makes it again. What it touched; none where there is no such edit.
@@ -102,7 +114,6 @@ impl History {
         let inverse = self.now.apply(edit)?;
         touched.extend(self.now.touched(edit));
         self.back.push(inverse);
-        self.on.clear();
         Ok(touched)
     }
 }

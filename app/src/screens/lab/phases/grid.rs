@@ -8,6 +8,7 @@
 
 use super::Table;
 use crate::i18n::{say, t};
+use crate::keys;
 use crate::lab::phases::{Cell, CellBlock, LINES, PhaseLine, TableEdit, copied, is_on, whole};
 use crate::model::LabEvent;
 use crate::page::send;
@@ -119,7 +120,7 @@ fn pressed(table: Table, event: &KeyboardEvent) {
     let count = table.columns.with_untracked(Vec::len);
     let block = lab.block.get_untracked();
     let (ctrl, shift) = (event.ctrl_key() || event.meta_key(), event.shift_key());
-    let key = event.key().to_ascii_lowercase();
+    let key = keys::latin(&event.key(), &event.code()).to_ascii_lowercase();
     let far = count as isize;
     let go = |lines: isize, columns: isize| Some(block.moved(lines, columns, shift, count));
     let moved = match (key.as_str(), ctrl) {

@@ -8,6 +8,7 @@
 
 use super::Work;
 use crate::i18n::{self, advice, message, say, t};
+use crate::keys;
 use crate::lab::queue::{QueueEdit, QueueLine, levels};
 use crate::model::LabEvent;
 use crate::page::send;
@@ -223,7 +224,7 @@ fn pressed(work: Work, event: &KeyboardEvent) {
     let on_row = target.as_ref().is_some_and(|target| target.get_attribute("role").as_deref() == Some("row"));
     let on_menu = target.as_ref().is_some_and(|target| target.tag_name() == "SELECT");
     let ctrl = event.ctrl_key() || event.meta_key();
-    let key = event.key().to_ascii_lowercase();
+    let key = keys::latin(&event.key(), &event.code()).to_ascii_lowercase();
     let edit = match (key.as_str(), event.alt_key(), ctrl) {
         ("arrowup", true, _) => Some(QueueEdit::Move { at, down: false }),
         ("arrowdown", true, _) => Some(QueueEdit::Move { at, down: true }),

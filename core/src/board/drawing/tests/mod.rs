@@ -368,6 +368,26 @@ fn a_drag_is_one_step_back() {
 }
 
 #[test]
+fn a_drag_that_is_called_off_leaves_what_can_be_made_again() {
+    let mut history = History::new(small());
+    let node = history.now().node_at(mm(5.0, 5.0)).unwrap();
+    let edit = moved(history.now(), &set(&[node]), mm(2.0, 0.0));
+    history.make(&edit).unwrap();
+    history.step(true);
+    let (before, by) = (history.clone(), mm(0.0, 3.0));
+    history.make_instead(|drawing| moved(drawing, &set(&[node]), by)).unwrap();
+    assert_eq!(history.depth(), (1, 0), "while it is dragged there is nothing to be made again");
+    history.make_instead(|_| Edit::default()).unwrap();
+    history.rest();
+    assert_eq!(history, before);
+    history.make_instead(|drawing| moved(drawing, &set(&[node]), by)).unwrap();
+    history.rest();
+    assert_eq!(history.depth(), (1, 0), "a drag that was let go is an edit like others");
+    history.make_instead(|_| Edit::default()).unwrap();
+    assert_eq!(history.depth(), (1, 0));
+}
+
+#[test]
 fn kept_text_is_looked_through() {
     let history = History::new(small());
     let text = write(&history);
