@@ -26,6 +26,8 @@ export function firmware() {
 /** An adapter with its power on, and its machine. */
 export async function startAdapter(built) {
   const child = spawn("node", [join(root, "bridge/firmware/emulator/serve.mjs"), built], { stdio: ["pipe", "pipe", "inherit"] });
+  // What is written to one that was killed is of no use to anybody.
+  child.stdin.on("error", () => {});
   const lines = createInterface({ input: child.stdout })[Symbol.asyncIterator]();
   const order = async (what) => {
     child.stdin.write(`${JSON.stringify(what)}\n`);
