@@ -76,6 +76,11 @@ pub enum Ended {
     Guarded(Input),
     /// A sensor that must be on is off.
     Missing(Input),
+    /// The tip touched something on its way down to a hole, higher than the board can be.
+    Early {
+        /// Where it touched, machine steps.
+        at: Steps,
+    },
     /// A step came so many ticks too late for its motor.
     Late {
         /// How late.

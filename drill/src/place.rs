@@ -227,6 +227,7 @@ impl Place {
             Outcome::Unmet(gate) => Ended::Unmet(gate),
             Outcome::Guarded(input) => Ended::Guarded(input),
             Outcome::Missing(input) => Ended::Missing(input),
+            Outcome::Early { at } => Ended::Early { at },
             Outcome::Late { ticks } => Ended::Late { ticks },
             Outcome::Spindle { trouble } => Ended::Spindle { trouble },
             Outcome::Stopped => Ended::Stopped,

@@ -18,7 +18,7 @@ use annulus_core::job::worn::{self, Wear};
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
-use annulus_core::queue::{Harm, Homing, guarded, late, missing};
+use annulus_core::queue::{Harm, Homing, early, guarded, late, missing};
 use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use annulus_core::wire::Tell;
@@ -549,6 +549,7 @@ impl Owner {
                 self.fails(why, if harm == Harm::None { self.session.trust } else { Trust::Suspect });
             }
             (_, Ended::Missing(input)) => self.fails(missing(input), self.session.trust),
+            (_, Ended::Early { at }) => self.fails(early(&self.machine, &at), self.session.trust),
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);

@@ -146,6 +146,7 @@ impl Owner {
             Ended::Unmet(gate) => Outcome::Unmet(gate),
             Ended::Guarded(input) => Outcome::Guarded(input),
             Ended::Missing(input) => Outcome::Missing(input),
+            Ended::Early { at } => Outcome::Early { at },
             Ended::Late { ticks } => Outcome::Late { ticks },
             Ended::Spindle { trouble } => Outcome::Spindle { trouble },
             Ended::Stopped | Ended::Starved | Ended::RanDry => Outcome::Stopped,
