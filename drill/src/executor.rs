@@ -44,6 +44,13 @@ pub struct Task {
     pub granted: bool,
 }
 
+impl Task {
+    /// Whether a tip is in the board where the axes are at `place`, machine steps.
+    pub(crate) fn is_low(&self, place: &Steps) -> bool {
+        place.iter().skip(2).any(|z| *z < self.surface_steps)
+    }
+}
+
 /// How a task ended, at rest.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {

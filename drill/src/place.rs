@@ -149,8 +149,7 @@ impl Place {
             ended => !matches!(ended, Ended::Late { .. }),
         };
         self.lift_to = task.lift_to.filter(|_| foreseen);
-        let is_low = self.line.position.iter().skip(2).any(|z| *z < task.surface_steps);
-        self.follows = task.follows && foreseen && is_low;
+        self.follows = task.follows && foreseen && task.is_low(&self.line.position);
         self.report(task, completed, ended, start)
     }
 

@@ -16,12 +16,14 @@ mod queue;
 mod status;
 mod tools;
 mod touch;
+mod work;
 
 use self::begin::Starting;
 use self::board::Judged;
 use self::change::ToolChanger;
 use self::hands::Hands;
-use self::moves::{Doing, Work, ruler};
+use self::moves::{Doing, ruler};
+use self::work::Work;
 use self::outputs::ManualOutputs;
 use self::queue::Lab;
 use self::status::HEARTBEAT;

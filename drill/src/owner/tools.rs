@@ -1,4 +1,5 @@
-//! The tools in work: what each has done, and a new one in mid-job where the life of the one before is over (C3).
+//! The tools in work: the one that a leg waits for, what each has done, and a new one in mid-job where the life of the one before is over
+//! (C3).
 //!
 //! ```text
 //! hole 17 │ counted with the leg │ life over? ─▶ next hole is not begun: up, spindle off ─▶ a person ─▶ there again, on ─▶ hole 18
@@ -11,9 +12,10 @@
 //! gets into the spindle.
 
 use super::moves::Doing;
+use super::work::Work;
 use super::{Owner, diagnostic};
 use crate::journal::Record;
-use annulus_core::control::State;
+use annulus_core::control::{Event, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{RackTool, ToolChange, ToolWear, tool_of};
 use annulus_core::wire::ToolsReport;
@@ -74,7 +76,7 @@ impl Owner {
 
     /// Whether the leg to come would wear a tool whose life is over.
     pub(super) fn wants_new_tool(&self) -> bool {
-        let wears = |work: &super::Work| work.is_at_start() && !work.wear().is_nothing();
+        let wears = |work: &Work| work.is_at_start() && !work.wear().is_nothing();
         self.work.as_ref().is_some_and(wears) && self.tool().is_some_and(|tool| self.is_worn(tool))
     }
 
@@ -93,6 +95,52 @@ impl Owner {
         let segments = self.up_and_off(true);
         self.give(Doing::ToChange, segments);
         true
+    }
+
+    /// The bit is in: the leg goes on after it.
+    pub(crate) fn rest_of_leg(&mut self) {
+        let spindle = self.spindle_up();
+        let Some(work) = &mut self.work else { return };
+        if std::mem::take(&mut work.is_worn) {
+            let bit = work.bit.unwrap_or(0);
+            self.worn_is_replaced(bit);
+            if let Err(why) = self.approach() {
+                self.fails(why, self.session.trust);
+            }
+            return;
+        }
+        if std::mem::take(&mut work.confirm_bit) {
+            let bit = work.bit.unwrap_or(0);
+            self.put_in(bit, true);
+            return self.give(Doing::Approach, spindle);
+        }
+        if let Some(bit) = work.awaited() {
+            work.bit = Some(bit);
+            work.given += 1;
+            self.put_in(bit, true);
+        }
+        self.leg(spindle);
+    }
+
+    /// Bit `bit` of the program is in the spindles: a new one, or perhaps still the same.
+    pub(super) fn put_in(&mut self, bit: u32, is_new: bool) {
+        // What the machine fetches itself is what lay there.
+        self.tool_is_in(bit, is_new && !self.machine.has_magazine());
+        let bits = self.work.as_ref().map(|work| &work.job.program.bits);
+        let Some(bit) = bits.and_then(|bits| bits.get(bit as usize)).cloned() else { return };
+        if self.machine.has_magazine() {
+            // It came by itself.
+            self.in_spindle = Some(bit);
+        } else if is_new || self.in_spindle.as_ref() != Some(&bit) {
+            self.put_in_by_hand();
+            self.executor.bit(bit.clone());
+            self.in_spindle = Some(bit);
+        }
+    }
+
+    /// What it is when a bit is waited for: a person puts it in, or the machine fetches it.
+    pub(super) fn bit_wanted(&self) -> Event {
+        if self.machine.has_magazine() { Event::ChangeWanted } else { Event::BitWanted }
     }
 
     /// A person put a new tool in the place of bit `bit`, whose life is over; in a magazine it goes back to the same place.
