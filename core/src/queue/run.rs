@@ -208,6 +208,12 @@ impl QueueRun {
         matches!(self.doing, Doing::Homing(_))
     }
 
+    /// Whether a stroke into the board is being done.
+    pub fn drills(&self) -> bool {
+        let command = self.row().and_then(|row| self.queue.rows().get(row)?.command.as_ref());
+        matches!((&self.doing, command), (Doing::Moves(_), Some(WorkCommand::DrillDown)))
+    }
+
     /// Goes on after [`QueueRun::hold`] that has not held yet, as far as `mode` says.
     pub fn proceed(&mut self, mode: Mode) {
         self.mode = mode;

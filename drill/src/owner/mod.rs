@@ -142,6 +142,8 @@ pub struct Owner {
     pub(crate) doing: Doing,
     /// The bit that the executor was told of last.
     pub(crate) in_spindle: Option<Bit>,
+    /// Number of the tool of the rack that a job put in last.
+    pub(crate) tool_in: Option<u32>,
     /// What tools have done since they were new.
     pub(crate) wear: Vec<ToolWear>,
     /// What changes tools.
@@ -211,6 +213,7 @@ impl Owner {
             interrupted,
             doing: Doing::Nothing,
             in_spindle: None,
+            tool_in: None,
             wear: contents.wear,
             tools: ToolChanger::new(contents.stock.unwrap_or_default()),
             lab: None,

@@ -132,7 +132,11 @@ impl Owner {
     pub(crate) fn queue_reported(&mut self, report: &Report) {
         let told = self.told_to_core(report);
         let Some(lab) = &mut self.lab else { return };
+        let drilled = lab.run.drills() && matches!(told.outcome, Outcome::Completed | Outcome::Gated(_));
         let actions = lab.run.reported(&self.machine, &told);
+        if drilled {
+            self.count_stroke();
+        }
         self.queue_act(actions);
     }
 

@@ -17,14 +17,14 @@ use super::{Owner, diagnostic};
 use crate::journal::Record;
 use annulus_core::control::{Event, State};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::worn::Wear;
 use annulus_core::machine::{RackTool, ToolChange, ToolWear, tool_of};
 use annulus_core::wire::ToolsReport;
 
 impl Owner {
-    /// The tool of the rack in the spindle, where the job put one in.
+    /// The tool of the rack in the spindle: the one that a job put in last.
     fn tool(&self) -> Option<&RackTool> {
-        let number = self.work.as_ref()?.tool?;
-        self.machine.rack.iter().find(|tool| tool.number == number)
+        self.machine.rack.iter().find(|tool| Some(tool.number) == self.tool_in)
     }
 
     /// The tool of the rack that bit `bit` of the program is.
@@ -49,12 +49,18 @@ impl Owner {
         Some(wear)
     }
 
+    /// Counts a hole that a queue drilled, with the tool that a job put in before it; where none did, nobody knows with which.
+    pub(super) fn count_stroke(&mut self) {
+        let Some(tool) = self.tool().filter(|tool| !tool.wears_by_way()) else { return };
+        let wear = self.wear_of(tool).plus(Wear { hits: 1, milled_um: 0 });
+        wear.clone().keep(&mut self.wear);
+        self.outside.record(Record::Wear(wear));
+    }
+
     /// Bit `bit` is in the spindle: which tool of the rack that is. A `new` one in the place of one that was worn has done nothing.
     pub(super) fn tool_is_in(&mut self, bit: u32, new: bool) {
         let tool = self.tool_of_bit(bit).cloned();
-        if let Some(work) = &mut self.work {
-            work.tool = tool.as_ref().map(|tool| tool.number);
-        }
+        self.tool_in = tool.as_ref().map(|tool| tool.number);
         if let Some(worn) = tool.filter(|tool| new && self.is_worn(tool)) {
             self.forget_wear(&worn);
         }
@@ -163,7 +169,7 @@ impl Owner {
         let bit = asked.and_then(|work| work.awaited().or(work.bit).or(Some(0)));
         ToolsReport {
             wear: self.wear.iter().filter(|wear| wear.machine == self.machine.name).cloned().collect(),
-            in_spindle: work.and_then(|work| work.tool),
+            in_spindle: work.and(self.tool_in),
             wanted: bit.and_then(|bit| self.tool_of_bit(bit)).map(|tool| tool.number),
         }
     }

@@ -33,8 +33,6 @@ pub(crate) struct Work {
     pub(crate) started: Duration,
     /// Bit in the spindle.
     pub(crate) bit: Option<u32>,
-    /// The tool of the rack that it is, by its number.
-    pub(crate) tool: Option<u32>,
     /// What each leg wears its tool by.
     pub(crate) wears: Vec<(u32, Wear)>,
     /// The life of that tool is over: another one is asked for before the leg to come.
@@ -53,10 +51,9 @@ impl Work {
         let asks = segments.iter().any(|next| matches!(next.effect, Switching::AwaitBit { .. }));
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop, given, first) = (None, Duration::ZERO, None, 0, leg);
-        let (wears, tool, is_worn) = (worn::by_leg(&job.program), None, false);
+        let (wears, is_worn) = (worn::by_leg(&job.program), false);
         Self {
             job,
-            tool,
             wears,
             is_worn,
             anew,
