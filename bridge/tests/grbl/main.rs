@@ -17,4 +17,5 @@ mod judge;
 mod level;
 mod sender;
 mod stops;
+mod tools;
 mod whole;
