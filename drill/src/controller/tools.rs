@@ -3,25 +3,17 @@
 //! Comes in: a person's word. Goes out: what tools have done, which is asked for. Does not know how they are counted.
 
 use super::station::Station;
-use super::order::Order;
 use crate::files::Files;
-use crate::prepare::worn_tools;
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::ToolWear;
-use annulus_core::wire::{PreflightRow, RowVerdict, Tell, ToolsReport};
+use annulus_core::wire::{Tell, ToolsReport};
 
 impl<F: Files> Station<F> {
     /// What tools have done, with the job in work as far as it is.
     pub(super) fn wear_now(&self) -> Vec<ToolWear> {
         let tools = self.attended.tools().filter(|_| self.work.is_some());
         tools.map_or_else(|| self.ledger.wear(), |tools| tools.wear()).to_vec()
-    }
-
-    /// The tools of `order` that are worn before leg `leg` is begun.
-    pub(super) fn worn(&self, order: &Order, leg: usize) -> Vec<PreflightRow> {
-        let rows = worn_tools(&order.program, &self.machine, (leg, self.ledger.wear()));
-        rows.into_iter().filter(|row| row.verdict == RowVerdict::Warn).collect()
     }
 
     /// A new tool is in under this number.
