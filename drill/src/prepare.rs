@@ -461,9 +461,11 @@ fn change_ticks(program: &Program, context: &Context) -> Vec<u64> {
     let Some(stock) = &context.stock else { return each };
     let kind = |bit: &Bit| (bit.cutter, bit.diameter);
     let held = if let Held::Tool { tool, .. } = &stock.spindle { Some(kind(&tool.bit)) } else { None };
-    let commands = program.legs.iter().enumerate().flat_map(|(at, leg)| {
-        leg.commands.iter().map(move |command| (at, command))
-    });
+    let commands = program
+        .legs
+        .iter()
+        .enumerate()
+        .flat_map(|(at, leg)| leg.commands.iter().map(move |command| (at, command)));
     let waits = commands.filter_map(|(leg, command)| match command {
         Command::AwaitBit { bit } => Some((leg, kind(program.bits.get(*bit as usize)?))),
         _ => None,

@@ -10,7 +10,8 @@ use std::process::Command;
 
 /// Six holes of 0.8 mm, and a mill whose rack has this tool alone.
 fn desk(tool: &str) -> Desk {
-    let holes: String = (0..6).map(|hole| format!("X{}.0Y{}.0\n", 2 + hole % 3 * 4, 3 + hole / 3 * 4)).collect();
+    let holes: String =
+        (0..6).map(|hole| format!("X{}.0Y{}.0\n", 2 + hole % 3 * 4, 3 + hole / 3 * 4)).collect();
     let desk = Desk::new("");
     fs::write(desk.path().join("board.drl"), format!("M48\nMETRIC\nT1C0.8\n%\nT1\n{holes}M30\n")).unwrap();
     let machine = format!("schema = 1\n[rack]\ntools = [\"{tool}\"]\n");
@@ -22,7 +23,8 @@ fn desk(tool: &str) -> Desk {
 fn hits(desk: &Desk, words: &str) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
     command.args(["tools"]).args(words.split_whitespace()).args(["--machine", "mill.toml", "--json"]);
-    let told = command.current_dir(desk.path()).env("ANNULUS_HOME", desk.path().join("home")).output().unwrap();
+    let told =
+        command.current_dir(desk.path()).env("ANNULUS_HOME", desk.path().join("home")).output().unwrap();
     let object: Value = serde_json::from_slice(&told.stdout).unwrap_or_else(|_| panic!("{told:?}"));
     object["tools"][0]["hits"].clone()
 }
@@ -58,7 +60,11 @@ fn killed_and_resumed_every_hole_counts_once() {
     eventually("three holes", MOST, || desk.journal()["holes"].as_u64().is_some_and(|holes| holes >= 3));
     sender.kill();
     let journal = desk.journal();
-    assert_eq!((&journal["wear"][0]["hits"], &journal["ended"]), (&journal["holes"], &false.into()), "{journal}");
+    assert_eq!(
+        (&journal["wear"][0]["hits"], &journal["ended"]),
+        (&journal["holes"], &false.into()),
+        "{journal}"
+    );
     board.rests();
     let (exit, object) = desk.run(&board, "resume --confirm-tools 0.1");
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());

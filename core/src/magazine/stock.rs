@@ -289,7 +289,8 @@ mod tests {
         let machine = Machine { rack, ..virtual_drill() };
         let strange = RackTool::read("T99 vee 3.175 angle 30").unwrap();
         let other = RackTool::read("T98 drill 1.1").unwrap();
-        let order = [&machine.rack[1], &strange, &machine.rack[3], &machine.rack[1], &other, &machine.rack[0]];
+        let order =
+            [&machine.rack[1], &strange, &machine.rack[3], &machine.rack[1], &other, &machine.rack[0]];
         let bits = order.map(RackTool::bit);
         let numbers = |known: &[ToolWear]| -> Vec<u32> {
             laid_out(&bits, &machine, known).into_iter().flatten().map(|tool| tool.number).collect()

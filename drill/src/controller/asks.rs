@@ -2,8 +2,8 @@
 //!
 //! Comes in: asks of `wire`. Goes out: what the engine is asked, or why not. Does not know who has control.
 
-use super::level::SurveyWish;
 use super::job_tools::{JobTools, SectionWear};
+use super::level::SurveyWish;
 use super::order::{Armed, Order};
 use super::station::{Station, Work, Zero};
 use super::status::set_there;

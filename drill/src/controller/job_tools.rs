@@ -102,7 +102,8 @@ impl JobTools {
     /// Counts the sections up to `done`.
     pub(super) fn done(&mut self, done: usize) {
         for section in self.counted..done {
-            let after = self.tool(self.in_spindle).map(|tool| self.of(tool).plus(self.sections.wear(section)));
+            let after =
+                self.tool(self.in_spindle).map(|tool| self.of(tool).plus(self.sections.wear(section)));
             if let Some(wear) = after.filter(|_| !self.sections.wear(section).is_nothing()) {
                 wear.keep(&mut self.known);
             }

@@ -321,7 +321,8 @@ impl<F: Files> Station<F> {
             }
             Told::ToolWanted { .. } => {
                 // The first tool is the one that was in when the height was set.
-                let first = self.work.as_ref().is_some_and(|work| work.from == 0) && self.attended.entry().done == 0;
+                let first =
+                    self.work.as_ref().is_some_and(|work| work.from == 0) && self.attended.entry().done == 0;
                 self.hand.touched = first && self.hand.height.is_some();
             }
             Told::Ended(ending) => self.ended(*ending),

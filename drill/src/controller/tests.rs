@@ -467,7 +467,8 @@ fn a_tool_whose_life_ends_in_mid_job_is_asked_for_between_two_holes() {
     bench.start(&key, 0);
     let told = |bench: &Bench| {
         let mut told = bench.heard.iter().rev();
-        let report = told.find_map(|tell| if let Tell::Tools(report) = tell { Some(report.clone()) } else { None });
+        let report =
+            told.find_map(|tell| if let Tell::Tools(report) = tell { Some(report.clone()) } else { None });
         let report = report.unwrap();
         let hits = |number| report.wear.iter().find(|wear| wear.number == number).map_or(0, |wear| wear.hits);
         (report.wanted, hits(1), hits(2))
@@ -490,7 +491,11 @@ fn a_tool_whose_life_ends_in_mid_job_is_asked_for_between_two_holes() {
     }
     let status = bench.status().unwrap();
     assert!(status.work_mm[2] > 0.0 && status.spindle_rpm == 0, "{status:?}");
-    assert_eq!(bench.refused(&Ask::ToolChanged).as_deref(), Some("grbl.height_first"), "it is another length");
+    assert_eq!(
+        bench.refused(&Ask::ToolChanged).as_deref(),
+        Some("grbl.height_first"),
+        "it is another length"
+    );
     assert_eq!(bench.finish(), (Ending::Done, 10));
     assert_eq!(bench.made(&program), (vec![1; 10], 0));
     (0..50).for_each(|_| bench.millisecond());

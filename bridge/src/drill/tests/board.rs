@@ -44,9 +44,7 @@ fn a_broken_bit_ends_no_job_as_done_in_silence() {
 fn what_touches_too_early_or_not_at_all_stops_at_that_hole_and_the_job_goes_on_with_it() {
     let mut looks = machine();
     looks.process.contact_tolerance = Length::from_um(100);
-    for (fault, code) in
-        [("contact-early", "control.early_contact"), ("broken-bit", "control.no_contact")]
-    {
+    for (fault, code) in [("contact-early", "control.early_contact"), ("broken-bit", "control.no_contact")] {
         let mut bench = Bench::new(&looks, faults::read([fault]).unwrap());
         bench.start(&grid(&looks, 8));
         assert_eq!(bench.ended(), (Ending::Alarm, 2), "{fault}");

@@ -90,14 +90,17 @@ fn holes_of_a_queue_count_for_the_tool_that_a_job_put_in() {
     let mut bench = Bench::new(&machine, Faults::default());
     let hits = |bench: &Bench| {
         let tells = bench.drill.greeting().into_iter();
-        let mut reports = tells.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
+        let mut reports =
+            tells.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
         let report = reports.next().unwrap();
         report.wear.iter().map(|wear| (wear.number, wear.hits)).collect::<Vec<_>>()
     };
     let run = |bench: &Bench, text: &str, phase: QueuePhase| {
         bench.load(text).unwrap();
         bench.go(Mode::ToEnd).unwrap();
-        bench.wait(|status| matches!(status.state, State::Ready | State::Alarm) && bench.queue().phase == phase);
+        bench.wait(|status| {
+            matches!(status.state, State::Ready | State::Alarm) && bench.queue().phase == phase
+        });
     };
     bench.ready();
     run(&bench, FOUR, QueuePhase::Done);
