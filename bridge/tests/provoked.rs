@@ -84,6 +84,11 @@ fn every_fault_is_seen_as_table_and_manual_say() {
     for row in FAULTS {
         let folder = folder();
         let what = match row.name {
+            "contact-early" => {
+                let tolerance = "schema = 1\n[stroke]\ncontact_tolerance = 0.1\n";
+                fs::write(folder.path().join("looks.toml"), tolerance).unwrap();
+                "run board.drl --machine looks.toml".to_owned()
+            }
             // The contact speaks where the board is touched, the magazine where tools are changed.
             name if name.starts_with("contact-") => "level board.drl".to_owned(),
             _ if row.seen.is_some_and(|code| code.starts_with("magazine.")) => with_magazine(folder.path()),

@@ -204,22 +204,9 @@ mod tests {
         let leg = |mark, commands| Leg { mark, commands };
         let arc =
             |to, center| Command::MillArc { to, height: Length::ZERO, center, ccw: true, feed_um_per_s: 1 };
-        let program = Program {
-            name: String::new(),
-            machine: String::new(),
-            origin: Point::default(),
-            bits: Vec::new(),
-            spindles: 1,
-            safe_height: Length::from_um(2_000),
-            legs: vec![
-                leg(
-                    Mark::Toolpath(0),
-                    vec![Command::Rapid { to: at(10.0, 0.0) }, arc(at(0.0, 10.0), at(0.0, 0.0))],
-                ),
-                leg(Mark::Finish, vec![Command::Rapid { to: Point::default() }]),
-            ],
-            accepted: Vec::new(),
-        };
+        let path = vec![Command::Rapid { to: at(10.0, 0.0) }, arc(at(0.0, 10.0), at(0.0, 0.0))];
+        let home = vec![Command::Rapid { to: Point::default() }];
+        let program = Program::of_legs(vec![leg(Mark::Toolpath(0), path), leg(Mark::Finish, home)]);
         let quarter = std::f64::consts::FRAC_PI_2;
         let fit = BoardFit { turn_rad: quarter, shift_mm: [1.0, 2.0], left_over_mm: 0.0 };
         let moved = aligned(&program, &fit);

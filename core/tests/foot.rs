@@ -257,19 +257,23 @@ fn a_stroke_of_the_queue_goes_down_under_it_too() {
 }
 
 #[test]
-fn a_bit_that_touches_nothing_where_it_must_is_noticed_at_its_hole() {
+fn a_bit_that_touches_nothing_where_it_must_or_something_above_it_is_noticed_at_its_hole() {
     for overlap in [true, false] {
         let text = |text: &str| Value::Text(text.to_owned());
         let word = if overlap { "yes" } else { "no" };
         let changes = [("stroke.contact_tolerance", Value::Number(0.1)), ("overlap.on", text(word))];
         let machine = apply(&one_by_one(), &changes.map(|(key, value)| (key.to_owned(), value))).unwrap();
-        for (faults, expected) in [
-            (Faults::default(), Outcome::Completed),
-            (
-                Faults { stuck_off: Input::Contact.bit(), ..Faults::default() },
-                Outcome::Missing(Input::Contact),
-            ),
-        ] {
+        type Row = (Faults, fn(&Outcome) -> bool);
+        let slips = |bit_slips_mm: f64| Faults { bit_slips_mm, ..Faults::default() };
+        let rows: [Row; 4] = [
+            (Faults::default(), |outcome| *outcome == Outcome::Completed),
+            (slips(0.08), |outcome| *outcome == Outcome::Completed),
+            (slips(0.25), |outcome| matches!(outcome, Outcome::Early { .. })),
+            (Faults { stuck_off: Input::Contact.bit(), ..Faults::default() }, |outcome| {
+                *outcome == Outcome::Missing(Input::Contact)
+            }),
+        ];
+        for (faults, is_expected) in rows {
             let mut drill = Steady::new(VirtualDrill::new(&machine, 1, faults, Box::new(|_| {})));
             let program = random_program(&mut Chance::new(5), &machine, 4);
             let stream = steps::stream(&motion::timeline(&program, &machine).unwrap(), &machine).unwrap();
@@ -282,9 +286,13 @@ fn a_bit_that_touches_nothing_where_it_must_is_noticed_at_its_hole() {
             let before = down.moves.iter().map(|planned| steps::segment(planned, &machine));
             let pieces: Vec<Segment> = before.chain(stream.segments.iter().cloned()).collect();
             let (outcome, line) = played(&machine, &pieces, &mut drill, from);
-            assert_eq!(outcome, expected, "overlap {overlap}");
-            let deep = surface - machine.z.scale.steps(Length::from_mm(0.4));
-            assert!(expected == Outcome::Completed || line.position[2] > deep, "it stops where it noticed");
+            assert!(is_expected(&outcome), "overlap {overlap}: {outcome:?}");
+            let steps = |mm: f64| machine.z.scale.steps(Length::from_mm(mm));
+            let deep = surface - steps(0.4);
+            assert!(outcome == Outcome::Completed || line.position[2] > deep, "it stops where it noticed");
+            if let Outcome::Early { at } = outcome {
+                assert!((at[2] - surface - steps(0.25)).abs() <= 1, "{at:?}");
+            }
         }
     }
 }

@@ -12,7 +12,7 @@
 use crate::grant::Grant;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Bit, Gate, Input};
-use annulus_core::machine::Steps;
+use annulus_core::machine::{Machine, Steps};
 use annulus_core::magazine::ToolStock;
 use annulus_core::pins::{self, AxisSet, ShortTouches, SpindleState, SpindleTrouble};
 use annulus_core::steps::{Segment, Stage};
@@ -42,6 +42,13 @@ pub struct Task {
     pub lift_to: Option<i64>,
     /// It goes only as long as it is granted again and again ([`Shared::grant`]).
     pub granted: bool,
+}
+
+impl Task {
+    /// Whether a tip is in the board where the axes of `machine` are at `place`, machine steps.
+    pub(crate) fn is_low(&self, machine: &Machine, place: &Steps) -> bool {
+        machine.lowest(place) < self.surface_steps
+    }
 }
 
 /// How a task ended, at rest.
@@ -76,6 +83,11 @@ pub enum Ended {
     Guarded(Input),
     /// A sensor that must be on is off.
     Missing(Input),
+    /// The tip touched something on its way down to a hole, higher than the board can be.
+    Early {
+        /// Where it touched, machine steps.
+        at: Steps,
+    },
     /// A step came so many ticks too late for its motor.
     Late {
         /// How late.

@@ -149,8 +149,7 @@ impl Place {
             ended => !matches!(ended, Ended::Late { .. }),
         };
         self.lift_to = task.lift_to.filter(|_| foreseen);
-        let is_low = self.machine.lowest(&self.line.position) < task.surface_steps;
-        self.follows = task.follows && foreseen && is_low;
+        self.follows = task.follows && foreseen && task.is_low(&self.machine, &self.line.position);
         self.report(task, completed, ended, start)
     }
 
@@ -227,6 +226,7 @@ impl Place {
             Outcome::Unmet(gate) => Ended::Unmet(gate),
             Outcome::Guarded(input) => Ended::Guarded(input),
             Outcome::Missing(input) => Ended::Missing(input),
+            Outcome::Early { at } => Ended::Early { at },
             Outcome::Late { ticks } => Ended::Late { ticks },
             Outcome::Spindle { trouble } => Ended::Spindle { trouble },
             Outcome::Stopped => Ended::Stopped,

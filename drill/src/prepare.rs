@@ -10,7 +10,7 @@ use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite, worn};
 use annulus_core::level::{TOLERANCE, level};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, Steps, ToolWear};
-use annulus_core::magazine::{Held, ToolStock};
+use annulus_core::magazine::{Held, ToolStock, changes_ticks};
 use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
 use annulus_core::wire::{PreflightRow, RowVerdict, Tell, program};
@@ -69,7 +69,7 @@ pub struct Prepared {
     pub stream: Packed,
     /// Their digest.
     pub digest: String,
-    /// Stream time from the start of every leg to the end of the job, in ticks.
+    /// Time from the start of every leg to the end of the job, with the changes that the machine makes by itself, in ticks.
     pub left_ticks: Vec<u64>,
     /// Work zero in machine steps, every tip on the board's surface.
     pub zero: Steps,
@@ -208,7 +208,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     let begun = taken_up.filter(|_| from_leg > 0).map(|broken| broken.levelled.as_deref());
     let ground = Ground { machine, zero_steps: plane, kept: context.surface.as_ref(), begun };
     let Followed { program, follows, told } = followed(program, &ground);
-    let plan = planned(program, machine)?;
+    let plan = planned(program, context)?;
     let Planned { program, stream, left_ticks, .. } = &plan;
     let mut zero = machine.on_surface();
     [zero[0], zero[1]] = plane.unwrap_or_default();
@@ -355,9 +355,9 @@ pub(crate) fn missing_drills(program: &Program, machine: &Machine) -> Vec<String
     program.bits.iter().filter(lacks).map(|bit| bit.title(locale::FALLBACK)).collect()
 }
 
-fn planned(program: Program, machine: &Machine) -> Result<Planned, Diagnostic> {
-    let stream = Packed::of(&program, machine)?;
-    let left_ticks = left_ticks(&stream);
+fn planned(program: Program, context: &Context) -> Result<Planned, Diagnostic> {
+    let stream = Packed::of(&program, &context.machine)?;
+    let left_ticks = left_ticks(&stream, &change_ticks(&program, context));
     Ok(Planned { program, stream, left_ticks })
 }
 
@@ -394,7 +394,7 @@ pub fn at_feed(job: &Prepared, percent: u8) -> Result<Prepared, Diagnostic> {
     if let Some(surface) = &job.follows {
         program = level(&program, &surface.map, TOLERANCE)?.program;
     }
-    let plan = planned(program.at_feed(percent), machine)?;
+    let plan = planned(program.at_feed(percent), &job.context)?;
     let (digest, verdict) = judged(&plan.stream, machine, Some(job.zero));
     verdict
         .unwrap_or(Ok(()))
@@ -452,12 +452,34 @@ fn in_time(stream: &Packed, safe_hz: f64) -> PreflightRow {
     }
 }
 
-fn left_ticks(stream: &Packed) -> Vec<u64> {
+/// What the machine's own changes of tools add to each leg, in ticks.
+fn change_ticks(program: &Program, context: &Context) -> Vec<u64> {
+    let mut each = vec![0; program.legs.len()];
+    let Some(stock) = &context.stock else { return each };
+    let kind = |bit: &Bit| (bit.cutter, bit.diameter);
+    let held = if let Held::Tool { tool, .. } = &stock.spindle { Some(kind(&tool.bit)) } else { None };
+    let commands = program
+        .legs
+        .iter()
+        .enumerate()
+        .flat_map(|(at, leg)| leg.commands.iter().map(move |command| (at, command)));
+    let waits = commands.filter_map(|(leg, command)| match command {
+        Command::AwaitBit { bit } => Some((leg, kind(program.bits.get(*bit as usize)?))),
+        _ => None,
+    });
+    let (legs, kinds): (Vec<usize>, Vec<_>) = waits.unzip();
+    for (leg, ticks) in legs.into_iter().zip(changes_ticks(&context.machine, held, kinds)) {
+        each[leg] += ticks;
+    }
+    each
+}
+
+fn left_ticks(stream: &Packed, change_ticks: &[u64]) -> Vec<u64> {
     let mut left = 0;
     let mut rows: Vec<u64> = (0..stream.legs())
         .rev()
         .map(|leg| {
-            left += stream.ticks(leg);
+            left += stream.ticks(leg) + change_ticks.get(leg).copied().unwrap_or(0);
             left
         })
         .collect();

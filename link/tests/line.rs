@@ -433,7 +433,9 @@ fn frames_that_came_before_a_lost_one_are_obeyed_one_at_a_time() {
     let mut world = World::new(27, 0.0);
     world.begin();
     let empty: [&[Run]; AXES] = [&[]; AXES];
-    (0..4).for_each(|number| drop(world.sender.offer_chunk(&Chunk { number, ..still() }, empty).unwrap()));
+    for number in 0..4 {
+        assert!(world.sender.offer_chunk(&Chunk { number, ..still() }, empty).is_some());
+    }
     let mut frames = Vec::new();
     let mut line = [0; ON_LINE];
     while let Some(length) = world.sender.due(world.now, &mut line) {
@@ -602,7 +604,9 @@ fn filters_are_those_of_the_session_and_touches_are_told_when_asked_for() {
     let (header, payload) = open(&frame).unwrap();
     assert_eq!(Tell::take(header.kind, payload), Some((touches.into(), [].as_slice())));
     let tables = std::array::from_fn(|axis| windings(axis, &preset("half").unwrap(), 20_000));
-    tables.iter().for_each(|table| drop(world.say(*table)));
+    for table in tables {
+        assert_eq!(world.say(table).state, State::Ready);
+    }
     let phases = tables_crc(&tables);
     assert_eq!(world.say(Configure { pulse: 2, setup: 0, phases, ..SETTINGS }).state, State::Ready);
     assert_eq!(world.adapter.filters_us(), &[0; 8], "they were those of other pins");

@@ -11,11 +11,10 @@ use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::job::Program;
 use annulus_core::level::key_of;
 use annulus_core::locale;
-use annulus_core::machine::{Output, axis_name};
-use annulus_core::magazine::{Held, StockedTool};
+use annulus_core::machine::{Machine, Output, axis_name};
+use annulus_core::magazine::{Held, laid_out};
 use annulus_core::virtual_drill::faults;
 use annulus_core::wire::{Ask, DrilledReport, RowVerdict, SlipReport, Status, Tell, program};
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
@@ -44,13 +43,13 @@ pub(crate) struct RunArgs {
 
 /// What is asked of a board that may have been begun before.
 #[derive(Clone, Copy)]
-struct BoardHow {
+struct BoardHow<'a> {
     /// It follows the height map that was kept.
     level: bool,
     /// It is begun anew even though it was interrupted.
     from_start: bool,
-    /// Its tools lie in the magazine.
-    loads: bool,
+    /// Its tools lie in the magazine of this machine.
+    loads: Option<&'a Machine>,
 }
 
 /// What is played on the drill of this computer, and how.
@@ -67,11 +66,6 @@ pub(crate) struct PlayArgs {
     /// Answer each tool change after so many seconds, as a person or a changer would. The virtual drill needs none.
     #[arg(long, value_name = "SECONDS", default_value = "0", value_parser = seconds, allow_hyphen_values = true)]
     pub(crate) confirm_tools: Duration,
-}
-
-/// The tools of `program` in the places of a magazine, numbered in the order of their use.
-fn filled(program: &Program) -> Vec<Option<StockedTool>> {
-    (1..).zip(&program.bits).map(|(number, bit)| Some(StockedTool { number, bit: bit.clone() })).collect()
 }
 
 /// A number of times; which of them can be, the drill says.
@@ -100,7 +94,8 @@ pub(crate) fn run(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     }
     let low = job::low_corner(&job.program);
     let folder = machine_file::data_folder();
-    let how = BoardHow { level: args.level, from_start: args.from_start, loads: args.load_magazine };
+    let loads = args.load_magazine.then_some(&known.machine);
+    let how = BoardHow { level: args.level, from_start: args.from_start, loads };
     let (drill, operator, runtime) = opened(&args.play, how.level, json)?;
     let bytes = program::encode(&job.program);
     let level_key = key_of(&job.program);
@@ -196,16 +191,21 @@ impl Operator {
         (bytes, level_key): (&[u8], &str),
         low: Point,
         accept: &[String],
-        how: BoardHow,
+        how: BoardHow<'_>,
     ) -> Result<Answer, Refusal> {
         let key = program::key(bytes);
         self.drill.upload(&key, bytes).map_err(Refusal::content)?;
         self.may_begin(accept)?;
-        if how.loads {
-            let places = filled(&program::decode(bytes).map_err(Refusal::content)?);
+        let greeting = self.drill.greeting();
+        if let Some(machine) = how.loads {
+            let known = greeting.iter().find_map(|tell| match tell {
+                Tell::Tools(report) => Some(report.wear.as_slice()),
+                _ => None,
+            });
+            let bits = program::decode(bytes).map_err(Refusal::content)?.bits;
+            let places = laid_out(&bits, machine, known.unwrap_or_default());
             self.ask(Ask::Stock { places, spindle: Held::Nothing })?;
         }
-        let greeting = self.drill.greeting();
         if how.level {
             follows(&greeting, level_key)?;
         }

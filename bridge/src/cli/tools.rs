@@ -1,13 +1,14 @@
 //! The tools of a machine's rack, what each has done since it was new, and the word that a new one is in (C3).
 //!
-//! Comes in: a machine, numbers of tools. Goes out: a row a tool; the journal without what the tools before did. While a bridge runs, its
-//! page does that: the journal has one owner.
+//! Comes in: a machine, numbers of tools. Goes out: a row a tool, with what it did at our own outputs (the journal) and at a controller
+//! (`annulus grbl`); both without what the tools before did. While a bridge runs, its page does that: the journal has one owner.
 
-use super::{Answer, Exit, MachineArgs, Refusal, counted, rounded};
+use super::{Answer, Exit, MachineArgs, Refusal, counted, grbl, rounded};
 use crate::drill::JOURNAL;
 use crate::journal;
 use crate::machine_file;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::worn::Wear;
 use annulus_core::locale;
 use annulus_core::machine::{Machine, RackTool, ToolWear};
 use annulus_drill::Keeper;
@@ -66,22 +67,29 @@ fn reset(args: &ResetArgs) -> Result<Answer, Refusal> {
     };
     let tools = args.numbers.iter().map(tool).collect::<Result<Vec<_>, _>>()?;
     let path = machine_file::data_folder().join(JOURNAL);
-    let Some((mut journal, mut contents)) = journal::look_into(&path).map_err(Refusal::surroundings)? else {
-        return Ok(answer(&machine, &[]));
-    };
-    for tool in tools {
-        let new = ToolWear::new(&machine.name, tool);
-        journal.keep_wear(&new).map_err(Refusal::surroundings)?;
-        new.keep(&mut contents.wear);
+    let mut known = Vec::new();
+    if let Some((mut journal, mut contents)) = journal::look_into(&path).map_err(Refusal::surroundings)? {
+        for tool in &tools {
+            let new = ToolWear::new(&machine.name, tool);
+            journal.keep_wear(&new).map_err(Refusal::surroundings)?;
+            new.keep(&mut contents.wear);
+        }
+        known = contents.wear;
     }
-    Ok(answer(&machine, &contents.wear))
+    for tool in tools {
+        grbl::ledger().keep_wear(ToolWear::new(&machine.name, tool)).map_err(Refusal::surroundings)?;
+    }
+    Ok(answer(&machine, &known))
 }
 
 fn answer(machine: &Machine, wear: &[ToolWear]) -> Answer {
     let mut text = String::new();
     let mut rows = Vec::new();
+    let at_controllers = grbl::ledger().wear();
     for tool in &machine.rack {
-        let wear = ToolWear::of(wear, &machine.name, tool);
+        let more = ToolWear::of(&at_controllers, &machine.name, tool);
+        let more = Wear { hits: more.hits, milled_um: more.milled_um };
+        let wear = ToolWear::of(wear, &machine.name, tool).plus(more);
         let title = tool.bit().title(locale::FALLBACK);
         let _ = writeln!(text, "T{:<4} {title:<24} {}", tool.number, done(tool, &wear));
         rows.push(row(tool, &wear));

@@ -7,7 +7,8 @@ use super::ledger::Ledger;
 use crate::serial::Port;
 use annulus_core::controller::{EngineAsk, EngineEvent};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_drill::controller::{Attended, AttendedJob, Due, Told};
+use annulus_core::machine::ToolWear;
+use annulus_drill::controller::{Attended, AttendedJob, Due, JobTools, Told};
 use std::sync::mpsc::{Receiver, Sender, TryRecvError, channel};
 use std::thread::JoinHandle;
 use std::time::Instant;
@@ -20,11 +21,18 @@ pub(crate) struct Owner {
 }
 
 impl Owner {
-    /// Takes the port. What is done of `entry` is written into `ledger`. The controller's seconds go by `speed` times as fast.
-    pub(crate) fn new(port: Port, ledger: Ledger, entry: AttendedJob, speed: f64) -> Self {
+    /// Takes the port. What is done of `entry`, and of its `tools` where they are counted, is written into `ledger`. The controller's
+    /// seconds go by `speed` times as fast.
+    pub(crate) fn new(
+        port: Port,
+        ledger: Ledger,
+        (entry, tools): (AttendedJob, Option<JobTools>),
+        speed: f64,
+    ) -> Self {
         let ((asks, asked), (tells, told)) = (channel(), channel());
-        let (attended, began) = (Attended::new(entry), Instant::now());
-        let mut work = Work { port, ledger, attended, tells, began, speed };
+        let (mut attended, began, wear) = (Attended::new(entry), Instant::now(), ledger.wear());
+        attended.counts(tools);
+        let mut work = Work { port, ledger, wear, attended, tells, began, speed };
         let thread = std::thread::Builder::new().name("controller".to_owned());
         let thread = thread.spawn(move || work.run(&asked)).ok();
         Self { asks, told, thread }
@@ -59,6 +67,8 @@ impl Drop for Owner {
 struct Work {
     port: Port,
     ledger: Ledger,
+    /// What tools have done where the job counts none.
+    wear: Vec<ToolWear>,
     attended: Attended,
     tells: Sender<Told>,
     began: Instant,
@@ -114,7 +124,8 @@ impl Work {
             Due::Tell(told) => self.tell(told),
             // Where it cannot be written down, nothing new may be begun.
             Due::Keep(entry) => {
-                if let Err(why) = self.ledger.write(&entry) {
+                let wear = self.attended.tools().map_or(self.wear.as_slice(), JobTools::wear);
+                if let Err(why) = self.ledger.write(&entry, wear) {
                     self.tell(Told::Found(why));
                     let _ = self.port.write(b"!");
                 }

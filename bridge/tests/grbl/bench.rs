@@ -13,7 +13,7 @@ pub(crate) const ZERO: [f64; 3] = [-40.0, -40.0, -20.0];
 /// The same in words of the command line.
 pub(crate) const ZERO_AT: &str = "--zero-at -40,-40,-20";
 /// Where the carriage is before it is homed.
-const START: [f64; 3] = [-6.0, -5.0, -4.0];
+pub(crate) const START: [f64; 3] = [-6.0, -5.0, -4.0];
 /// How far past its switch a carriage may be when it is found, and a step of a reset, in steps.
 const TOLERANCE: i64 = 7;
 

@@ -18,4 +18,5 @@ mod judge;
 mod level;
 mod sender;
 mod stops;
+mod tools;
 mod whole;

@@ -136,6 +136,11 @@ pub enum EngineAsk {
     Hold,
     /// Go on.
     Resume,
+    /// Before this section of the job in work is begun, or before the next that cuts, a person puts in a new tool.
+    ToolBefore {
+        /// Index into the routine's sections.
+        section: usize,
+    },
     /// The tool is in and its length known.
     ToolReady,
     /// Come to rest and end the job. Nothing moves afterwards.

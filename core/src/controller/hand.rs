@@ -75,6 +75,11 @@ impl Controller {
                 self.set(EnginePhase::Probing);
             }
             EngineAsk::Start(start) if self.phase == EnginePhase::Ready => self.begin(&start),
+            EngineAsk::ToolBefore { section } => {
+                if let Some(run) = &mut self.run {
+                    run.tool_before = Some(section);
+                }
+            }
             EngineAsk::ToolReady if self.phase == EnginePhase::ToolChange && self.idle() => {
                 match self.place() {
                     Some(place) => self.tool_ready(place),

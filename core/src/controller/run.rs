@@ -14,7 +14,7 @@ use super::asks::{EngineAction, EnginePhase, EngineStart, signs};
 use super::engine::{Controller, Meaning};
 use super::heard::ReportedState;
 use super::lines::{LinePath, WireLine, WordsInForce};
-use super::routine::{Routine, SectionKind};
+use super::routine::{Routine, RoutineAction, Section, SectionKind, Spindle};
 use super::settings::Values;
 use super::timing::{Clockwork, PlannerLimits};
 use crate::control::{Ending, Trust};
@@ -43,6 +43,8 @@ enum After {
     Entered,
     /// The work of the section before is done, and the entry reached.
     Done,
+    /// The entry was left again: spindle off, where tools are changed.
+    Left,
 }
 
 /// Lines between two looks.
@@ -79,6 +81,8 @@ pub(super) struct Run {
     limits: Option<PlannerLimits>,
     /// It ends at the next look over the board.
     pub(super) stops_after: bool,
+    /// A new tool is wanted before this section.
+    pub(super) tool_before: Option<usize>,
 }
 
 impl Run {
@@ -123,6 +127,21 @@ impl Run {
             _ => self.pen.over(section, self.spin_up_s),
         };
         self.batch(lines, after);
+    }
+
+    /// From the entry of a section that is not begun yet to where tools were changed last: spindle off, up, over. Where that never was, up.
+    fn leave(&mut self) {
+        let routine = Arc::clone(&self.routine);
+        let before = routine.sections.iter().take(self.at).rev();
+        let change = before.into_iter().find(|section| matches!(section.kind, SectionKind::Change(_)));
+        let mut lines = vec![self.pen.turn(Spindle::Off)];
+        lines.extend(self.pen.act(&RoutineAction::Coolant { mist: false, flood: false }));
+        if let Some(place) = change.or_else(|| routine.sections.get(self.at)) {
+            lines.extend(self.pen.rise(place, routine.safe));
+        }
+        lines.extend(change.into_iter().flat_map(|place| self.pen.over(place, 0.0)));
+        self.tool_before = None;
+        self.batch(lines, After::Left);
     }
 
     /// The work of the section whose entry is reached, and the approach to the next one.
@@ -211,6 +230,7 @@ impl Controller {
             fast: 0,
             limits,
             stops_after: false,
+            tool_before: None,
         };
         run.enter(After::Begun);
         (self.run, self.ending) = (Some(run), None);
@@ -267,6 +287,11 @@ impl Controller {
         match run.batch.after {
             After::Begun => return run.enter(After::Risen),
             After::Risen => return run.enter(After::Entered),
+            After::Left if run.stops_after => return self.stop(Ending::StoppedAfterHole),
+            After::Left => {
+                let tool = run.routine.tool_at(run.at).unwrap_or(0);
+                return self.wait_for_tool(tool);
+            }
             After::Entered | After::Done => {}
         }
         if run.batch.after == After::Done {
@@ -280,12 +305,11 @@ impl Controller {
             return self.stop(Ending::StoppedAfterHole);
         }
         match kind {
-            Some(SectionKind::Hole(_) | SectionKind::Toolpath(_)) => run.work(),
-            Some(SectionKind::Change(tool)) => {
-                run.window.clear();
-                self.set(EnginePhase::ToolChange);
-                self.out.push(EngineAction::ToolWanted { tool });
+            Some(SectionKind::Hole(_) | SectionKind::Toolpath(_)) => {
+                let is_wanted = run.tool_before.is_some_and(|section| run.at >= section);
+                if is_wanted { run.leave() } else { run.work() }
             }
+            Some(SectionKind::Change(tool)) => self.wait_for_tool(tool),
             Some(SectionKind::Finish) | None => {
                 let done = run.routine.sections.len();
                 self.run = None;
@@ -296,14 +320,27 @@ impl Controller {
         }
     }
 
-    /// The tool is in: on to the next section, from wherever the head is.
+    /// At rest where tools are changed, until one is in.
+    fn wait_for_tool(&mut self, tool: u32) {
+        if let Some(run) = &mut self.run {
+            run.window.clear();
+            run.tool_before = None;
+        }
+        self.set(EnginePhase::ToolChange);
+        self.out.push(EngineAction::ToolWanted { tool });
+    }
+
+    /// The tool is in: on to the next section, from wherever the head is. A hole or a toolpath that waited for it comes now.
     pub(super) fn tool_ready(&mut self, place_mm: [f64; 3]) {
         let Some(run) = &mut self.run else { return };
-        run.at += 1;
+        let cuts = run.routine.sections.get(run.at).is_some_and(Section::cuts);
+        run.at += usize::from(!cuts);
         let done = run.at;
         run.pen = WordsInForce::standing(place_mm);
         run.enter(After::Begun);
-        self.out.push(EngineAction::Progress { sections: done });
+        if !cuts {
+            self.out.push(EngineAction::Progress { sections: done });
+        }
         self.set(EnginePhase::Running);
     }
 

@@ -83,16 +83,7 @@ mod tests {
             hole(4, Some(500)),
             ends(Mark::Finish),
         ];
-        let program = Program {
-            name: "a board".to_owned(),
-            machine: String::new(),
-            origin: Point::default(),
-            bits: Vec::new(),
-            spindles: 1,
-            safe_height: Length::from_mm(2.0),
-            legs,
-            accepted: Vec::new(),
-        };
+        let program = Program::of_legs(legs);
         type Row<'a> = (&'a [usize], &'a [(Mark, Option<u32>)]);
         let (prepare, finish) = ((Mark::Prepare, Some(0)), (Mark::Finish, Some(0)));
         let rows: [Row<'_>; 4] = [

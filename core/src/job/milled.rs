@@ -107,16 +107,7 @@ mod tests {
         ];
         let legs =
             rows.iter().map(|(commands, _)| Leg { mark: Mark::Toolpath(0), commands: commands.clone() });
-        let program = Program {
-            name: String::new(),
-            machine: String::new(),
-            origin: Point::default(),
-            bits: Vec::new(),
-            spindles: 1,
-            safe_height: mm(2.0),
-            legs: legs.collect(),
-            accepted: Vec::new(),
-        };
+        let program = Program::of_legs(legs.collect());
         for ((commands, wanted), found) in rows.iter().zip(milled_mm(&program)) {
             assert!((found - wanted).abs() < 1e-9, "{found} not {wanted}: {commands:?}");
         }

@@ -434,3 +434,20 @@ impl Program {
         place.unwrap_or_default()
     }
 }
+
+#[cfg(test)]
+impl Program {
+    /// These legs, with no bit, from 2 mm over the board: what a test needs.
+    pub(crate) fn of_legs(legs: Vec<Leg>) -> Self {
+        Self {
+            name: String::new(),
+            machine: String::new(),
+            origin: Point::default(),
+            bits: Vec::new(),
+            spindles: 1,
+            safe_height: Length::from_um(2_000),
+            legs,
+            accepted: Vec::new(),
+        }
+    }
+}

@@ -78,16 +78,9 @@ mod tests {
         let way = Leg { mark: Mark::Toolpath(0), commands: vec![start, down, along, up] };
         let bit =
             |cutter| Bit { diameter: mm(1.0), name: String::new(), cutter, handling: Default::default() };
-        let program = Program {
-            name: String::new(),
-            machine: String::new(),
-            origin: Point::default(),
-            bits: vec![bit(Cutter::Drill), bit(Cutter::Mill)],
-            spindles: 1,
-            safe_height: mm(2.0),
-            legs: vec![change(0), hole(0), hole(1), change(1), way.clone(), way, hole(2)],
-            accepted: Vec::new(),
-        };
+        let legs = vec![change(0), hole(0), hole(1), change(1), way.clone(), way, hole(2)];
+        let bits = vec![bit(Cutter::Drill), bit(Cutter::Mill)];
+        let program = Program { bits, ..Program::of_legs(legs) };
         let wear = |hits, milled_um| Wear { hits, milled_um };
         let rows = [
             (0, [wear(2, 0), wear(1, 10_000)]),

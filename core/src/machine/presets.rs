@@ -185,17 +185,12 @@ pub fn lab() -> Machine {
 /// How the laboratory drill drills.
 fn lab_process() -> Process {
     Process {
-        safe_height: mm(2.0),
-        feed_height: mm(0.3),
-        board_thickness: mm(1.6),
-        breakthrough: mm(0.5),
-        contact_tolerance: Length::ZERO,
         feed_mm_per_s: 2.0,
-        dwell_bottom_ms: 0.0,
         spindle_rpm: 20_000,
         max_rpm: 30_000,
         spin_up_ms: 1_000.0,
         surface: mm(-12.0),
+        ..virtual_process()
     }
 }
 

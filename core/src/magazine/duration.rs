@@ -1,7 +1,7 @@
 //! How long changes take, before anything moves: the same moves, timed.
 //!
-//! Comes in: a machine, and how many changes. Goes out: seconds. A change is taken to go from the first place to the one in the middle
-//! of the magazine, from over the middle of the table. Does not know which tool lies where.
+//! Comes in: a machine, and which tools one after the other. Goes out: ticks, seconds. A change is taken to go from the first place to the one in the middle
+//! of the magazine, from over the middle of the table. Does not know where tools lie.
 
 use super::{Change, Held, StockedTool, ToolStock};
 use crate::diagnostic::Diagnostic;
@@ -10,8 +10,35 @@ use crate::machine::{Machine, Steps};
 use crate::motion::cycles;
 use crate::units::{Length, TICK_HZ};
 
+/// How long each change takes that a machine makes by itself to put in `tools`, one after the other: ticks; nothing where people make them,
+/// and where that tool is in already. At first the spindle holds `held`, or nothing.
+pub fn changes_ticks<T: PartialEq>(
+    machine: &Machine,
+    mut held: Option<T>,
+    tools: impl IntoIterator<Item = T>,
+) -> Vec<u64> {
+    if !machine.has_magazine() {
+        return tools.into_iter().map(|_| 0).collect();
+    }
+    let [first, further] = [false, true].map(|has_old| change_ticks(machine, has_old).unwrap_or(0));
+    let each = tools.into_iter().map(|tool| {
+        let ticks = match &held {
+            Some(old) if *old == tool => 0,
+            Some(_) => further,
+            None => first,
+        };
+        held = Some(tool);
+        ticks
+    });
+    each.collect()
+}
+
 /// Seconds of one change, from an old tool to a new one where `has_old`, else from an empty spindle.
 pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
+    Ok(change_ticks(machine, has_old)? as f64 / TICK_HZ as f64)
+}
+
+fn change_ticks(machine: &Machine, has_old: bool) -> Result<u64, Diagnostic> {
     let tool = |number: u32| StockedTool {
         number,
         bit: Bit {
@@ -38,7 +65,7 @@ pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
     let high = machine.process.surface + machine.process.safe_height;
     cycles::together(machine, 2).for_each(|axis| at[axis] = machine.z.scale.steps(high));
     let Some(mut change) = Change::new(&mut stock, &tool(2).bit, (at, [false; 2]))? else {
-        return Ok(0.0);
+        return Ok(0);
     };
     let mut ticks = 0;
     while let Some(step) = change.step() {
@@ -51,5 +78,5 @@ pub fn change_s(machine: &Machine, has_old: bool) -> Result<f64, Diagnostic> {
         }
         change.done(machine, &mut stock, step.after().on)?;
     }
-    Ok(ticks as f64 / TICK_HZ as f64)
+    Ok(ticks)
 }

@@ -20,6 +20,6 @@ mod step;
 mod stock;
 
 pub use change::{Change, StepWork};
-pub use duration::change_s;
+pub use duration::{change_s, changes_ticks};
 pub use step::{ChangeStep, Looks};
-pub use stock::{Held, Seen, StockedTool, ToolStock, Unfinished};
+pub use stock::{Held, Seen, StockedTool, ToolStock, Unfinished, laid_out};

@@ -11,7 +11,7 @@
 use super::ChangeStep;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Bit, Input};
-use crate::machine::{MOST_PLACES, Machine};
+use crate::machine::{MOST_PLACES, Machine, ToolWear, tool_of};
 use serde::{Deserialize, Serialize};
 
 /// Longest name of a tool.
@@ -209,6 +209,25 @@ impl ToolStock {
     }
 }
 
+/// The tools of a job with these `bits` of `machine`, place by place in the order of their use, none of them twice. Each has the number that it
+/// has in the rack; what is not there, the first number that nothing else has. `known` is what tools have done.
+pub fn laid_out(bits: &[Bit], machine: &Machine, known: &[ToolWear]) -> Vec<Option<StockedTool>> {
+    let mut tools: Vec<StockedTool> = Vec::new();
+    for bit in bits {
+        if tools.iter().any(|tool| tool.bit.is_same_tool(bit)) {
+            continue;
+        }
+        let own = tool_of(&machine.rack, bit, &machine.name, known).map(|tool| tool.number);
+        let is_taken = |number: &u32| {
+            machine.rack.iter().any(|tool| tool.number == *number)
+                || tools.iter().any(|tool| tool.number == *number)
+        };
+        let number = own.or_else(|| (1..).find(|number| !is_taken(number))).unwrap_or_default();
+        tools.push(StockedTool { number, bit: bit.clone() });
+    }
+    tools.into_iter().map(Some).collect()
+}
+
 impl Unfinished {
     /// The tool of which nobody knows for a moment where it is, and its place: the old one until it was put back.
     pub fn uncertain(&self) -> &(StockedTool, u8) {
@@ -223,7 +242,7 @@ impl Unfinished {
 mod tests {
     use super::*;
     use crate::job::Cutter;
-    use crate::machine::virtual_drill;
+    use crate::machine::{RackTool, virtual_drill};
     use crate::units::Length;
 
     pub(crate) fn tool(number: u32) -> StockedTool {
@@ -261,6 +280,26 @@ mod tests {
         nothing.bit.diameter = Length::ZERO;
         let found = ToolStock::reported(vec![Some(nothing)], Held::Nothing, &machine).unwrap_err();
         assert_eq!(found.code, "magazine.no_such_bit");
+    }
+
+    #[test]
+    fn the_tools_of_a_job_have_the_numbers_of_the_rack_and_lie_once() {
+        let lines = ["T2 drill 0.6", "T6 drill 0.8 life 3", "T7 drill 0.8 life 9", "T1 mill 2"];
+        let rack = lines.map(|line| RackTool::read(line).unwrap()).to_vec();
+        let machine = Machine { rack, ..virtual_drill() };
+        let strange = RackTool::read("T99 vee 3.175 angle 30").unwrap();
+        let other = RackTool::read("T98 drill 1.1").unwrap();
+        let order =
+            [&machine.rack[1], &strange, &machine.rack[3], &machine.rack[1], &other, &machine.rack[0]];
+        let bits = order.map(RackTool::bit);
+        let numbers = |known: &[ToolWear]| -> Vec<u32> {
+            laid_out(&bits, &machine, known).into_iter().flatten().map(|tool| tool.number).collect()
+        };
+        assert_eq!(numbers(&[]), [6, 3, 1, 4, 2]);
+        let worn = ToolWear { hits: 3, ..ToolWear::new(&machine.name, &machine.rack[1]) };
+        assert_eq!(numbers(&[worn]), [7, 3, 1, 4, 2], "its life is over: the next one alike");
+        let places = laid_out(&bits, &machine, &[]);
+        assert!(ToolStock::reported(places, Held::Nothing, &machine).is_ok());
     }
 
     #[test]

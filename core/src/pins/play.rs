@@ -72,8 +72,9 @@ pub struct Motors {
     pub foot: Option<u8>,
     /// Inputs that must be on while the bit goes down behind a foot that was put down, one bit each.
     pub pressed: u32,
-    /// Machine steps of Z at which a tip that comes down over a hole must have touched the board; none where that is not looked at.
-    pub touched_by: Option<i64>,
+    /// Machine steps of Z between which a tip that comes down over a hole must touch the board, the lowest first; none where that is
+    /// not looked at.
+    pub touches_within: Option<[i64; 2]>,
 }
 
 impl Motors {
@@ -98,8 +99,9 @@ impl Motors {
         let pressed = if told { Input::FootDown.bit() } else { 0 };
         let process = &machine.process;
         let looks = process.contact_tolerance > Length::ZERO && machine.tells(Input::Contact);
-        let touched_by = looks.then(|| machine.z.scale.steps(process.surface - process.contact_tolerance));
-        Self { braking_steps_per_tick2: braking, start_stop_hz, foot, pressed, touched_by }
+        let off = |by: Length| machine.z.scale.steps(process.surface + by);
+        let touches_within = looks.then(|| [-process.contact_tolerance, process.contact_tolerance].map(off));
+        Self { braking_steps_per_tick2: braking, start_stop_hz, foot, pressed, touches_within }
     }
 }
 
@@ -138,6 +140,11 @@ pub enum Outcome {
     Guarded(Input),
     /// A sensor that must be on is off.
     Missing(Input),
+    /// The tip touched something on its way down to a hole, higher than the board can be; braking took it a little further.
+    Early {
+        /// Where it touched.
+        at: Steps,
+    },
     /// A step came later than its motor could wait for, by so many ticks: steps may be lost.
     Late {
         /// How late.
@@ -437,6 +444,8 @@ impl Play<'_> {
             self.end = Some(Outcome::Guarded(hit));
         } else if let Some(gone) = first(missing) {
             self.end = Some(Outcome::Missing(gone));
+        } else if self.is_early(inputs) {
+            self.end = Some(Outcome::Early { at: self.line.position });
         } else if let Some(gate) = self.segment.gate {
             // Planned time: a lower feed override leaves a stroke as many steps as it had.
             let deadline = u64::from(gate.deadline_us) * (TICK_HZ / 1_000_000);
@@ -451,12 +460,29 @@ impl Play<'_> {
     /// Whether the tip is so far down over a hole that it must have touched the board, and did not: it is broken, or not there. What is
     /// in the hole already may lose the contact.
     fn is_untouched(&mut self, inputs: u32) -> bool {
-        let stroke = matches!(self.segment.stage, Stage::Drill | Stage::NextHole)
-            && matches!(self.segment.mark, Mark::Hole(_));
-        let Some(by) = self.motors.touched_by.filter(|_| stroke) else { return false };
-        let (low, was) = (self.line.position[2] < by, self.touched);
+        let Some([by, _]) = self.touches_within(&[Stage::Drill, Stage::NextHole]) else { return false };
+        let (low, was) = (self.lowest() < by, self.touched);
         self.touched = inputs & Input::Contact.bit() != 0 || low && (was || !self.moving);
         low && !self.touched
+    }
+
+    /// Whether the tip goes down to a hole and touches something where the board cannot be yet. On its way up it may carry a chip.
+    fn is_early(&self, inputs: u32) -> bool {
+        let ways = [Stage::Approach, Stage::Drill, Stage::NextHole];
+        let Some([_, from]) = self.touches_within(&ways) else { return false };
+        let falls = self.line.down & !PLANE != 0;
+        falls && inputs & Input::Contact.bit() != 0 && self.lowest() > from
+    }
+
+    /// Where the lowest tip is; axes that are not there stand at 0, on top.
+    fn lowest(&self) -> i64 {
+        self.line.position.iter().skip(2).copied().min().unwrap_or_default()
+    }
+
+    /// Between which heights the tip touches the board, where this is one of the `ways` to a hole and somebody looks.
+    fn touches_within(&self, ways: &[Stage]) -> Option<[i64; 2]> {
+        let to_hole = ways.contains(&self.segment.stage) && matches!(self.segment.mark, Mark::Hole(_));
+        self.motors.touches_within.filter(|_| to_hole)
     }
 
     /// After a step: sets the rate to the next one. True when it came to rest for good.

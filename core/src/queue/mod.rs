@@ -30,7 +30,7 @@ pub use homing::{Homing, HomingNext};
 pub use rehearse::{Rehearsal, Rig};
 pub use rules::{Standing, after};
 pub use run::{
-    Harm, Mode, QueueAction, QueueReport, QueueRun, Rest, RowResult, RowState, guarded, late, missing,
+    Harm, Mode, QueueAction, QueueReport, QueueRun, Rest, RowResult, RowState, early, guarded, late, missing,
 };
 pub use text::{QueueRow, print, read, read_row};
 pub use words::{Argument, ArgumentKind, ArgumentValue, Axes, WORDS, Word, WorkCommand};

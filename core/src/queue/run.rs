@@ -208,6 +208,12 @@ impl QueueRun {
         matches!(self.doing, Doing::Homing(_))
     }
 
+    /// Whether a stroke into the board is being done.
+    pub fn drills(&self) -> bool {
+        let command = self.row().and_then(|row| self.queue.rows().get(row)?.command.as_ref());
+        matches!((&self.doing, command), (Doing::Moves(_), Some(WorkCommand::DrillDown)))
+    }
+
     /// Goes on after [`QueueRun::hold`] that has not held yet, as far as `mode` says.
     pub fn proceed(&mut self, mode: Mode) {
         self.mode = mode;
@@ -361,7 +367,7 @@ impl QueueRun {
         match doing {
             Doing::Nothing => return Vec::new(),
             Doing::Moves(next) => {
-                if let Some((why, harm)) = failure(&report.outcome) {
+                if let Some((why, harm)) = failure(machine, &report.outcome) {
                     return self.fail(why, harm);
                 }
                 self.standing = Standing { position: report.position, ..next };
@@ -470,11 +476,19 @@ pub fn missing(input: Input) -> Diagnostic {
     refuse(if input == Input::Contact { "control.no_contact" } else { "control.foot_gone" })
 }
 
+/// What it means that the tip of `machine` touched something `at` which is higher than the board can be. Every step is counted, and the
+/// height of the tip is looked at again over the next hole.
+pub fn early(machine: &Machine, at: &Steps) -> Diagnostic {
+    let above = machine.z.scale.length(machine.lowest(at)) - machine.process.surface;
+    refuse("control.early_contact").with("mm", format!("{:.2}", above.mm()))
+}
+
 /// What an outcome means that is not the end of a row.
-fn failure(outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
+fn failure(machine: &Machine, outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
     match outcome {
         Outcome::Guarded(input) => Some(guarded(*input)),
         Outcome::Missing(input) => Some((missing(*input), Harm::None)),
+        Outcome::Early { at } => Some((early(machine, at), Harm::None)),
         Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
         Outcome::Spindle { trouble } => Some((trouble.diagnostic(), Harm::None)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {

@@ -89,11 +89,12 @@ pub fn summary(timeline: &Timeline, stream: &StepStream, machine: &Machine) -> S
 
 /// How long the machine's own changes of tools take, s: the first from an empty spindle. None where people change them.
 fn changes_s(timeline: &Timeline, machine: &Machine) -> f64 {
-    let waits = timeline.moves.iter().filter(|planned| matches!(planned.effect, Switching::AwaitBit { .. }));
-    let count = if machine.has_magazine() { waits.count() } else { 0 };
-    let change_s = |has_old: bool| magazine::change_s(machine, has_old).unwrap_or(0.0);
-    let further = count.saturating_sub(1) as f64;
-    if count == 0 { 0.0 } else { change_s(false) + further * change_s(true) }
+    let bits = timeline.moves.iter().filter_map(|planned| match planned.effect {
+        Switching::AwaitBit { bit } => Some(bit),
+        _ => None,
+    });
+    let each = magazine::changes_ticks(machine, None, bits);
+    each.into_iter().sum::<u64>() as f64 / TICK_HZ as f64
 }
 
 fn spent(timeline: &Timeline) -> Spent {

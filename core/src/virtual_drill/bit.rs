@@ -76,6 +76,9 @@ pub struct MountedBit {
     board: (i64, i64),
     /// The same of a board that is flat.
     flat: (i64, i64),
+    /// So much higher the board lies here, and so much further than it should the bit stands out, Z steps.
+    raised: i64,
+    stands_out: i64,
     mm_per_step: f64,
     /// Feed through the board, steps per second.
     feed_hz: f64,
@@ -117,6 +120,8 @@ impl MountedBit {
         Self {
             board,
             flat: board,
+            raised: 0,
+            stands_out: 0,
             mm_per_step,
             feed_hz,
             life,
@@ -139,6 +144,8 @@ impl MountedBit {
     /// A new, sharp one of this kind.
     pub fn change(&mut self, kind: &job::Bit) {
         (self.holes, self.broken, self.kind, self.is_out) = (0, None, Some(kind.clone()), false);
+        self.stands_out = 0;
+        self.lies();
     }
 
     /// It is taken out of the spindle.
@@ -154,7 +161,20 @@ impl MountedBit {
 
     /// The board lies so many steps higher at the place where the tip is now.
     pub fn raise(&mut self, steps: i64) {
-        self.board = (self.flat.0 + steps, self.flat.1 + steps);
+        self.raised = steps;
+        self.lies();
+    }
+
+    /// It slips so many steps out of its collet.
+    pub fn slip(&mut self, steps: i64) {
+        self.stands_out += steps;
+        self.lies();
+    }
+
+    /// The board is where its tip meets it.
+    fn lies(&mut self) {
+        let up = self.raised + self.stands_out;
+        self.board = (self.flat.0 + up, self.flat.1 + up);
     }
 
     /// It is over the edge of the board from now on, or over the board again.

@@ -16,6 +16,9 @@ use crate::steps::TICK_HZ;
 /// Most holes before a fault comes.
 const MOST_HOLES: u32 = 1_000_000;
 
+/// How far a bit slips, mm: less than the tip is clear of the board when the plane moves.
+const SLIPS_MM: f64 = 0.25;
+
 /// A fault that can be provoked.
 #[derive(Clone, Copy, Debug)]
 pub struct FaultRow {
@@ -89,6 +92,12 @@ pub const FAULTS: &[FaultRow] = &[
         after: 0,
         seen: Some("level.no_board"),
         put: || Faults { stuck_off: Input::Contact.bit(), ..none() },
+    },
+    FaultRow {
+        name: "contact-early",
+        after: 2,
+        seen: Some("control.early_contact"),
+        put: || Faults { bit_slips_mm: SLIPS_MM, ..none() },
     },
     FaultRow {
         name: "contact-closed",
@@ -199,6 +208,7 @@ impl Faults {
         self.uneven = other.uneven.or(self.uneven);
         self.throws += other.throws;
         self.bit_breaks |= other.bit_breaks;
+        self.bit_slips_mm += other.bit_slips_mm;
         self.spindle_stands |= other.spindle_stands;
         self.unplugged |= other.unplugged;
         self.clamp_stuck |= other.clamp_stuck;

@@ -130,6 +130,8 @@ pub struct Faults {
     pub throws: u32,
     /// The bit breaks.
     pub bit_breaks: bool,
+    /// The bit slips so far out of its collet, mm.
+    pub bit_slips_mm: f64,
     /// The spindle stands still, whatever it is told.
     pub spindle_stands: bool,
     /// No pulse reaches the machine, and no sensor is heard.
@@ -406,6 +408,8 @@ impl VirtualDrill {
         if self.faults.spindle_stands {
             self.bits.iter_mut().for_each(|bit| bit.rpm = 0);
         }
+        let slips_mm = std::mem::take(&mut self.faults.bit_slips_mm);
+        self.bits[0].slip(libm::round(slips_mm * self.steps_per_mm[2]) as i64);
         if std::mem::take(&mut self.faults.bit_breaks) {
             let whole = self.bits[0].broken.is_none();
             self.bits[0].broken.get_or_insert(Breakage::TooFast);

@@ -429,6 +429,32 @@ fn a_tool_change_waits_without_any_clock() {
 }
 
 #[test]
+fn a_new_tool_between_two_holes_goes_in_where_tools_are_changed() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    bench.start(0);
+    assert!(bench.until(60_000, |bench| bench.engine().phase == EnginePhase::ToolChange));
+    bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
+    // The change and a hole are done: the hole in work and no further one with this tool.
+    assert!(bench.until(60_000, |bench| bench.done == 2));
+    bench.event(EngineEvent::Ask(EngineAsk::ToolBefore { section: 3 }));
+    assert!(bench.until(60_000, |bench| bench.engine().phase == EnginePhase::ToolChange));
+    let place = bench.engine().place().unwrap();
+    let is_there = place.iter().zip([0.0, 0.0, 8.0]).all(|(at, wanted)| (at - wanted).abs() <= NEAR);
+    assert!(bench.done == 3 && is_there, "{} {place:?}", bench.done);
+    let cuts = bench.board.cuts.len();
+    assert!(!bench.until(60_000, |bench| bench.engine().phase != EnginePhase::ToolChange));
+    assert_eq!(bench.board.cuts.len(), cuts, "nothing is cut meanwhile");
+    assert!(bench.run());
+    assert_eq!((bench.ended(), bench.missing(), bench.wrong()), (Some(Ending::Done), vec![], vec![]));
+    let wanted = |action: &EngineAction| match action {
+        EngineAction::ToolWanted { tool } => Some(*tool),
+        _ => None,
+    };
+    assert_eq!(bench.told.iter().filter_map(wanted).collect::<Vec<_>>(), [0, 0, 1]);
+}
+
+#[test]
 fn after_stop_nothing_moves_and_the_place_is_known() {
     for seed in 0..200 {
         let mut bench = Bench::new(seed, Faults::default());

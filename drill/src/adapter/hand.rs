@@ -131,8 +131,8 @@ async fn task(adapter: &mut Adapter, task: &Task, memory: &mut Memory) -> Result
     }
     let foreseen = !matches!(ended, Ended::Guarded(_) | Ended::RanDry);
     memory.lift_to = task.lift_to.filter(|_| foreseen);
-    let is_low = adapter.machine.lowest(&adapter.position) < task.surface_steps;
-    memory.follows = (task.follows && foreseen && is_low).then(|| adapter.line.now());
+    let follows = task.follows && foreseen && task.is_low(&adapter.machine, &adapter.position);
+    memory.follows = follows.then(|| adapter.line.now());
     Ok(report_of(adapter, task, completed, ended))
 }
 

@@ -2,6 +2,7 @@
 //!
 //! Comes in: asks of `wire`. Goes out: what the engine is asked, or why not. Does not know who has control.
 
+use super::job_tools::{JobTools, SectionWear};
 use super::level::SurveyWish;
 use super::order::{Armed, Order};
 use super::station::{Station, Work, Zero};
@@ -10,7 +11,6 @@ use crate::files::Files;
 use annulus_core::control::State;
 use annulus_core::controller::{self as grbl, EngineEvent, EnginePhase, Override, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::job::worn;
 use annulus_core::machine::{self, Value, is_in_file_only};
 use annulus_core::wire::{Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
@@ -58,10 +58,7 @@ impl<F: Files> Station<F> {
             Ask::StopAfterHole => self.engine_asked(grbl::EngineAsk::StopAfter),
             Ask::FeedOverride { percent } => self.feed_override(percent),
             Ask::ToolChanged if !self.hand.touched => refusal("grbl.height_first"),
-            Ask::ToolChanged => {
-                self.engine_asked(grbl::EngineAsk::ToolReady)?;
-                self.tool_is_in()
-            }
+            Ask::ToolChanged => self.engine_asked(grbl::EngineAsk::ToolReady),
             Ask::NewTool { number } => self.new_tool(number),
             Ask::AcknowledgeAlarm => {
                 self.alarm = None;
@@ -265,8 +262,10 @@ impl<F: Files> Station<F> {
         }
         self.bringing = Some(self.ledger.bring(&order)?);
         let each_s = self.estimates(&order, start.from).unwrap_or_default();
-        let (from, wears) = (start.from, worn::by_leg(&order.program));
-        self.work = Some(Work { order, from, each_s, started: (self.time)(), wears, asked_bit: None });
+        let sections = SectionWear::by_legs(&order.program, order.legs.clone());
+        let machine = (self.machine.name.as_str(), self.machine.rack.as_slice());
+        self.attended.counts(Some(JobTools::new(sections, machine, self.ledger.wear().to_vec())));
+        self.work = Some(Work { order, from: start.from, each_s, started: (self.time)() });
         // What there is to say of it was said, and read, before.
         let found = self.engine(EngineEvent::Ask(grbl::EngineAsk::Start(start)));
         let refused = found.into_iter().find(|why| why.severity == Severity::Error);

@@ -4,11 +4,13 @@
 //! Comes in: events of the engine, the time. Goes out: bytes for the port, what is to be durable before anybody hears of it, and what
 //! is told. Does not know ports, files or clocks.
 
+use super::job_tools::JobTools;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{
     Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine, SurveyNews, step,
 };
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::{RackTool, ToolWear};
 use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -51,6 +53,8 @@ pub enum Told {
     ToolWanted {
         /// Index into the routine's tools.
         tool: u32,
+        /// The one of the rack, and what it has done, where its life is over: a new one is to be put in.
+        worn: Option<Box<(RackTool, ToolWear)>>,
     },
     /// What came of a board that is touched.
     Survey(SurveyNews),
@@ -86,7 +90,8 @@ pub struct ControllerGlimpse {
 pub enum Due {
     /// Write these bytes to the port.
     Write(Vec<u8>),
-    /// Keep what is done of the job: it is durable before the next of these is seen to. Where that cannot be, `!` goes to the port.
+    /// Keep what is done of the job, and what of its tools where they are counted ([`Attended::tools`]): it is durable before the next of
+    /// these is seen to. Where that cannot be, `!` goes to the port.
     Keep(AttendedJob),
     /// Tell.
     Tell(Told),
@@ -100,6 +105,10 @@ pub struct Attended {
     controller: Controller,
     entry: AttendedJob,
     routine: Option<Arc<Routine>>,
+    /// The tools of its job, where they are counted.
+    tools: Option<JobTools>,
+    /// The section before which the engine was asked for a new tool last.
+    new_before: Option<usize>,
     before: Option<ControllerGlimpse>,
 }
 
@@ -119,8 +128,52 @@ impl Attended {
         &self.entry
     }
 
+    /// The tools of its job, where they are counted.
+    pub fn tools(&self) -> Option<&JobTools> {
+        self.tools.as_ref()
+    }
+
+    /// Counts the tools of the job that is started next, or does not.
+    pub fn counts(&mut self, tools: Option<JobTools>) {
+        self.tools = tools;
+    }
+
+    /// That much a tool has done, by a person's word.
+    pub fn set_wear(&mut self, wear: ToolWear) {
+        if let Some(tools) = &mut self.tools {
+            tools.set(wear);
+        }
+    }
+
     /// Lets the engine think.
     pub fn event(&mut self, now_ms: u64, event: EngineEvent) -> Vec<Due> {
+        let waited = self.controller.phase == EnginePhase::ToolChange
+            && matches!(event, EngineEvent::Ask(EngineAsk::ToolReady));
+        let mut due = self.let_think(now_ms, event);
+        if waited && self.controller.phase == EnginePhase::Running {
+            if let Some(tools) = &mut self.tools {
+                tools.is_in();
+            }
+            due.push(self.keep());
+        }
+        due.extend(self.ask_for_new_tool(now_ms));
+        due
+    }
+
+    /// Asks the engine for a change between two sections, where the life of the tool that is in ends there.
+    fn ask_for_new_tool(&mut self, now_ms: u64) -> Vec<Due> {
+        let runs = self.controller.phase == EnginePhase::Running;
+        let wanted = self.tools.as_ref().filter(|_| runs).and_then(JobTools::new_before);
+        match wanted.filter(|section| self.new_before != Some(*section)) {
+            Some(section) => {
+                self.new_before = Some(section);
+                self.let_think(now_ms, EngineEvent::Ask(EngineAsk::ToolBefore { section }))
+            }
+            None => Vec::new(),
+        }
+    }
+
+    fn let_think(&mut self, now_ms: u64, event: EngineEvent) -> Vec<Due> {
         let start =
             if let EngineEvent::Ask(EngineAsk::Start(start)) = &event { Some(start.clone()) } else { None };
         let (controller, actions) = step(std::mem::take(&mut self.controller), now_ms, event);
@@ -131,6 +184,10 @@ impl Attended {
             (self.entry.name, self.entry.ended) = (start.routine.name.clone(), false);
             self.entry.levelled.clone_from(&start.routine.levelled);
             (self.entry.holes, self.entry.toolpaths) = start.routine.counted(start.from);
+            self.new_before = None;
+            if let Some(tools) = &mut self.tools {
+                tools.begins(start.from);
+            }
             self.routine = Some(start.routine);
             due.push(self.keep());
         }
@@ -153,10 +210,16 @@ impl Attended {
                 if let Some(routine) = &self.routine {
                     (self.entry.holes, self.entry.toolpaths) = routine.counted(done);
                 }
+                if let Some(tools) = &mut self.tools {
+                    tools.done(done);
+                }
                 due.push(self.keep());
                 Told::Progress
             }
-            EngineAction::ToolWanted { tool } => Told::ToolWanted { tool },
+            EngineAction::ToolWanted { tool } => {
+                let worn = self.tools.as_mut().and_then(JobTools::is_asked);
+                Told::ToolWanted { tool, worn: worn.map(|(tool, wear)| Box::new((tool.clone(), wear))) }
+            }
             EngineAction::Survey(news) => Told::Survey(news),
             EngineAction::Ended(ending) => {
                 self.entry.ended = ending == Ending::Done;

@@ -6,7 +6,7 @@
 use super::order::Order;
 use super::station::Station;
 use crate::files::Files;
-use crate::prepare::{accepted, bit_of_leg, missing_drills, rest, row};
+use crate::prepare::{accepted, bit_of_leg, missing_drills, rest, row, worn_tools};
 use annulus_core::control::State;
 use annulus_core::controller::{EngineStart, estimates_s, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -51,7 +51,7 @@ impl<F: Files> Station<F> {
             let why = Diagnostic::warning("preflight.bit_not_in_rack").with("bits", missing.join(", "));
             rows.push(row(RowVerdict::Warn, why));
         }
-        rows.extend(self.worn(order, leg));
+        rows.extend(worn_tools(&order.program, &self.machine, (leg, self.ledger.wear())));
         rows.extend(bite::judged_all(&order.program).into_iter().map(|why| row(RowVerdict::Warn, why)));
         if let Some(bit) = bit_of_leg(&order.program, leg).filter(|_| start.from > 0) {
             let bit = bit.title(locale::FALLBACK);

@@ -12,6 +12,7 @@
 mod asks;
 mod attended;
 mod before;
+mod job_tools;
 mod ledger;
 mod level;
 mod order;
@@ -23,4 +24,5 @@ mod tests;
 mod tools;
 
 pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
+pub use job_tools::{JobTools, SectionWear};
 pub use station::Station;

@@ -37,7 +37,7 @@ pub(super) struct Order {
     /// The same, section by section.
     pub(super) routine: Arc<Routine>,
     /// The leg of each section.
-    legs: Vec<usize>,
+    pub(super) legs: Vec<usize>,
 }
 
 /// A job that was compared.
@@ -97,7 +97,7 @@ impl Order {
 }
 
 /// The leg of each section, in order: none goes back.
-fn legs(program: &Program, routine: &Routine) -> Vec<usize> {
+pub(super) fn legs(program: &Program, routine: &Routine) -> Vec<usize> {
     let mut next = 0;
     let mut of = |section: &controller::Section| {
         let is = |leg: &usize| match (section.kind, program.legs[*leg].mark) {

@@ -17,7 +17,6 @@ use crate::ticket::Tickets;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::job::worn::Wear;
 use annulus_core::machine::{self, Machine};
 use annulus_core::wire::{Status, Tell, ToolsReport};
 use std::sync::Arc;
@@ -35,10 +34,6 @@ pub(super) struct Work {
     pub(super) from: usize,
     pub(super) each_s: Vec<f64>,
     pub(super) started: Duration,
-    /// What each leg wears which bit by.
-    pub(super) wears: Vec<(u32, Wear)>,
-    /// The bit that was asked for last.
-    pub(super) asked_bit: Option<u32>,
 }
 
 /// What a person does by hand, and what is known by that.
@@ -287,7 +282,7 @@ impl<F: Files> Station<F> {
             // Nothing of ours is in work: a reset alone came to its end.
             return None;
         }
-        let wear = self.wear_of(entry);
+        let wear = self.wear_now();
         let failed = self.ledger.write(self.bringing.take(), entry, wear).err();
         self.tell_tools();
         if failed.is_some() {
@@ -324,10 +319,10 @@ impl<F: Files> Station<F> {
                 }
                 self.trust = now.trust;
             }
-            Told::ToolWanted { tool } => {
-                self.tool_asked();
+            Told::ToolWanted { .. } => {
                 // The first tool is the one that was in when the height was set.
-                let first = *tool == 0 && self.work.as_ref().is_some_and(|work| work.from == 0);
+                let first =
+                    self.work.as_ref().is_some_and(|work| work.from == 0) && self.attended.entry().done == 0;
                 self.hand.touched = first && self.hand.height.is_some();
             }
             Told::Ended(ending) => self.ended(*ending),

@@ -493,6 +493,52 @@ fn where_nothing_can_be_written_down_nothing_is_begun() {
 }
 
 #[test]
+fn a_tool_whose_life_ends_in_mid_job_is_asked_for_between_two_holes() {
+    let (files, program) = (Memory::default(), holes(10));
+    let mut bench = Bench::ready(&files);
+    let lines = ["T1 drill 0.8 life 4", "T2 drill 1 life 100"].map(str::to_owned).to_vec();
+    let changes = vec![("rack.tools".to_owned(), Value::Texts(lines))];
+    assert_eq!(bench.refused(&Ask::Configure { changes }), None);
+    let key = bench.upload(&program);
+    bench.start(&key, 0);
+    let told = |bench: &Bench| {
+        let mut told = bench.heard.iter().rev();
+        let report =
+            told.find_map(|tell| if let Tell::Tools(report) = tell { Some(report.clone()) } else { None });
+        let report = report.unwrap();
+        let hits = |number| report.wear.iter().find(|wear| wear.number == number).map_or(0, |wear| wear.hits);
+        (report.wanted, hits(1), hits(2))
+    };
+    // Up to the change in the middle of the holes of T1.
+    loop {
+        bench.state(State::ToolChange);
+        (0..50).for_each(|_| bench.millisecond());
+        if let (Some(1), 4, _) = told(&bench) {
+            break;
+        }
+        if bench.refused(&Ask::ToolChanged).is_some() {
+            let height_mm = bench.status().unwrap().work_mm[2];
+            bench.jog(2, -height_mm);
+            bench.ask(&Ask::SetHeight);
+            (0..500).for_each(|_| bench.millisecond());
+            assert_eq!(bench.refused(&Ask::ToolChanged), None);
+        }
+        bench.until(|status| status.state != State::ToolChange);
+    }
+    let status = bench.status().unwrap();
+    assert!(status.work_mm[2] > 0.0 && status.spindle_rpm == 0, "{status:?}");
+    assert_eq!(
+        bench.refused(&Ask::ToolChanged).as_deref(),
+        Some("grbl.height_first"),
+        "it is another length"
+    );
+    assert_eq!(bench.finish(), (Ending::Done, 10));
+    assert_eq!(bench.made(&program), (vec![1; 10], 0));
+    (0..50).for_each(|_| bench.millisecond());
+    assert_eq!(told(&bench), (None, 2, 4), "the new one is counted from 0");
+}
+
+#[test]
 fn holes_are_counted_by_tool_and_a_worn_one_is_told_before_the_next_job() {
     let (files, program) = (Memory::default(), holes(10));
     let mut bench = Bench::ready(&files);

@@ -9,7 +9,8 @@
 //! Comes in: a job that was prepared, a start that was asked for, the journal's answer. Goes out: how the drill stands, verdicts, the
 //! job in work, and how it ended. Does not know how a job is checked, nor how anything moves.
 
-use super::moves::{Work, ruler};
+use super::moves::ruler;
+use super::work::Work;
 use super::{Message, Owner, diagnostic, zero_of};
 use crate::journal::{JobRecord, Record};
 use crate::prepare::{Broken, Context, Prepared};

@@ -12,7 +12,7 @@
 //! alarm where something does. Real machines keep no such record. Does not know the journal.
 
 use super::Owner;
-use super::moves::Work;
+use super::work::Work;
 use annulus_core::control::{Event, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Output;

@@ -186,7 +186,7 @@ impl Owner {
             return Err(diagnostic("magazine.none"));
         }
         self.try_event(Event::Disarmed { position_lost: false })?;
-        self.prepared = None;
+        (self.prepared, self.tool_in) = (None, None);
         self.tools.stock = stock;
         self.stock_for_pins();
         self.clamp_holds();
@@ -205,6 +205,7 @@ impl Owner {
     pub(crate) fn switched_by_hand(&mut self, place: u8) {
         let clamp = self.machine.output_place(&self.machine.magazine.clamp);
         if self.machine.has_magazine() && clamp == Some(place) {
+            self.tool_in = None;
             self.spindle_is_unknown();
         }
     }

@@ -9,7 +9,7 @@
 //! Comes in: a percentage, and the plan made for it. Goes out: the plan in work. Does not know how a plan is made.
 
 use super::Owner;
-use super::moves::Work;
+use super::work::Work;
 use crate::prepare::Prepared;
 use annulus_core::diagnostic::Diagnostic;
 use std::sync::Arc;

@@ -16,16 +16,18 @@ mod queue;
 mod status;
 mod tools;
 mod touch;
+mod work;
 
 use self::begin::Starting;
 use self::board::Judged;
 use self::change::ToolChanger;
 use self::hands::Hands;
-use self::moves::{Doing, Work, ruler};
+use self::moves::{Doing, ruler};
 use self::outputs::ManualOutputs;
 use self::queue::Lab;
 use self::status::HEARTBEAT;
 use self::touch::{SurveyWish, Touching};
+use self::work::Work;
 use crate::executor::{Executor, Report, Shared, Time};
 use crate::journal::{Contents, Damage, JobRecord, Progress, Record, WorkZero};
 use crate::outside::Outside;
@@ -140,6 +142,8 @@ pub struct Owner {
     pub(crate) doing: Doing,
     /// The bit that the executor was told of last.
     pub(crate) in_spindle: Option<Bit>,
+    /// Number of the tool of the rack that a job put in last.
+    pub(crate) tool_in: Option<u32>,
     /// What tools have done since they were new.
     pub(crate) wear: Vec<ToolWear>,
     /// What changes tools.
@@ -209,6 +213,7 @@ impl Owner {
             interrupted,
             doing: Doing::Nothing,
             in_spindle: None,
+            tool_in: None,
             wear: contents.wear,
             tools: ToolChanger::new(contents.stock.unwrap_or_default()),
             lab: None,

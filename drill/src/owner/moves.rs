@@ -9,126 +9,16 @@
 
 use super::Owner;
 use crate::executor::{Ended, Report, Task};
-use crate::journal::Record;
-use crate::journal::{Progress, Ruler};
-use crate::prepare::Prepared;
+use crate::journal::{Record, Ruler};
 use annulus_core::control::{Event, State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::worn::{self, Wear};
 use annulus_core::job::{Input, Mark, Otherwise};
 use annulus_core::machine::{Machine, ScaleUnit, Steps, ToolChange};
 use annulus_core::motion::{Timeline, cycles};
-use annulus_core::queue::{Harm, Homing, guarded, late, missing};
+use annulus_core::queue::{Harm, Homing, early, guarded, late, missing};
 use annulus_core::steps::{self, Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::{Length, NM_PER_INCH, NM_PER_MM};
 use annulus_core::wire::Tell;
-use std::sync::Arc;
-use std::time::Duration;
-
-/// The job in work.
-pub(crate) struct Work {
-    pub(crate) job: Arc<Prepared>,
-    /// The same job at other feeds, from the next rest on.
-    pub(crate) anew: Option<Arc<Prepared>>,
-    /// The feed override that is wanted, percent of the feed it came with.
-    pub(crate) percent: u8,
-    /// The leg that this run began with.
-    pub(crate) first: usize,
-    /// The leg in work or to come.
-    pub(crate) leg: usize,
-    /// Its segments, and how many of them were given.
-    segments: Vec<Segment>,
-    given: usize,
-    /// Holes drilled.
-    pub(crate) holes: u32,
-    /// Toolpaths milled.
-    pub(crate) toolpaths: u32,
-    /// When it began, by the clock outside.
-    pub(crate) started: Duration,
-    /// Bit in the spindle.
-    pub(crate) bit: Option<u32>,
-    /// The tool of the rack that it is, by its number.
-    pub(crate) tool: Option<u32>,
-    /// What each leg wears its tool by.
-    pub(crate) wears: Vec<(u32, Wear)>,
-    /// The life of that tool is over: another one is asked for before the leg to come.
-    pub(crate) is_worn: bool,
-    /// Where a sensor ended the stroke of this leg.
-    stop: Option<Steps>,
-    /// A job that is taken up asks for its bit before the first leg, unless that leg does.
-    confirm_bit: bool,
-}
-
-impl Work {
-    pub(crate) fn new(job: Arc<Prepared>, leg: usize, percent: u8) -> Self {
-        let (bit, _) = job.in_force(job.stream.range(leg).start);
-        let (holes, toolpaths) = job.done_before(leg);
-        let segments = job.stream.leg(leg);
-        let asks = segments.iter().any(|next| matches!(next.effect, Switching::AwaitBit { .. }));
-        let confirm_bit = bit.is_some() && !asks;
-        let (anew, started, stop, given, first) = (None, Duration::ZERO, None, 0, leg);
-        let (wears, tool, is_worn) = (worn::by_leg(&job.program), None, false);
-        Self {
-            job,
-            tool,
-            wears,
-            is_worn,
-            anew,
-            percent,
-            first,
-            leg,
-            segments,
-            given,
-            holes,
-            toolpaths,
-            started,
-            bit,
-            stop,
-            confirm_bit,
-        }
-    }
-
-    /// It begins now, however long ago it was asked for.
-    pub(crate) fn begins(&mut self, now: Duration) {
-        self.started = now;
-    }
-
-    /// Begins with the leg: its segments as the plan in force has them.
-    pub(crate) fn unpack(&mut self) {
-        (self.segments, self.given) = (self.job.stream.leg(self.leg), 0);
-    }
-
-    /// The next segment of the leg.
-    fn next(&self) -> Option<&Segment> {
-        self.segments.get(self.given)
-    }
-
-    /// Whether nothing of the leg was given yet.
-    pub(crate) fn is_at_start(&self) -> bool {
-        self.given == 0
-    }
-
-    /// What the leg wears its tool by.
-    pub(crate) fn wear(&self) -> Wear {
-        self.wears.get(self.leg).map(|(_, wear)| *wear).unwrap_or_default()
-    }
-
-    /// The bit that the next segment waits for.
-    pub(crate) fn awaited(&self) -> Option<u32> {
-        self.next()
-            .and_then(|next| if let Switching::AwaitBit { bit } = next.effect { Some(bit) } else { None })
-    }
-
-    /// The spindle speed that is in force before the next segment.
-    fn rpm(&self) -> u32 {
-        self.job.in_force(self.job.stream.range(self.leg).start + self.given).1
-    }
-
-    pub(crate) fn progress(&self) -> Progress {
-        let leg = u32::try_from(self.leg).unwrap_or(u32::MAX);
-        Progress { done: leg, begun: leg, holes: self.holes, toolpaths: self.toolpaths }
-    }
-}
 
 /// What the executor has in hand.
 #[derive(Debug, PartialEq)]
@@ -364,52 +254,6 @@ impl Owner {
         if segments.is_empty() { self.leg_ended() } else { self.give(Doing::Leg, segments) }
     }
 
-    /// The bit is in: the leg goes on after it.
-    pub(crate) fn rest_of_leg(&mut self) {
-        let spindle = self.spindle_up();
-        let Some(work) = &mut self.work else { return };
-        if std::mem::take(&mut work.is_worn) {
-            let bit = work.bit.unwrap_or(0);
-            self.worn_is_replaced(bit);
-            if let Err(why) = self.approach() {
-                self.fails(why, self.session.trust);
-            }
-            return;
-        }
-        if std::mem::take(&mut work.confirm_bit) {
-            let bit = work.bit.unwrap_or(0);
-            self.put_in(bit, true);
-            return self.give(Doing::Approach, spindle);
-        }
-        if let Some(bit) = work.awaited() {
-            work.bit = Some(bit);
-            work.given += 1;
-            self.put_in(bit, true);
-        }
-        self.leg(spindle);
-    }
-
-    /// Bit `bit` of the program is in the spindles: a new one, or perhaps still the same.
-    pub(super) fn put_in(&mut self, bit: u32, is_new: bool) {
-        // What the machine fetches itself is what lay there.
-        self.tool_is_in(bit, is_new && !self.machine.has_magazine());
-        let bits = self.work.as_ref().map(|work| &work.job.program.bits);
-        let Some(bit) = bits.and_then(|bits| bits.get(bit as usize)).cloned() else { return };
-        if self.machine.has_magazine() {
-            // It came by itself.
-            self.in_spindle = Some(bit);
-        } else if is_new || self.in_spindle.as_ref() != Some(&bit) {
-            self.put_in_by_hand();
-            self.executor.bit(bit.clone());
-            self.in_spindle = Some(bit);
-        }
-    }
-
-    /// What it is when a bit is waited for: a person puts it in, or the machine fetches it.
-    fn bit_wanted(&self) -> Event {
-        if self.machine.has_magazine() { Event::ChangeWanted } else { Event::BitWanted }
-    }
-
     /// All segments given are played: the leg is done, waits for a bit, or goes on behind a gate.
     fn leg_ended(&mut self) {
         self.doing = Doing::Nothing;
@@ -550,6 +394,7 @@ impl Owner {
                 self.fails(why, if harm == Harm::None { self.session.trust } else { Trust::Suspect });
             }
             (_, Ended::Missing(input)) => self.fails(missing(input), self.session.trust),
+            (_, Ended::Early { at }) => self.fails(early(&self.machine, &at), self.session.trust),
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);

@@ -132,7 +132,11 @@ impl Owner {
     pub(crate) fn queue_reported(&mut self, report: &Report) {
         let told = self.told_to_core(report);
         let Some(lab) = &mut self.lab else { return };
+        let drilled = lab.run.drills() && matches!(told.outcome, Outcome::Completed | Outcome::Gated(_));
         let actions = lab.run.reported(&self.machine, &told);
+        if drilled {
+            self.count_stroke();
+        }
         self.queue_act(actions);
     }
 
@@ -146,6 +150,7 @@ impl Owner {
             Ended::Unmet(gate) => Outcome::Unmet(gate),
             Ended::Guarded(input) => Outcome::Guarded(input),
             Ended::Missing(input) => Outcome::Missing(input),
+            Ended::Early { at } => Outcome::Early { at },
             Ended::Late { ticks } => Outcome::Late { ticks },
             Ended::Spindle { trouble } => Outcome::Spindle { trouble },
             Ended::Stopped | Ended::Starved | Ended::RanDry => Outcome::Stopped,

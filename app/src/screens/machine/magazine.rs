@@ -4,10 +4,10 @@
 
 use crate::i18n::{language, say, t};
 use crate::page::link::{self, Link};
+use crate::page::open_board;
 use crate::widgets::{push, push_if};
 use annulus_core::control::State;
-use annulus_core::job::Program;
-use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool, ToolStock};
+use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool, ToolStock, laid_out};
 use annulus_core::wire::{Ask, MagazineReport};
 use leptos::html::{details, div, h3, li, ol, p, section, strong, summary};
 use leptos::prelude::*;
@@ -79,32 +79,34 @@ fn question(line: Link, report: &MagazineReport) -> Option<impl IntoView + use<>
     Some(div().class("notice tone-alarm").attr("role", "alert").child((p().child(ask), answers)))
 }
 
-/// The tools of `program` in the order of their use.
-fn needed(program: &Program) -> Vec<Option<StockedTool>> {
-    (1..).zip(&program.bits).map(|(number, bit)| Some(StockedTool { number, bit: bit.clone() })).collect()
+/// The tools of the job on show, as it needs them in the places; none without a job.
+fn needed(line: Link) -> Option<Vec<Option<StockedTool>>> {
+    let bits = line.shown_job.with(|job| job.as_ref().map(|job| job.program.bits.clone()))?;
+    let known = line.tools.with(|report| report.wear.clone());
+    Some(open_board().machine.with(|machine| laid_out(&bits, machine, &known)))
 }
 
 /// What lies where, as a person says it.
 fn edit(line: Link) -> impl IntoView {
-    let job = move || line.shown_job.get();
+    let tools = Memo::new(move |_| needed(line));
     let says = |places: Vec<Option<StockedTool>>| link::ask(Ask::Stock { places, spindle: Held::Nothing });
-    let tools = move || {
-        job().map(|job| {
-            let rows = needed(&job.program).into_iter().flatten().map(|tool| li().child(called(&tool)));
-            ol().child(rows.collect::<Vec<_>>())
+    let rows = move || {
+        tools.get().map(|tools| {
+            let each = tools.into_iter().flatten().map(|tool| li().child(called(&tool)));
+            ol().child(each.collect::<Vec<_>>())
         })
     };
     details().child((
         summary().child(t!("page.magazine.edit")),
         p().child(t!("page.magazine.fill_is")),
-        tools,
+        rows,
         push_if(
             "button",
-            move || may_say(line) && job().is_some(),
+            move || may_say(line) && tools.with(Option::is_some),
             t!("page.magazine.fill"),
             move |_| {
-                if let Some(job) = line.shown_job.get_untracked() {
-                    says(needed(&job.program));
+                if let Some(places) = tools.get_untracked() {
+                    says(places);
                 }
             },
         ),

@@ -23,7 +23,7 @@ use std::time::SystemTime;
 /// Touches a board and keeps its map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     let programs = super::aligned(program::read(&args.job, &args.more)?, &args.how)?;
-    let mut operator = Operator::new(&args.how, &ledger(), AttendedJob::default(), json)?;
+    let mut operator = Operator::new(&args.how, &ledger(), (AttendedJob::default(), None), json)?;
     operator.meets()?;
     let map = operator.measure_board(&programs, &args.touches)?;
     Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })
@@ -96,6 +96,7 @@ impl Operator {
             routine: Arc::new(routine),
             level_key: programs.level_key.clone(),
             files: programs.files.clone(),
+            counted: programs.counted.clone(),
             diagnostics: Vec::new(),
         }))
     }

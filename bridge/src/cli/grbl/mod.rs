@@ -209,13 +209,14 @@ fn ports() -> Answer {
     Answer { object: json!({ "ports": rows }), text, exit: Exit::Done }
 }
 
-fn ledger() -> Ledger {
+/// What is done at controllers.
+pub(super) fn ledger() -> Ledger {
     Ledger::in_folder(&machine_file::data_folder())
 }
 
 fn info(args: &PortArgs) -> Result<Answer, Refusal> {
     let port = controller::open(&args.port, args.baud).map_err(Refusal::surroundings)?;
-    let owner = Owner::new(port, ledger(), AttendedJob::default(), 1.0);
+    let owner = Owner::new(port, ledger(), (AttendedJob::default(), None), 1.0);
     let mut said = Diagnostic::error("grbl.no_answer");
     let since = Instant::now();
     let info = loop {
@@ -272,7 +273,8 @@ fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
         return Err(Refusal::content(why.with("toolpaths", entry.toolpaths)));
     }
     let entry = AttendedJob { files: programs.files.clone(), ..AttendedJob::default() };
-    let mut operator = Operator::new(&board.how, &ledger, entry, json)?;
+    let tools = programs.counted.as_ref().map(|counted| counted.tools(ledger.wear()));
+    let mut operator = Operator::new(&board.how, &ledger, (entry, tools), json)?;
     let level = args.level.map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
 }
@@ -286,7 +288,8 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
         let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
         return Err(Refusal::content(why));
     }
-    let mut operator = Operator::new(&args.how, &ledger, entry.clone(), json)?;
+    let tools = programs.counted.as_ref().map(|counted| counted.tools(ledger.wear()));
+    let mut operator = Operator::new(&args.how, &ledger, (entry.clone(), tools), json)?;
     operator.run(&programs, Some(&entry), &args.accept, None)
 }
 

@@ -12,7 +12,9 @@ use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::level::{Correction, HeightMap};
-use annulus_drill::controller::{AttendedJob, ControllerGlimpse, Told};
+use annulus_core::locale;
+use annulus_core::machine::{RackTool, ToolWear};
+use annulus_drill::controller::{AttendedJob, ControllerGlimpse, JobTools, Told};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -67,9 +69,14 @@ struct Ended {
 
 impl Operator {
     /// Opens the port.
-    pub(super) fn new(how: &How, ledger: &Ledger, entry: AttendedJob, quiet: bool) -> Result<Self, Refusal> {
+    pub(super) fn new(
+        how: &How,
+        ledger: &Ledger,
+        job: (AttendedJob, Option<JobTools>),
+        quiet: bool,
+    ) -> Result<Self, Refusal> {
         let port = controller::open(&how.port.port, how.port.baud).map_err(Refusal::surroundings)?;
-        let owner = Owner::new(port, ledger.clone(), entry, how.speed);
+        let owner = Owner::new(port, ledger.clone(), job, how.speed);
         let (sends, words) = channel();
         listen(sends, how.confirm_tools.is_none());
         Ok(Self {
@@ -251,7 +258,12 @@ impl Operator {
         while ending.is_none() && !self.gone {
             match self.next() {
                 Some(Told::Ended(how)) => ending = Some(how),
-                Some(Told::ToolWanted { tool }) => self.change_tool(programs, tool),
+                Some(Told::ToolWanted { tool, worn }) => {
+                    if let Some(worn) = worn {
+                        say_worn(&worn.0, &worn.1);
+                    }
+                    self.change_tool(programs, tool);
+                }
                 Some(Told::Now(now)) => begun |= now.phase == EnginePhase::Running,
                 // A refusal: nothing was begun.
                 _ if !begun && self.interrupted => break,
@@ -408,6 +420,14 @@ impl Operator {
         }
         Answer { object, text, exit }
     }
+}
+
+/// Says that the life of a tool is over.
+fn say_worn(tool: &RackTool, wear: &ToolWear) {
+    let code = if tool.wears_by_way() { "preflight.tool_worn_way" } else { "preflight.tool_worn" };
+    let why = Diagnostic::warning(code).with("number", tool.number).with("life", tool.life);
+    let why = why.with("tool", tool.bit().title(locale::FALLBACK)).with("done", wear.done());
+    say(format_args!("{} {}", why.message("en"), why.advice("en")));
 }
 
 fn tool_name(programs: &Programs, tool: u32) -> String {

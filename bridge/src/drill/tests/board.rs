@@ -1,6 +1,7 @@
 //! The board against the program, at the end of every run, and what is refused before one.
 
 use super::*;
+use annulus_core::virtual_drill::faults;
 use annulus_core::wire::DrilledReport;
 
 /// Ten holes, the last five of them with a spindle that hardly turns.
@@ -37,6 +38,28 @@ fn a_broken_bit_ends_no_job_as_done_in_silence() {
     assert_eq!(bench.ended(), (Ending::Done, 4));
     let status = bench.wait(|status| status.state == State::Ready);
     assert_eq!((status.drilled, status.missing), (Some(DrilledReport::default()), None));
+}
+
+#[test]
+fn what_touches_too_early_or_not_at_all_stops_at_that_hole_and_the_job_goes_on_with_it() {
+    let mut looks = machine();
+    looks.process.contact_tolerance = Length::from_um(100);
+    for (fault, code) in [("contact-early", "control.early_contact"), ("broken-bit", "control.no_contact")] {
+        let mut bench = Bench::new(&looks, faults::read([fault]).unwrap());
+        bench.start(&grid(&looks, 8));
+        assert_eq!(bench.ended(), (Ending::Alarm, 2), "{fault}");
+        let status = bench.wait(|status| status.state == State::Alarm);
+        assert_eq!((status.trust, status.spindle_rpm), (Trust::Trusted, 0), "{fault}");
+        assert!(status.machine_mm[2] > -1.01, "{fault}: the tip is up: {status:?}");
+        let why = status.alarm.unwrap();
+        assert_eq!(why.code, code);
+        assert!(fault != "contact-early" || why.message("en").contains("0.25 mm"), "{}", why.message("en"));
+        bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
+        // Another bit is in: the same hole, and all further ones.
+        bench.take_up(&grid(&looks, 8));
+        assert_eq!(bench.ended(), (Ending::Done, 8), "{fault}");
+        assert_eq!(counts(&bench.record(), 8), [1; 8], "{fault}");
+    }
 }
 
 #[test]

@@ -1,11 +1,12 @@
 //! Queues of work commands and outputs by hand, on the virtual drill with and without faults.
 
-use super::{Bench, holes};
+use super::{Bench, Drill, holes};
 use annulus_core::chance::Chance;
-use annulus_core::control::{State, Trust};
+use annulus_core::control::{Ending, State, Trust};
 use annulus_core::job::Input;
-use annulus_core::machine::{Card, Machine, StrokeEnd};
+use annulus_core::machine::{Card, Machine, RackTool, StrokeEnd};
 use annulus_core::queue::{Mode, RowResult, RowState};
+use annulus_core::units::Length;
 use annulus_core::virtual_drill::Faults;
 use annulus_core::wire::{Ask, Outputs, QueuePhase, QueueStatus, Tell};
 use std::time::Duration;
@@ -80,6 +81,41 @@ fn a_queue_drills_what_it_says_and_tells_every_row() {
         bench.load(FOUR).unwrap();
         assert_eq!(bench.queue().phase, QueuePhase::Ready);
     }
+}
+
+#[test]
+fn holes_of_a_queue_count_for_the_tool_that_a_job_put_in() {
+    let rack = vec![RackTool::drill(5, Length::from_um(800))];
+    let machine = Machine { rack, ..machine() };
+    let mut bench = Bench::new(&machine, Faults::default());
+    let hits = |bench: &Bench| {
+        let tells = bench.drill.greeting().into_iter();
+        let mut reports =
+            tells.filter_map(|tell| if let Tell::Tools(report) = tell { Some(report) } else { None });
+        let report = reports.next().unwrap();
+        report.wear.iter().map(|wear| (wear.number, wear.hits)).collect::<Vec<_>>()
+    };
+    let run = |bench: &Bench, text: &str, phase: QueuePhase| {
+        bench.load(text).unwrap();
+        bench.go(Mode::ToEnd).unwrap();
+        bench.wait(|status| {
+            matches!(status.state, State::Ready | State::Alarm) && bench.queue().phase == phase
+        });
+    };
+    bench.ready();
+    run(&bench, FOUR, QueuePhase::Done);
+    assert_eq!(hits(&bench), [], "nobody knows which tool is in");
+    bench.start_here(&super::grid(&machine, 3));
+    assert_eq!(bench.ended(), (Ending::Done, 3));
+    bench.wait(|status| status.state == State::Ready);
+    run(&bench, FOUR, QueuePhase::Done);
+    assert_eq!(hits(&bench), [(5, 3 + 4)]);
+    // It is in the journal.
+    let Bench { drill, folder, .. } = bench;
+    drill.shutdown();
+    let drill = Drill::open_with(folder.path(), machine, super::SPEED, Faults::default()).unwrap();
+    let tells = drill.watch();
+    assert_eq!(hits(&Bench { drill, folder, tells }), [(5, 7)]);
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::*;
 use annulus_core::machine::apply;
-use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool};
+use annulus_core::magazine::{ChangeStep, Held, Seen, StockedTool, change_s};
 use annulus_core::wire::MagazineReport;
 use annulus_drill::line;
 
@@ -112,6 +112,36 @@ impl Bench {
         let lie: Vec<u32> =
             report.stock.places.iter().map(|place| place.as_ref().map_or(0, |tool| tool.number)).collect();
         assert_eq!(lie[..3], [1, 2, 0], "{trace}");
+    }
+}
+
+#[test]
+fn the_time_that_is_left_counts_the_changes_to_come() {
+    let left_s = |machine: &Machine, spindle: Option<Held>| {
+        let bench = Bench::new(machine, Faults::default());
+        let program = three_tools(machine);
+        if let Some(spindle) = spindle {
+            let held = if let Held::Tool { tool, .. } = &spindle { tool.number } else { 0 };
+            let lie = (1..).zip(&program.bits).map(|(number, bit)| StockedTool { number, bit: bit.clone() });
+            let places = lie.map(|tool| (tool.number != held).then_some(tool)).collect();
+            bench.drill.ask(Ask::Stock { places, spindle }).unwrap();
+        }
+        let (.., checks) = bench.arm(&program);
+        let time = checks.iter().find(|row| row.finding.code == "preflight.time").unwrap();
+        let number = |name: &str| time.finding.argument(&[name]).unwrap().parse::<f64>().unwrap();
+        60.0 * number("minutes") + number("seconds")
+    };
+    let machine = changer();
+    let change_s = |has_old| change_s(&machine, has_old).unwrap();
+    let by_hand_s = left_s(&self::machine(), None);
+    let first = StockedTool { number: 1, bit: three_tools(&machine).bits[0].clone() };
+    let rows = [
+        (Held::Nothing, change_s(false) + 2.0 * change_s(true)),
+        (Held::Tool { tool: first, place: Some(0) }, 2.0 * change_s(true)),
+    ];
+    for (spindle, changes_s) in rows {
+        let counted_s = left_s(&machine, Some(spindle)) - by_hand_s;
+        assert!((counted_s - changes_s).abs() <= 1.0 && changes_s > 10.0, "{counted_s} {changes_s}");
     }
 }
 

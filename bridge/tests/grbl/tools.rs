@@ -1,0 +1,72 @@
+//! The tools of a board at a controller: counted by what is really drilled, over a kill too, and asked for where a life ends (C3).
+
+use super::bench::{START, ZERO_AT};
+use super::firmware::{Board, eventually, instrument, settings};
+use super::judge;
+use super::sender::{Desk, MOST};
+use serde_json::Value;
+use std::fs;
+use std::process::Command;
+
+/// Six holes of 0.8 mm, and a mill whose rack has this tool alone.
+fn desk(tool: &str) -> Desk {
+    let holes: String =
+        (0..6).map(|hole| format!("X{}.0Y{}.0\n", 2 + hole % 3 * 4, 3 + hole / 3 * 4)).collect();
+    let desk = Desk::new("");
+    fs::write(desk.path().join("board.drl"), format!("M48\nMETRIC\nT1C0.8\n%\nT1\n{holes}M30\n")).unwrap();
+    let machine = format!("schema = 1\n[rack]\ntools = [\"{tool}\"]\n");
+    fs::write(desk.path().join("mill.toml"), machine).unwrap();
+    desk
+}
+
+/// What `annulus tools` says of the one tool, after these words.
+fn hits(desk: &Desk, words: &str) -> Value {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
+    command.args(["tools"]).args(words.split_whitespace()).args(["--machine", "mill.toml", "--json"]);
+    let told =
+        command.current_dir(desk.path()).env("ANNULUS_HOME", desk.path().join("home")).output().unwrap();
+    let object: Value = serde_json::from_slice(&told.stdout).unwrap_or_else(|_| panic!("{told:?}"));
+    object["tools"][0]["hits"].clone()
+}
+
+const RUN: &str = "run board.drl --machine mill.toml --confirm-tools 0.1";
+
+#[test]
+fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
+    let Some(instrument) = instrument() else { return };
+    let desk = desk("T3 drill 0.8 life 4");
+    let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &[]);
+    let (exit, object) = desk.run(&board, &format!("{RUN} --zero-here"));
+    assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
+    assert!(desk.said().contains("T3 (drill 0.8) has drilled 4 holes of 4: it is worn."), "{}", desk.said());
+    let report = board.end();
+    assert_eq!((&report["spindle"]["starts"], &report["spindle"]["on"]), (&2.into(), &0.into()), "{report}");
+    let log = judge::read(&board.edges(), 0);
+    let mut drilled: Vec<_> = log.dips.iter().map(|dip| dip.at).collect();
+    drilled.sort_unstable();
+    drilled.dedup();
+    assert_eq!((drilled.len(), log.dips.len()), (6, 6), "every hole once: {:?}", log.dips);
+    assert_eq!(hits(&desk, "list"), 2, "the new one is counted from 0");
+    assert_eq!(hits(&desk, "reset 3"), 0);
+    assert_eq!(hits(&desk, "list"), 0);
+}
+
+#[test]
+fn killed_and_resumed_every_hole_counts_once() {
+    let Some(instrument) = instrument() else { return };
+    let desk = desk("T3 drill 0.8");
+    let board = Board::new(instrument, &settings(true), START, &[]);
+    let mut sender = desk.start(&board, &format!("{RUN} {ZERO_AT}"));
+    eventually("three holes", MOST, || desk.journal()["holes"].as_u64().is_some_and(|holes| holes >= 3));
+    sender.kill();
+    let journal = desk.journal();
+    assert_eq!(
+        (&journal["wear"][0]["hits"], &journal["ended"]),
+        (&journal["holes"], &false.into()),
+        "{journal}"
+    );
+    board.rests();
+    let (exit, object) = desk.run(&board, "resume --confirm-tools 0.1");
+    assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
+    assert_eq!(hits(&desk, "list"), 6);
+}

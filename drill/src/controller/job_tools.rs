@@ -1,0 +1,159 @@
+//! The tools of a job at a controller: which is in, what each has done section by section, and before which section a new one is wanted
+//! (C3). The same behind the bridge and in the page.
+//!
+//! ```text
+//! section 17 in work │ life over once it is done ─▶ before section 18 a person puts in a new tool
+//!            done    │ counted with the entry that says so
+//! ```
+//!
+//! Comes in: a program with its routine, the rack, sections that are done. Goes out: what tools have done, what is wanted. Does not know
+//! the engine, nor where anything is kept.
+
+use super::order::legs;
+use annulus_core::controller::Routine;
+use annulus_core::job::worn::{self, Wear};
+use annulus_core::job::{Bit, Program};
+use annulus_core::machine::{RackTool, ToolWear, tool_of};
+use serde::{Deserialize, Serialize};
+
+/// The sections of a job with the bits that they are made with.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct SectionWear {
+    /// The bits of the program.
+    bits: Vec<Bit>,
+    /// Of each section its bit, holes and µm milled.
+    sections: Vec<(u32, u64, u64)>,
+}
+
+impl SectionWear {
+    /// That of `program`, as `routine` has it where it was planned.
+    pub fn of(program: &Program, routine: &Routine) -> Self {
+        Self::by_legs(program, legs(program, routine))
+    }
+
+    /// That of `program`, whose sections have these legs.
+    pub(super) fn by_legs(program: &Program, mut legs: Vec<usize>) -> Self {
+        let by_leg = worn::by_leg(program);
+        legs.push(program.legs.len());
+        let sections = legs.windows(2).map(|ends| {
+            // A leg that is cut in two is worn by its second half.
+            let own = by_leg.get(ends[0]..ends[1].max(ends[0])).unwrap_or_default();
+            let bit = by_leg.get(ends[0]).map_or(0, |(bit, _)| *bit);
+            let sum = own.iter().fold(Wear::default(), |sum, (_, wear)| sum.plus(*wear));
+            (bit, sum.hits, sum.milled_um)
+        });
+        Self { bits: program.bits.clone(), sections: sections.collect() }
+    }
+
+    fn wear(&self, section: usize) -> Wear {
+        let found = self.sections.get(section).copied().unwrap_or_default();
+        Wear { hits: found.1, milled_um: found.2 }
+    }
+
+    fn bit(&self, section: usize) -> Option<&Bit> {
+        let (bit, ..) = self.sections.get(section)?;
+        self.bits.get(*bit as usize)
+    }
+}
+
+/// The tools of a job in work.
+#[derive(Clone, Debug)]
+pub struct JobTools {
+    sections: SectionWear,
+    rack: Vec<RackTool>,
+    machine: String,
+    known: Vec<ToolWear>,
+    /// Number of the tool that is in.
+    in_spindle: Option<u32>,
+    /// Number of the tool that was asked for, while it was not put in.
+    wanted: Option<u32>,
+    /// Sections that are counted.
+    counted: usize,
+}
+
+impl JobTools {
+    /// Those of a job on the machine of this name, with its rack, whose tools have done what is `known`.
+    pub fn new(sections: SectionWear, (machine, rack): (&str, &[RackTool]), known: Vec<ToolWear>) -> Self {
+        let (rack, machine) = (rack.to_vec(), machine.to_owned());
+        Self { sections, rack, machine, known, in_spindle: None, wanted: None, counted: 0 }
+    }
+
+    /// What tools have done.
+    pub fn wear(&self) -> &[ToolWear] {
+        &self.known
+    }
+
+    /// Number of the tool that a person is asked for.
+    pub fn wanted(&self) -> Option<u32> {
+        self.wanted
+    }
+
+    /// That much a tool has done, by a person's word.
+    pub fn set(&mut self, wear: ToolWear) {
+        wear.keep(&mut self.known);
+    }
+
+    /// It begins with section `from`, and with the tool that is in.
+    pub(super) fn begins(&mut self, from: usize) {
+        (self.counted, self.wanted) = (from, None);
+        self.in_spindle = self.number_for(from);
+    }
+
+    /// Counts the sections up to `done`.
+    pub(super) fn done(&mut self, done: usize) {
+        for section in self.counted..done {
+            let after =
+                self.tool(self.in_spindle).map(|tool| self.of(tool).plus(self.sections.wear(section)));
+            if let Some(wear) = after.filter(|_| !self.sections.wear(section).is_nothing()) {
+                wear.keep(&mut self.known);
+            }
+        }
+        self.counted = self.counted.max(done);
+    }
+
+    /// The section before which a new tool is wanted, where the next one is in work or about to be: the tool that is in is worn, or will be.
+    pub(super) fn new_before(&self) -> Option<usize> {
+        let tool = self.tool(self.in_spindle).filter(|_| self.wanted.is_none())?;
+        let (now, next) = (self.counted, self.counted + 1);
+        let wears = |section: usize| {
+            let is_its = self.sections.bit(section).is_some_and(|bit| tool.is(bit));
+            is_its && !self.sections.wear(section).is_nothing()
+        };
+        let of = self.of(tool);
+        if wears(now) && of.is_over(tool.life) {
+            return Some(now);
+        }
+        (wears(next) && of.plus(self.sections.wear(now)).is_over(tool.life)).then_some(next)
+    }
+
+    /// A person is asked for the tool of the next section. Gives it, where one of that number is worn: a new one has to go in.
+    pub(super) fn is_asked(&mut self) -> Option<(&RackTool, ToolWear)> {
+        self.wanted = self.number_for(self.counted);
+        let tool = self.tool(self.wanted)?;
+        let wear = self.of(tool);
+        wear.is_over(tool.life).then_some((tool, wear))
+    }
+
+    /// The tool that was asked for is in: a new one, where the one of that number was worn.
+    pub(super) fn is_in(&mut self) {
+        self.in_spindle = self.wanted.take();
+        let worn = self.tool(self.in_spindle).filter(|tool| self.of(tool).is_over(tool.life));
+        if let Some(new) = worn.map(|tool| ToolWear::new(&self.machine, tool)) {
+            self.set(new);
+        }
+    }
+
+    fn tool(&self, number: Option<u32>) -> Option<&RackTool> {
+        self.rack.iter().find(|tool| Some(tool.number) == number)
+    }
+
+    fn of(&self, tool: &RackTool) -> ToolWear {
+        ToolWear::of(&self.known, &self.machine, tool)
+    }
+
+    /// Number of the tool that section `section` is made with.
+    fn number_for(&self, section: usize) -> Option<u32> {
+        let tool = tool_of(&self.rack, self.sections.bit(section)?, &self.machine, &self.known)?;
+        Some(tool.number)
+    }
+}
