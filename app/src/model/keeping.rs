@@ -10,7 +10,7 @@
 //! Comes in: the open board and its job, as they change; what the store says. Goes out: what to write, and the offers. Nothing
 //! is opened unless the person says so; a project that another tab holds is opened as a copy. Does not know the store.
 
-use super::{Document, Effect, Event, Lane, Model, frame};
+use super::{Document, Effect, Event, Lane, Model, ToastAct, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToOpen};
 use crate::said::{Text, key};
