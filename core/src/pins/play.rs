@@ -21,7 +21,7 @@ use super::feed_override::{FeedOverride, rates};
 use super::{AxisSet, Clock, Pins, SpindleState, SpindleTrouble};
 use crate::job::{Gate, Input, Mark, Otherwise, Stage};
 use crate::machine::{DriveKind, Machine, Output};
-use crate::steps::{AXES, Replay, Segment, Steps, Switching, TICK_HZ, replay};
+use crate::steps::{AXES, Pulse, Replay, Segment, Steps, Switching, TICK_HZ, replay};
 use crate::units::Length;
 use std::future::{Future, poll_fn};
 use std::pin::pin;
