@@ -56,6 +56,8 @@ const ROWS: &[Row] = &[
     row("broken-bit@1", Work::DrillWithContact, Some("control.no_contact"), 1),
     row("spindle-stops@1", Work::Drill, None, 1),
     row("contact-missing", Work::Touch, Some("level.no_board"), 0),
+    row("contact-early@1", Work::Drill, None, 5),
+    row("contact-early@1", Work::DrillWithContact, Some("control.early_contact"), 1),
     row("contact-closed", Work::Home, Some("control.end_sensor"), 0),
     row("board-not-flat", Work::Drill, None, 5),
     Row { homing: Some("control.sensor_not_found"), ..row("cable-pulled@1", Work::Drill, None, 1) },
@@ -87,7 +89,7 @@ fn to_and_fro(machine: &Machine) -> Program {
 fn played(row: &Row) -> (Option<String>, usize, Option<String>) {
     let mut more: Vec<(&'static str, Value)> = Vec::new();
     if row.work == Work::DrillWithContact {
-        more.push(("stroke.contact_tolerance", number(0.3)));
+        more.push(("stroke.contact_tolerance", number(0.2)));
     }
     if row.work == Work::Change {
         more.extend(with_magazine().into_iter().filter(|(key, _)| *key == "rack.change"));

@@ -372,13 +372,6 @@ impl Bench {
         }
     }
 
-    /// Reads the alarm.
-    pub(crate) fn acknowledge(&mut self) {
-        self.expected = None;
-        self.page.ask(&Ask::AcknowledgeAlarm);
-        self.until(|status| status.alarm.is_none());
-    }
-
     /// The difference of steps as they are counted to those of the twin; at rest.
     pub(crate) fn offset(&self) -> [i64; 3] {
         let (counted, real) = (self.status.as_ref().unwrap().steps, self.seen().drill.real());

@@ -9,7 +9,7 @@ use super::play::{Adapter, NO_TASK};
 use crate::executor::{Ended, Instruction, Report, Shared, Task};
 use crate::place::{Next, Orders};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::Mark;
+use annulus_core::job::{Input, Mark};
 use annulus_core::machine::Machine;
 use annulus_core::motion::cycles;
 use annulus_core::steps::{Segment, Stage, Switching, segment};
@@ -156,15 +156,20 @@ async fn may_begin(adapter: &mut Adapter, task: &Task, segment: &Segment) -> Res
 }
 
 /// How many of the segments are played without a rest for the adapter: up to one that switches something or has a gate, whose
-/// tip has to wait, or whose sensors are on while the first begins.
+/// tip has to wait, whose sensors are on while the first begins, or which may touch the board where the one before must not.
 fn together(adapter: &Adapter, task: &Task, segments: &[Segment]) -> usize {
     let (inputs, is_durable) = (adapter.inputs(), adapter.shared.durable() >= task.needs_durable);
-    let joins = |segment: &&Segment| {
+    let wiring = &adapter.machine.adapter;
+    let shuns_board = |segment: &Segment| wiring.wired(guard(segment) & Input::Contact.bit());
+    let joins = |first: &Segment, segment: &Segment| {
         let waits = is_stroke(segment) && !is_durable;
-        segment.gate.is_none() && segment.effect == Switching::None && guard(segment) & inputs == 0 && !waits
+        let is_free = guard(segment) & inputs == 0 && shuns_board(segment) == shuns_board(first);
+        segment.gate.is_none() && segment.effect == Switching::None && is_free && !waits
     };
     match segments.split_first() {
-        Some((first, later)) if first.gate.is_none() => 1 + later.iter().take_while(joins).count(),
+        Some((first, later)) if first.gate.is_none() => {
+            1 + later.iter().take_while(|segment| joins(first, segment)).count()
+        }
         Some(_) => 1,
         None => 0,
     }

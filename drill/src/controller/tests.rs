@@ -450,15 +450,25 @@ fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
         let changes = changes.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
         Ask::Configure { changes: changes.collect() }
     };
-    let (word, two) =
-        (|word: &str| Value::Text(word.to_owned()), |mm: f64| Value::Numbers(vec![mm, mm - 30.0]));
+    let word = |word: &str| Value::Text(word.to_owned());
+    let settings = bench.heard.iter().rev().find_map(|tell| match tell {
+        Tell::Machine { settings, .. } => Some(settings.clone()),
+        _ => None,
+    });
+    let settings: BTreeMap<String, Value> = settings.unwrap().into_iter().collect();
+    let past = |key: &str, mm: f64| match &settings[key] {
+        Value::Number(at) => at + mm,
+        other => panic!("{key}: {other:?}"),
+    };
+    let near = |key: &str| Value::Number(past(key, 5.0));
+    let places = |key: &str| Value::Numbers([20.0, 50.0].map(|mm| past(key, mm)).to_vec());
     let magazine = [
         ("rack.change", word("magazine")),
-        ("magazine.x", two(-100.0)),
-        ("magazine.y", two(-50.0)),
-        ("magazine.height", Value::Number(-20.0)),
-        ("magazine.pause_x", Value::Number(-50.0)),
-        ("magazine.pause_y", Value::Number(-50.0)),
+        ("magazine.x", places("x.min")),
+        ("magazine.y", places("y.min")),
+        ("magazine.height", near("z.min")),
+        ("magazine.pause_x", near("x.min")),
+        ("magazine.pause_y", near("y.min")),
     ];
     let rows = [
         (Ask::Stock { places: vec![], spindle: Held::Nothing }, Some("grbl.no_magazine")),
@@ -470,7 +480,7 @@ fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
         (set(&[("foot.on", word("no")), ("overlap.on", word("no"))]), None),
     ];
     for (ask, code) in rows {
-        assert_eq!(bench.refused(&ask).as_deref(), code, "{ask:?}");
+        assert_eq!(bench.refused(&ask).as_deref(), code, "{ask:?} {:?}", bench.heard.last());
     }
     // And the job is done with tools that a person puts in.
     let key = bench.upload(&holes(4));

@@ -104,6 +104,7 @@ impl Owner {
             self.pending.push_back(if doing == Doing::Safe { Event::Safe } else { dead });
             return;
         }
+        let segments = self.with_foot_up(&doing, segments);
         self.doing = doing;
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
         // While the clamp moves nobody but the owner lifts the head.
@@ -117,6 +118,24 @@ impl Owner {
         let surface_steps = self.machine.z.scale.steps(self.machine.process.surface);
         let id = self.task;
         self.executor.give(Task { id, segments, follows, surface_steps, needs_durable, lift_to, granted });
+    }
+
+    /// Whoever moves X or Y otherwise than a program, a queue or a change of tools does has the foot lifted first: a stop that was held
+    /// may have left it down.
+    fn with_foot_up(&self, doing: &Doing, mut moves: Vec<Segment>) -> Vec<Segment> {
+        let has_its_own = matches!(doing, Doing::Leg | Doing::Queue | Doing::Change);
+        let in_plane = |piece: &Segment| piece.runs.iter().any(|run| run.axes & 0b11 != 0);
+        let first = moves.iter().position(in_plane).filter(|_| self.machine.foot.on && !has_its_own);
+        if let Some(at) = first {
+            let before = at.checked_sub(1).and_then(|before| moves.get(before));
+            let from = before.map_or(self.position, |before| before.end);
+            moves.insert(at, self.foot_up(from));
+        }
+        moves
+    }
+
+    fn foot_up(&self, at: Steps) -> Segment {
+        rest(Stage::Dwell, Switching::Foot { down: false }, self.machine.foot.ticks(), at)
     }
 
     /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported. What waits for a
@@ -338,8 +357,7 @@ impl Owner {
             }
         }
         if self.machine.foot.on {
-            let ticks = self.machine.foot.ticks();
-            segments_up.push(rest(Stage::Dwell, Switching::Foot { down: false }, ticks, self.position));
+            segments_up.push(self.foot_up(self.position));
         }
         segments_up.push(rest(Stage::Dwell, Switching::Spindle { rpm: 0 }, 0, self.position));
         segments_up
