@@ -215,7 +215,7 @@ impl<'a> Adapter<'a> {
         Some(order)
     }
 
-    /// A byte from the line, at `now_us`.
+    /// A byte from the line, at `now_us`. What is numbered waits for [`Self::obey_next`].
     pub fn hear(&mut self, byte: u8, now_us: u32) {
         let Some(frame) = self.line.take(byte) else { return };
         let mut copy = [0; FRAME];
@@ -284,25 +284,23 @@ impl<'a> Adapter<'a> {
 
     fn numbered(&mut self, header: Header, payload: &[u8]) {
         self.is_status_due = true;
-        if !self.receiver.take(header.number, header.kind, payload) {
-            return;
-        }
-        self.obey(header.number, header.kind, payload);
+        self.receiver.keep(header.number, header.kind, payload);
     }
 
-    /// Obeys the next frame where it came before one that was lost; whether there was one. One at a time: looking at a chunk takes its
-    /// time, and words are to be made between two of them.
-    pub fn catch_up(&mut self) -> bool {
-        if !self.receiver.is_early() {
+    /// Obeys the next frame of the session; whether there was one. One at a time: it takes its time to look at a chunk, and words are
+    /// to be made between two of them, of which a lost frame that comes at last brings many.
+    pub fn obey_next(&mut self) -> bool {
+        if !self.receiver.is_here() {
             return false;
         }
         let (number, mut payload) = (self.receiver.next(), [0; PAYLOAD]);
-        let Some((kind, length)) = self.receiver.early(&mut payload) else { return false };
+        let Some((kind, length)) = self.receiver.take(&mut payload) else { return false };
         self.is_status_due = true;
         self.obey(number, kind, payload.get(..length).unwrap_or_default());
         true
     }
 
+    #[inline(never)]
     fn obey(&mut self, number: u32, kind: u8, payload: &[u8]) {
         let done = match Ask::take(kind, payload) {
             Some((Ask::Chunk(head), runs)) => {
@@ -555,7 +553,8 @@ impl<'a> Adapter<'a> {
         let (header, tell) = match self.answer.take() {
             Some(answer) => answer,
             None => {
-                let is_time = !self.receiver.is_early() && (self.is_status_due || now_us.wrapping_sub(self.said) >= STATUS_US);
+                let is_time = !self.receiver.is_here()
+                    && (self.is_status_due || now_us.wrapping_sub(self.said) >= STATUS_US);
                 if self.session == 0 || !is_time {
                     return None;
                 }

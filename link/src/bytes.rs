@@ -108,6 +108,13 @@ impl<'a> Reader<'a> {
         None
     }
 
+    /// Goes over a number of [`Self::short`] or of [`Self::long_signed`].
+    pub fn skip(&mut self) -> Option<()> {
+        let last = self.bytes.iter().position(|byte| byte & 0x80 == 0)?;
+        self.bytes = self.bytes.get(last + 1..)?;
+        Some(())
+    }
+
     /// What was not read.
     pub fn rest(self) -> &'a [u8] {
         self.bytes

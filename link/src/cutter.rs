@@ -16,6 +16,9 @@ use crate::run::{Cursor, Run};
 /// Most runs of one axis in a chunk.
 const MOST: usize = 240;
 
+/// Most runs of all axes in a chunk: an adapter looks at all of them in one go, and words are to be made meanwhile.
+const ALL: usize = 128;
+
 /// How chunks are to be.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
@@ -165,7 +168,7 @@ impl<'a> ChunkCutter<'a> {
         u32::try_from(self.left).unwrap_or(u32::MAX)
     }
 
-    /// Cuts off the next chunk; none where all is cut. A chunk that would be too long for a frame is made shorter.
+    /// Cuts off the next chunk; none where all is cut. A chunk that would be too long for a frame, or of too many runs, is made shorter.
     pub fn cut(&mut self, rule: &Rule) -> Option<Piece> {
         let mut ticks = rule.ticks.min(LONGEST).min(self.left()).max(1);
         while self.left > 0 && ticks > 0 {
@@ -202,6 +205,9 @@ impl<'a> ChunkCutter<'a> {
             ..Chunk::default()
         };
         self.number = self.number.wrapping_add(1);
+        if piece.runs.iter().map(|runs| runs.count).sum::<usize>() > ALL {
+            return None;
+        }
         write(&piece.head, piece.slices(), &mut [0; PAYLOAD])?;
         Some(piece)
     }

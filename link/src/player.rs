@@ -282,8 +282,9 @@ impl Player {
             axis.run = None;
             axis.ahead = head.ahead >> index & 1 == 1;
             axis.cursor.left = 0;
-            let mut before = None;
-            (0..count).for_each(|_| before = Run::take(before.as_ref(), &mut from));
+            for _ in 0..count {
+                Run::skip(&mut from);
+            }
             axis.next_run(&self.payload, 0);
         }
         true

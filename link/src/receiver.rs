@@ -29,19 +29,19 @@ const EMPTY: Slot = Slot { kind: 0, length: None, payload: [0; PAYLOAD] };
 #[derive(Debug)]
 pub struct Receiver {
     next: u32,
-    early: [Slot; WINDOW as usize],
+    kept: [Slot; WINDOW as usize],
 }
 
 impl Receiver {
     /// Nothing came yet.
     pub const fn new() -> Self {
-        Self { next: FIRST, early: [EMPTY; WINDOW as usize] }
+        Self { next: FIRST, kept: [EMPTY; WINDOW as usize] }
     }
 
     /// A session begins.
     pub fn restart(&mut self) {
         self.next = FIRST;
-        self.early.iter_mut().for_each(|slot| slot.length = None);
+        self.kept.iter_mut().for_each(|slot| slot.length = None);
     }
 
     /// The number that is waited for.
@@ -50,42 +50,36 @@ impl Receiver {
     }
 
     fn slot(&mut self, number: u32) -> &mut Slot {
-        &mut self.early[(number % WINDOW) as usize]
+        &mut self.kept[(number % WINDOW) as usize]
     }
 
     /// Which frames behind the next one are here.
     pub fn held(&self) -> u8 {
         let here = |ahead: &u32| {
             let number = self.next.wrapping_add(ahead + 1);
-            self.early[(number % WINDOW) as usize].length.is_some()
+            self.kept[(number % WINDOW) as usize].length.is_some()
         };
         (0..WINDOW - 1).filter(here).fold(0, |held, ahead| held | 1 << ahead)
     }
 
-    /// Takes a frame. True where it is the next one: then it is to be obeyed now, and counts as taken.
-    pub fn take(&mut self, number: u32, kind: u8, payload: &[u8]) -> bool {
+    /// Keeps a frame until its turn comes.
+    pub fn keep(&mut self, number: u32, kind: u8, payload: &[u8]) {
         let ahead = number.wrapping_sub(self.next);
-        if ahead == 0 {
-            self.next = self.next.wrapping_add(1);
-            self.slot(number).length = None;
-            return true;
-        }
         if ahead < WINDOW && payload.len() <= PAYLOAD {
             let slot = self.slot(number);
             slot.kind = kind;
             slot.length = Some(payload.len());
             slot.payload[..payload.len()].copy_from_slice(payload);
         }
-        false
     }
 
-    /// Whether the next frame is here: it came early, and those before it were taken since.
-    pub fn is_early(&self) -> bool {
-        self.early[(self.next % WINDOW) as usize].length.is_some()
+    /// Whether the next frame is here.
+    pub fn is_here(&self) -> bool {
+        self.kept[(self.next % WINDOW) as usize].length.is_some()
     }
 
-    /// The next frame where it came early: its kind and length, the payload at the start of `out`.
-    pub fn early(&mut self, out: &mut [u8; PAYLOAD]) -> Option<(u8, usize)> {
+    /// Takes the next frame where it is here: its kind and length, the payload at the start of `out`.
+    pub fn take(&mut self, out: &mut [u8; PAYLOAD]) -> Option<(u8, usize)> {
         let slot = self.slot(self.next);
         let length = slot.length.take()?;
         out[..length].copy_from_slice(&slot.payload[..length]);

@@ -67,6 +67,9 @@ impl Run {
     /// Parts and change of the run behind this one, as a ramp would go on.
     #[inline(always)]
     fn expected(&self) -> (i64, i32) {
+        if self.change == 0 {
+            return (self.parts().clamp(0, i64::from(LONGEST) << 16), 0);
+        }
         let parts = self.parts() + i64::from(self.count) * i64::from(self.change);
         let more = if self.change < 0 { -(self.change / 4) } else { self.change / 2 };
         (parts.clamp(0, i64::from(LONGEST) << 16), self.change.wrapping_add(more))
@@ -110,6 +113,14 @@ impl Run {
         Some(Self { forward: flags & FORWARD != 0, count, interval, fraction: parts as u16, change, phase })
     }
 
+    /// Goes over one without reading it.
+    pub fn skip(from: &mut Reader<'_>) -> Option<()> {
+        let &[flags] = from.bytes(1)? else { return None };
+        let numbers = if flags & EVEN == 0 { 3 } else { 2 };
+        (0..numbers).try_for_each(|_| from.skip())?;
+        if flags & PHASE == 0 { Some(()) } else { from.bytes(2).map(|_| ()) }
+    }
+
     /// The shortest interval in it, in whole ticks, and the ticks from before it to its first and its last step. None where
     /// it has no steps, or goes back, or takes longer than any tail.
     pub fn extent(&self) -> Option<Extent> {
@@ -117,11 +128,13 @@ impl Run {
             return None;
         }
         let first = i64::from(self.interval) << 16 | i64::from(self.fraction);
-        let last = first + i64::from(self.count - 1) * i64::from(self.change);
+        // A small processor takes its time to multiply such numbers.
+        let is_even = self.count == 1 || self.change == 0;
+        let last = if is_even { first } else { first + i64::from(self.count - 1) * i64::from(self.change) };
         if !(0..i64::from(LONGEST) << 16).contains(&last) {
             return None;
         }
-        let all = i64::from(self.count) * (first + last) / 2;
+        let all = if self.count == 1 { first } else { i64::from(self.count) * (first + last) / 2 };
         let ticks = |parts: i64| u32::try_from((parts + i64::from(self.phase)) >> 16).ok();
         Some(Extent {
             shortest: u32::try_from(first.min(last) >> 16).ok()?,

@@ -173,7 +173,9 @@ fn runs_are_read_as_they_were_written_whatever_was_before_them() {
             let length = out.end().expect("room");
             longest = longest.max(length);
             let mut from = annulus_link::bytes::Reader::new(&bytes[..length]);
+            let mut over = from;
             assert_eq!(Run::take(before, &mut from), Some(run), "{before:?}");
+            assert_eq!((Run::skip(&mut over), over.rest()), (Some(()), from.rest()));
             assert!(from.rest().is_empty());
             let mut short = annulus_link::bytes::Reader::new(&bytes[..length - 1]);
             assert_eq!(Run::take(before, &mut short), None);

@@ -105,8 +105,6 @@ class Host extends USBCDC {
     };
     usb.sendSetupPacket(Uint8Array.of(TO_INTERFACE, SET_LINE_CODING, 0, 0, 0, 0, coding.length, 0));
   }
-  /** Somebody has the port. */
-  take() { this.cdcSetControlLineState(1); }
   letGo() {
     if (this.lets) this.cdcSetControlLineState(0);
     this.lets = false;

@@ -28,8 +28,6 @@ const orders = {
   hang() { machine.hang(); return null; },
   unplug() { machine.host.plugged = false; machine.host.waiting = []; return null; },
   touch({ bits }) {
-    machine.host.take();
-    machine.run(120_000);
     machine.host.touch(bits);
     machine.run(120_000);
     machine.host.letGo();

@@ -335,7 +335,7 @@ fn run(mut adapter: Adapter<'static>, mut usb: Usb, watchdog: &Watchdog) -> ! {
     loop {
         let now = board::micros();
         usb.turn(&mut adapter, now);
-        adapter.catch_up();
+        adapter.obey_next();
         while let Some(order) = adapter.order() {
             obey(&mut adapter, order, &mut motion);
         }

@@ -141,7 +141,7 @@ fn a_hold_and_a_slower_feed_stretch_time_and_bend_nothing() {
     let begins = rig.pulses(1).windows(3).find_map(|three| {
         let [before, gap] = [1, 2].map(|at| three[at].cycle - three[at - 1].cycle);
         let tick = u64::from(CYCLES_PER_TICK);
-        (three[0].cycle > held.0 && gap > before + 2 * tick).then_some(three[2].cycle - held.0)
+        (three[0].cycle > held.0 && gap > before + 2 * tick).then(|| three[2].cycle - held.0)
     });
     let begins = begins.expect("time passes more slowly");
     println!("the hold begins {:.2} ms after it was said", begins as f64 / MILLI as f64);

@@ -286,7 +286,7 @@ impl World {
 
     /// The program goes round once.
     fn round(&mut self) {
-        self.adapter.catch_up();
+        self.adapter.obey_next();
         while let Some(order) = self.adapter.order() {
             if order == Order::Begin {
                 let pulse = u32::from(self.adapter.settings().pulse);
