@@ -324,15 +324,25 @@ impl Bench {
     /// Until nothing is done any more: the code of the alarm, if there is one.
     pub(crate) fn rests(&mut self) -> Option<String> {
         let is_over = |state: State| matches!(state, State::Ready | State::Alarm | State::NotHomed);
-        let status = self.until(|status| is_over(status.state) && status.stage.is_none());
-        status.alarm.map(|why| why.code)
+        self.until(|status| is_over(status.state) && status.stage.is_none());
+        self.rested()
+    }
+
+    fn rested(&self) -> Option<String> {
+        self.status.as_ref().and_then(|status| status.alarm.as_ref()).map(|why| why.code.clone())
     }
 
     /// Homes: the code of the alarm, if there is one.
     pub(crate) fn home(&mut self) -> Option<String> {
         self.page.ask(&Ask::Home);
-        self.until(|status| status.state == State::Homing);
-        self.rests()
+        self.begins();
+        self.until(|status| matches!(status.state, State::Ready | State::Alarm) && status.stage.is_none());
+        self.rested()
+    }
+
+    /// Until something moves: what is told of the rest before may come late.
+    pub(crate) fn begins(&mut self) {
+        self.until(|status| status.stage.is_some());
     }
 
     /// Homed, with the work zero so far from where it rests then.

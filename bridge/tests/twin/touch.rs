@@ -3,7 +3,6 @@
 
 use super::{Bench, SURFACE_MM, number};
 use crate::server::client::in_peace;
-use annulus_core::control::State;
 use annulus_core::geometry::Point;
 use annulus_core::level::ProbeGrid;
 use annulus_core::machine::Value;
@@ -38,7 +37,7 @@ impl Bench {
     fn survey(&mut self) {
         let (grid, job) = (grid(), "0".repeat(64));
         self.page.ask(&Ask::Survey { grid, job, clear_um: CLEAR_UM, depth_um: 2_000, now_s: 1_764_000_000 });
-        self.until(|status| status.state == State::Running);
+        self.begins();
     }
 
     /// What the sensor closed at last, in machine steps, after the tip went no further.
@@ -108,7 +107,7 @@ fn a_board_is_touched_through_a_card_and_the_map_is_what_it_is() {
 fn height_and_corner(bench: &mut Bench) {
     bench.page.ask(&Ask::ForgetHeightMap);
     bench.page.ask(&Ask::Probe { depth_um: 5_000, plate_um: 0 });
-    bench.until(|status| status.state == State::Running);
+    bench.begins();
     assert_eq!(bench.rests(), None);
     let touched = bench.touched();
     assert!((bench.surface_mm() - touched[2] as f64 * STEPS_MM[2]).abs() < 1e-9, "{touched:?}");
@@ -121,7 +120,7 @@ fn height_and_corner(bench: &mut Bench) {
         bench.by_hand(axis as u8, um(-mm(bench, axis)));
         bench.by_hand(2, um(SURFACE_MM - 0.5 - mm(bench, 2)));
         bench.page.ask(&Ask::Edge { axis: axis as u8, up: true, reach_um: 2_000, tool_um: 800 });
-        bench.until(|status| status.state == State::Running);
+        bench.begins();
         assert_eq!(bench.rests(), None);
         let (edge, status) = (bench.touched()[axis] as f64 * STEPS_MM[axis], bench.status.clone().unwrap());
         assert!((status.zero_mm.unwrap()[axis] - (edge + 0.4)).abs() < 1e-9, "{axis}: {edge} {status:?}");

@@ -202,11 +202,14 @@ impl Operator {
                 break;
             }
             self.rests();
-            self.worst = None;
+            let before = self.worst.take();
             self.owner.ask(EngineAsk::Home);
             self.until(|operator| operator.phase() == Some(EnginePhase::Homing) || operator.worst.is_some());
             self.until(|operator| operator.phase() != Some(EnginePhase::Homing));
             self.rests();
+            // What went wrong first is why: what is tried behind it may be refused for that alone.
+            let why = before.or_else(|| self.worst.take());
+            self.worst = why.filter(|_| !self.trusted());
         }
         if homes && !self.trusted() {
             return Err(Refusal::content(self.why("grbl.not_homed")));
