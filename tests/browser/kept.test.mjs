@@ -71,6 +71,10 @@ test("a board that was open is offered after a reload, with its job as it was", 
     await again(page);
     await page.getByRole("button", { name: "Discard" }).click();
     await until(async () => (await offer(page).count()) === 0, "no offer any more");
+    await page.getByRole("button", { name: "Keep it after all" }).click();
+    await offer(page).waitFor();
+    await page.getByRole("button", { name: "Discard" }).click();
+    await until(async () => (await kept(page, 0)) === "", "forgotten when its word has gone");
     await again(page);
     await page.waitForTimeout(1000);
     assert.equal(await offer(page).count(), 0, "what was discarded is gone");

@@ -155,10 +155,12 @@ fn a_drawing_is_kept_while_one_goes_on_drawing_and_when_the_page_is_left() {
     });
     assert_eq!(drawing::read("d", &left.unwrap()).unwrap().now(), sheet.drawing());
     // All of it is in the store: nothing is left to be put anywhere.
-    while let Some((of, ..)) = kept(&sheet.out) {
+    loop {
         sheet.event(DrawEvent::Kept { of, place: Some(3) });
+        if kept(&sheet.out).is_none() {
+            break;
+        }
     }
-    sheet.event(DrawEvent::Kept { of, place: Some(3) });
     sheet.event(KeepEvent::Leaving);
     assert!(!sheet.out.iter().any(|effect| matches!(effect, Effect::LeaveDrawing { .. })), "{:?}", sheet.out);
 }
