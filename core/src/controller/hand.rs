@@ -75,11 +75,7 @@ impl Controller {
                 self.set(EnginePhase::Probing);
             }
             EngineAsk::Start(start) if self.phase == EnginePhase::Ready => self.begin(&start),
-            EngineAsk::ToolBefore { section } => {
-                if let Some(run) = &mut self.run {
-                    run.tool_before = Some(section);
-                }
-            }
+            EngineAsk::ToolBefore { section } => self.tool_before(section),
             EngineAsk::ToolReady if self.phase == EnginePhase::ToolChange && self.idle() => {
                 match self.place() {
                     Some(place) => self.tool_ready(place),
@@ -129,6 +125,12 @@ impl Controller {
             (EnginePhase::ToolChange, Some(_)) => self.stop(Ending::StoppedAfterHole),
             (EnginePhase::Held, Some(_)) => self.stop(Ending::Stopped),
             _ => self.found(Diagnostic::error("grbl.not_now")),
+        }
+    }
+
+    fn tool_before(&mut self, section: usize) {
+        if let Some(run) = &mut self.run {
+            run.tool_before = Some(section);
         }
     }
 

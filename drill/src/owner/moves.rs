@@ -399,9 +399,7 @@ impl Owner {
             // The hand that moved it let go, or is gone: it rests on its way.
             (Doing::Jog, Ended::Stopped) if !stopping => self.pending.push_back(Event::Arrived),
             (_, Ended::Stopped | Ended::RanDry) => self.pending.push_back(Event::Rested),
-            (_, Ended::Starved) => {
-                self.fails(alarm("control.starved"), self.session.trust);
-            }
+            (_, Ended::Starved) => self.fails(alarm("control.starved"), self.session.trust),
             (Doing::Touch, ended) if ended.is_of_touch() => self.touched(ended, report.inputs),
             (Doing::Homing(homing), _) => self.homed(homing, report),
             // Every step is counted: what is wrong is the spindle alone.
