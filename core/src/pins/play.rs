@@ -75,6 +75,8 @@ pub struct Motors {
     /// Machine steps of Z between which a tip that comes down over a hole must touch the board, the lowest first; none where that is
     /// not looked at.
     pub touches_within: Option<[i64; 2]>,
+    /// How much longer the bit of each axis is than that of Z1, in steps.
+    pub longer: Steps,
 }
 
 impl Motors {
@@ -101,7 +103,10 @@ impl Motors {
         let looks = process.contact_tolerance > Length::ZERO && machine.tells(Input::Contact);
         let off = |by: Length| machine.z.scale.steps(process.surface + by);
         let touches_within = looks.then(|| [-process.contact_tolerance, process.contact_tolerance].map(off));
-        Self { braking_steps_per_tick2: braking, start_stop_hz, foot, pressed, touches_within }
+        let surface = machine.on_surface();
+        let mut longer = Steps::default();
+        machine.spindle_axes().for_each(|axis| longer[axis] = surface[axis] - surface[2]);
+        Self { braking_steps_per_tick2: braking, start_stop_hz, foot, pressed, touches_within, longer }
     }
 }
 
@@ -474,9 +479,10 @@ impl Play<'_> {
         falls && inputs & Input::Contact.bit() != 0 && self.lowest() > from
     }
 
-    /// Where the lowest tip is; axes that are not there stand at 0, on top.
+    /// Where the lowest tip is, in steps of Z1; axes that are not there stand at 0, on top.
     fn lowest(&self) -> i64 {
-        self.line.position.iter().skip(2).copied().min().unwrap_or_default()
+        let tips = self.line.position.iter().zip(&self.motors.longer).skip(2);
+        tips.map(|(axis, longer)| axis - longer).min().unwrap_or_default()
     }
 
     /// Between which heights the tip touches the board, where this is one of the `ways` to a hole and somebody looks.

@@ -66,7 +66,9 @@ fn holes_of_a_spindle_with_its_own_depth_are_so_deep() {
     let six = six_spindles();
     for overlap in ["yes", "no"] {
         let on = ("overlap.on".to_owned(), Value::Text(overlap.to_owned()));
-        let machine = own(&machine::apply(&six, &[on]).unwrap(), &lists);
+        // And no tip of another length is taken for one that touches too early, or not at all.
+        let looks = ("stroke.contact_tolerance".to_owned(), Value::Number(0.1));
+        let machine = own(&machine::apply(&six, &[on, looks]).unwrap(), &lists);
         let step_mm = 1.0 / machine.z.scale.steps_per_mm();
         let through_mm = (machine.process.board_thickness + machine.process.breakthrough).mm();
         for seed in 0..rounds(60) {
