@@ -106,7 +106,6 @@ fn an_input_that_comes_of_age_in_the_moment_in_which_it_is_to_begin_lets_no_moto
     let (steady, none) = ([Run { count: 5_000, ..Run::one(true, 100) }], [].as_slice());
     let mut rig = Rig::ready();
     rig.say(Filters { least_us: [1_000; INPUTS] });
-    let (mut before, mut amid) = (0, 0);
     // The frame that begins it comes so many µs before and after the touch is long enough.
     for early_us in (0..240).step_by(3) {
         rig.say(Place { index: [0; AXES] });
@@ -124,13 +123,10 @@ fn an_input_that_comes_of_age_in_the_moment_in_which_it_is_to_begin_lets_no_moto
         let went = rig.pulses(0).len();
         let (is_stopped, index) = (status.state == State::Limit, status.index[0]);
         assert!(is_stopped && went < 30 && index == went as i32, "{early_us} µs: {went} steps, {status:?}");
-        (before, amid) = (before + u32::from(went == 0), amid + u32::from(went > 0));
         rig.pin(INPUT_PIN, false);
         rig.say(Stop {});
         assert_eq!(rig.say(Clear {}).state, State::Ready);
     }
-    println!("{before} times no step came, {amid} times it was stopped amid the path");
-    assert!(before > 5 && amid > 5);
 }
 
 #[test]

@@ -126,7 +126,7 @@ pub(super) fn milled() -> Program {
 #[test]
 fn a_step_costs_few_bytes_of_the_cable() {
     // With everything else that is said: statuses are asked for, sessions kept alive.
-    for (what, program, most) in [("drilling", program(40), 0.3), ("milling", milled(), 0.3)] {
+    for (what, program, most) in [("drilling", program(40), 0.25), ("milling", milled(), 0.35)] {
         let mut bench = ready(&Memory::default());
         let before = (bench.world().steps, bench.world().bytes);
         bench.start(&program, 0);
