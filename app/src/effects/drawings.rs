@@ -3,7 +3,7 @@
 //!
 //! Comes in: texts. Goes out: texts, as events. Does not know what a drawing is.
 
-use super::left::Shelf;
+use super::left::LeftTexts;
 use super::locks::{Claims, RELOAD_MS};
 use super::store::{finished, get, table};
 use crate::browser::{self, tab_storage};
@@ -24,7 +24,7 @@ const OWN: &str = "annulus.drawing";
 const LOCK: &str = "annulus drawing ";
 
 /// Where drawings are put while the page is being left.
-const LEFT: Shelf = Shelf("annulus.left.drawing.");
+const LEFT: LeftTexts = LeftTexts("annulus.left.drawing.");
 
 /// The example of the manual, on our own server.
 const EXAMPLE: &str = "drawings/robot.json";

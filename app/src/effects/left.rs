@@ -6,9 +6,9 @@ use crate::browser::kept_storage;
 
 /// Where one kind of thing is put down, by its place.
 #[derive(Clone, Copy)]
-pub(super) struct Shelf(pub &'static str);
+pub(super) struct LeftTexts(pub &'static str);
 
-impl Shelf {
+impl LeftTexts {
     fn key(self, place: u32) -> String {
         format!("{}{place}", self.0)
     }

@@ -2,7 +2,7 @@
 //!
 //! Comes in: records. Goes out: records, as events. Does not know what a project is.
 
-use super::left::Shelf;
+use super::left::LeftTexts;
 use super::locks::{Claims, RELOAD_MS};
 use crate::browser::window;
 use crate::model::keeping::PLACES;
@@ -171,7 +171,7 @@ async fn put(place: u32, name: &str, job: &str, files: Option<Vec<u8>>, at_ms: f
 }
 
 /// Where jobs are put while the page is being left.
-const LEFT: Shelf = Shelf("annulus.left.");
+const LEFT: LeftTexts = LeftTexts("annulus.left.");
 
 /// Keeps a job at once.
 pub(super) fn leave(place: u32, job: &str, at_ms: f64) {

@@ -553,17 +553,6 @@ mod tests {
             ("h", Tab::Simulate, Some(KeyAction::HomeView)),
             ("t", Tab::Board, None),
             ("text+f", Tab::Board, None),
-            ("Ctrl+z", Tab::Lab, Some(KeyAction::Undo { back: true })),
-            ("text+Ctrl+z", Tab::Lab, Some(KeyAction::Undo { back: true })),
-            ("lines+Ctrl+z", Tab::Lab, None),
-            ("Ctrl+Shift+Z", Tab::Lab, Some(KeyAction::Undo { back: false })),
-            ("Ctrl+y", Tab::Lab, Some(KeyAction::Undo { back: false })),
-            ("Ctrl+z", Tab::Board, Some(KeyAction::Cam(CamKey::Undo { back: true }))),
-            ("Ctrl+Shift+z", Tab::Simulate, Some(KeyAction::Cam(CamKey::Undo { back: false }))),
-            ("text+Ctrl+z", Tab::Board, None),
-            ("Ctrl+Alt+z", Tab::Board, None),
-            ("Ctrl+z", Tab::Machine, None),
-            ("Ctrl+'", Tab::Cam, Some(KeyAction::Grid)),
             ("J", Tab::Machine, Some(KeyAction::ArmKeys)),
             ("Ctrl+z", Tab::Cam, Some(KeyAction::Cam(CamKey::Undo { back: true }))),
             ("text+Ctrl+z", Tab::Cam, None),
@@ -601,6 +590,26 @@ mod tests {
             ("picture+ArrowUp", Tab::Cam, Some(KeyAction::Walk { x: 0, y: 1 })),
             ("ArrowUp", Tab::Board, None),
             ("Shift+ArrowDown", Tab::Draw, Some(far_down)),
+        ];
+        for (text, tab, expected) in rows {
+            assert_eq!(action(&press(text), tab, true), expected, "{text} on {tab:?}");
+        }
+    }
+
+    #[test]
+    fn edits_are_taken_back_where_there_are_some() {
+        let rows = [
+            ("Ctrl+z", Tab::Lab, Some(KeyAction::Undo { back: true })),
+            ("text+Ctrl+z", Tab::Lab, Some(KeyAction::Undo { back: true })),
+            ("lines+Ctrl+z", Tab::Lab, None),
+            ("Ctrl+Shift+Z", Tab::Lab, Some(KeyAction::Undo { back: false })),
+            ("Ctrl+y", Tab::Lab, Some(KeyAction::Undo { back: false })),
+            ("Ctrl+z", Tab::Board, Some(KeyAction::Cam(CamKey::Undo { back: true }))),
+            ("Ctrl+Shift+z", Tab::Simulate, Some(KeyAction::Cam(CamKey::Undo { back: false }))),
+            ("text+Ctrl+z", Tab::Board, None),
+            ("Ctrl+Alt+z", Tab::Board, None),
+            ("Ctrl+z", Tab::Machine, None),
+            ("Ctrl+'", Tab::Cam, Some(KeyAction::Grid)),
         ];
         for (text, tab, expected) in rows {
             assert_eq!(action(&press(text), tab, true), expected, "{text} on {tab:?}");

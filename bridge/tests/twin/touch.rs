@@ -1,5 +1,5 @@
-//! A board that lies askew is touched through the bytes of a card: the map is what the board is, to the step at which the sensor closed,
-//! and so are its height and its corner (N17).
+//! A board that lies askew is touched through the bytes of a card: the map is what the board is within two steps of where the contact
+//! closed, and so are its height and its corner (N17). The inputs are looked at with every step: what closes behind one is seen with the next.
 
 use super::{Bench, SURFACE_MM, number};
 use crate::server::client::in_peace;
@@ -13,6 +13,8 @@ use annulus_core::wire::{Ask, Tell};
 /// It rises along X and falls along Y.
 const ASKEW: UnevenBoard =
     UnevenBoard { bow_mm: 0.0, tilt_slope: [0.05, -0.03], step_mm: 0.0, step_at_mm: 0.0 };
+/// So many steps may come between the contact and the stop.
+const LATE: i64 = 2;
 const CLEAR_UM: u32 = 600;
 /// Steps of the machine.
 const STEPS_MM: [f64; 3] = [0.1, 0.1, 0.025];
@@ -33,6 +35,11 @@ fn grid() -> ProbeGrid {
     ProbeGrid { low, high, columns: 2, rows: 2, margin: Length::ZERO }
 }
 
+/// How far that is along an axis, mm.
+fn late(axis: usize) -> f64 {
+    LATE as f64 * STEPS_MM[axis] + 1e-9
+}
+
 impl Bench {
     fn survey(&mut self) {
         let (grid, job) = (grid(), "0".repeat(64));
@@ -44,7 +51,7 @@ impl Bench {
     fn touched(&self) -> [i64; 3] {
         let offset = self.offset();
         let (place, further) = *self.seen().touches.last().unwrap();
-        assert_eq!(further, 0, "no step after that at which it closed");
+        assert!(further <= LATE, "{further} steps after that at which it closed");
         std::array::from_fn(|axis| place[axis] + offset[axis])
     }
 
@@ -85,15 +92,12 @@ fn a_board_is_touched_through_a_card_and_the_map_is_what_it_is() {
             };
             let (touch, further) = touches.iter().find(near).unwrap_or_else(|| panic!("{index} {touches:?}"));
             let mm = height.unwrap().mm();
-            assert!(
-                (mm - (at(touch[2], 2) - SURFACE_MM)).abs() < 1e-9,
-                "{index}: to the step {mm} {touch:?}"
+            let (late_mm, lies_mm) = (at(touch[2], 2) - SURFACE_MM - mm, ASKEW.raised_mm(x, y));
+            println!(
+                "{index}: {mm} mm, closed {late_mm:.3} mm before, {further} steps went on; it lies at {lies_mm:.3}"
             );
-            assert_eq!(*further, 0, "{index}: it went on after the sensor had closed");
-            assert!(
-                (mm - ASKEW.raised_mm(x, y)).abs() < 1.6 * STEPS_MM[2],
-                "{index}: as the board lies {mm}"
-            );
+            assert!(late_mm.abs() < late(2) && *further <= LATE, "{index}: {touch:?} {offset:?}");
+            assert!((mm - lies_mm).abs() < late(2) + 1.6 * STEPS_MM[2], "{index}: as the board lies");
         }
         let highest = report.heights.iter().flatten().map(|height| height.mm()).fold(0.0, f64::max);
         assert!(
@@ -110,7 +114,7 @@ fn height_and_corner(bench: &mut Bench) {
     bench.begins();
     assert_eq!(bench.rests(), None);
     let touched = bench.touched();
-    assert!((bench.surface_mm() - touched[2] as f64 * STEPS_MM[2]).abs() < 1e-9, "{touched:?}");
+    assert!((bench.surface_mm() - touched[2] as f64 * STEPS_MM[2]).abs() < late(2), "{touched:?}");
     // The corner where the numbers begin: beside the board along one axis, over it along the other.
     for axis in 0..2_usize {
         let mm = |bench: &Bench, axis: usize| bench.status.as_ref().unwrap().machine_mm[axis];
@@ -123,7 +127,10 @@ fn height_and_corner(bench: &mut Bench) {
         bench.begins();
         assert_eq!(bench.rests(), None);
         let (edge, status) = (bench.touched()[axis] as f64 * STEPS_MM[axis], bench.status.clone().unwrap());
-        assert!((status.zero_mm.unwrap()[axis] - (edge + 0.4)).abs() < 1e-9, "{axis}: {edge} {status:?}");
+        assert!(
+            (status.zero_mm.unwrap()[axis] - (edge + 0.4)).abs() < late(axis),
+            "{axis}: {edge} {status:?}"
+        );
         assert!((edge - 0.2).abs() < 1.5 * STEPS_MM[axis], "{axis}: where the board ends {edge}");
         assert!(mm(bench, axis) < edge, "it stands off the edge");
     }

@@ -201,6 +201,15 @@ fn what_is_drawn_with_each_tool() {
             "key:p at:5,5 at:9,9 key:Ctrl+z key:Ctrl+z key:Ctrl+z key:Ctrl+y key:Ctrl+y",
             "0/2/2/2/0 2/0 0",
         ),
+    ];
+    for (name, words, expected) in rows {
+        assert_eq!(DrawnBoard::tell(words).counts(), expected, "{name}: {words}");
+    }
+}
+
+#[test]
+fn what_is_done_with_what_is_chosen() {
+    let rows = [
         ("choose and delete", "key:p at:5,5 at:9,9 key:v at:9.3,9 key:Delete", "0/2/1/2/0 3/0 0"),
         ("a box", "key:p at:5,5 at:9,9 key:v drag:2,2>12,12 key:Delete", "0/0/0/0/0 3/0 0"),
         ("a box that does not hold all", "key:p at:5,5 at:9,9 key:v drag:2,2>7,7", "0/2/2/2/0 2/0 2"),
