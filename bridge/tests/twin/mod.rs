@@ -10,7 +10,6 @@
 mod changes;
 mod faults;
 mod foot;
-mod touch;
 
 use crate::server::card::arm;
 use crate::server::client::{PATIENCE, Page, Running, annulus, had_time, output};
@@ -108,8 +107,6 @@ pub(crate) struct Seen {
     pub(crate) drill: VirtualDrill,
     /// Holes that were made, by the board itself.
     pub(crate) holes: Arc<Mutex<Vec<VirtualHole>>>,
-    /// Where the tip was when the contact closed, each time, and how far it went on from there along the axis that moved, in steps.
-    pub(crate) touches: Vec<([i64; 3], i64)>,
     /// Every time the output of the foot was switched: whether it is down, and the height of the tip.
     pub(crate) foot: Vec<(bool, i64)>,
     /// Inputs that are on besides, one bit each.
@@ -117,7 +114,6 @@ pub(crate) struct Seen {
     /// Output bytes as they were last.
     bytes: [u8; 4],
     columns: [Option<i64>; 3],
-    closed: bool,
     tick: u64,
 }
 
@@ -133,13 +129,11 @@ impl Seen {
         Self {
             drill: VirtualDrill::new(&twin, 1, faults, drilled),
             holes,
-            touches: Vec::new(),
             foot: Vec::new(),
             forced: 0,
             bytes: [0; 4],
             // Where the last column of the table holds a rotor.
             columns: [Some(7); 3],
-            closed: false,
             tick: 0,
         }
     }
@@ -183,15 +177,6 @@ impl Seen {
     fn step(&mut self, axis: usize, forward: bool) {
         self.tick += APART_TICKS;
         self.drill.step(self.tick, 1 << axis, u8::from(forward) << axis);
-        let at = self.drill.real();
-        let closed = self.drill.inputs(self.tick) & Input::Contact.bit() != 0;
-        if closed && !self.closed {
-            self.touches.push((at, 0));
-        } else if closed && let Some((place, further)) = self.touches.last_mut() {
-            let way = |to: [i64; 3]| (0..3).map(|axis| (to[axis] - place[axis]).abs()).sum::<i64>();
-            *further = way(at).max(*further);
-        }
-        self.closed = closed;
     }
 
     /// Its tools lie as somebody laid them.
@@ -380,12 +365,6 @@ impl Bench {
             Tell::Ended { ending, holes_done, .. } => (ending, holes_done),
             other => panic!("{other:?}"),
         }
-    }
-
-    /// The difference of steps as they are counted to those of the twin; at rest.
-    pub(crate) fn offset(&self) -> [i64; 3] {
-        let (counted, real) = (self.status.as_ref().unwrap().steps, self.seen().drill.real());
-        std::array::from_fn(|axis| counted[axis] - real[axis])
     }
 
     /// Waits until no executor has the device any more.
