@@ -298,7 +298,9 @@ fn no_pin_is_driven_before_it_is_said_what_it_is_and_the_other_map_lets_go_of_al
     // An axis that has no pins.
     let one = vec![Run::one(true, 20_000)];
     let fourth = [vec![], vec![], vec![], one.clone()];
-    rig.play(&fourth, 30_000, &RULE, 100_000, |rig| rig.status.unwrap().refusal == Refusal::Settings);
+    // What follows the piece that is refused does not fit behind what is there.
+    let is_refused = |rig: &mut Rig| matches!(rig.status.unwrap().refusal, Refusal::Settings | Refusal::Gap);
+    rig.play(&fourth, 30_000, &RULE, 100_000, is_refused);
     let turn = [one.clone(), one.clone(), one, vec![]];
     let mut rig = Rig::with_phases(&tables);
     rig.play(&turn, 30_000, &RULE, 400_000, |_| false);
