@@ -56,7 +56,10 @@ pub(crate) const SUITES: &[Suite] = &[
     check("clippy", &["build"], || Ok(patient(cargo("clippy", &["--all-targets", "--", "-Dwarnings"])))),
     // `--all-targets` leaves out what is no part of a plain `cargo test`.
     check("clippy-boards", &["build"], || {
-        Ok(patient(cargo("clippy", &["--test", "grbl", "--test", "usb", "--", "-Dwarnings"])))
+        Ok(patient(cargo(
+            "clippy",
+            &["--test", "grbl", "--test", "usb", "--test", "adapter", "--", "-Dwarnings"],
+        )))
     }),
     check("clippy-page", &["page"], clippy_page),
     check("docs", &["build"], docs),

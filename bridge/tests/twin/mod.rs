@@ -154,8 +154,8 @@ impl Seen {
         if changed & FOOT != 0 {
             self.foot.push((bytes[3] & FOOT != 0, self.drill.real()[2]));
         }
-        for axis in 0..3 {
-            let now = column(machine, axis, bytes[axis]);
+        for (axis, byte) in bytes.iter().enumerate().take(3) {
+            let now = column(machine, axis, *byte);
             if let (Some(was), Some(now)) = (self.columns[axis], now) {
                 let turned = (now - was + 3).rem_euclid(8) - 3;
                 (0..turned.abs()).for_each(|_| self.step(axis, turned > 0));

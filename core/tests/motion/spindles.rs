@@ -121,7 +121,7 @@ fn all_so_much_deeper_is_the_program_that_goes_so_much_deeper() {
     let mut deeper = program.clone();
     for command in deeper.legs.iter_mut().flat_map(|leg| &mut leg.commands) {
         if let Command::Plunge { to, .. } = command {
-            *to = *to - Length::from_um(400);
+            *to -= Length::from_um(400);
         }
     }
     assert_eq!(stream_of(&program, &own), stream_of(&deeper, &machine));

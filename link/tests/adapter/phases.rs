@@ -38,7 +38,7 @@ fn way() -> ([Vec<Run>; AXES], u32) {
     let mut runs: [Vec<Run>; AXES] = Default::default();
     for (own, fast) in runs.iter_mut().zip([1_500_u32, 2_000, 3_300]) {
         let up = Run { forward: true, count: 40, interval: 3 * fast, fraction: 0, change: 0, phase: HALF };
-        let slope = (2 * fast << 16) as i32 / 40;
+        let slope = ((2 * fast) << 16) as i32 / 40;
         let (first, last) = (Run { change: -slope, ..up }, Run { interval: fast, change: slope, ..up });
         *own = vec![first, Run { interval: fast, count: 300_000 / fast, ..up }, last];
     }

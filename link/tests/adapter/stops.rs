@@ -14,7 +14,7 @@ use annulus_link::sender::Sender;
 pub(crate) fn way() -> ([Vec<Run>; AXES], u32) {
     let runs = [60, 75, 90, 120].map(|fast: u32| {
         let up = Run { forward: true, count: 200, interval: 4 * fast, fraction: 0, change: 0, phase: HALF };
-        let slope = (3 * fast << 16) as i32 / 200;
+        let slope = ((3 * fast) << 16) as i32 / 200;
         let length = 240_000 / fast;
         vec![
             Run { change: -slope, ..up },
