@@ -5,7 +5,7 @@
 use super::asks::{EnginePhase, signs};
 use super::engine::{Controller, Meaning};
 use super::heard::{Modes, ReportedState};
-use super::lines::WordsInForce;
+use super::lines::{WordsInForce, distance};
 use super::routine::Spindle;
 use super::settings;
 use crate::diagnostic::Diagnostic;
@@ -20,6 +20,8 @@ const USUAL_STEPS: f64 = 80.0;
 const REPORTS: u32 = 2;
 /// Reports of feed above the programmed one that are believed.
 const FEED_SLACK: (f64, f64) = (1.05, 10.0);
+/// So far ahead of the place that is reported is the speed, in s: that of the path which is made ready next.
+const LEAD_S: f64 = 0.06;
 /// A batch that takes less of its time than this, and so many seconds less, was not what was planned.
 const QUICKEST: (f64, f64) = (0.75, 0.15);
 /// A report of a hold so soon after going on is an old one.
@@ -105,13 +107,17 @@ impl Controller {
         };
         run.off = 0;
         run.window.drain(..near);
-        // Faster than the path allows: where it may be on a rapid as well, up again from a hole, it is not judged.
+        // Faster than the path allows: where it may be on a rapid as well, up again from a hole, it is not judged. One report may have
+        // the speed of what follows; a second one is of another moment only where the head has gone on by more than that lead.
         let here = run.window.iter().take(FAR).filter(|(piece, _)| piece.distance(place) <= tolerance);
         let most = here.map(|(piece, _)| piece.feed_mm_per_min).reduce(|a, b| Some(a?.max(b?))).flatten();
         let over =
             |most: f64| feed.is_some_and(|feed| feed > most * override_part * FEED_SLACK.0 + FEED_SLACK.1);
-        run.fast = if most.is_some_and(over) { run.fast + u32::from(fresh) } else { 0 };
-        if run.fast >= REPORTS {
+        let is_over = most.is_some_and(over);
+        let first = run.fast_at.filter(|_| is_over).or_else(|| (is_over && fresh).then_some(place));
+        run.fast_at = first;
+        let lead_mm = feed.unwrap_or(0.0) / 60.0 * LEAD_S;
+        if fresh && first.is_some_and(|first| distance(first, place) >= lead_mm) {
             let why = Diagnostic::error("grbl.too_fast").with("feed", feed.unwrap_or(0.0));
             self.trouble(why.with("most", most.unwrap_or(0.0)));
         }

@@ -77,7 +77,8 @@ pub(super) struct Run {
     /// Paths that were sent and are not certainly passed, with their lines.
     pub(super) window: VecDeque<(LinePath, u32)>,
     pub(super) off: u32,
-    pub(super) fast: u32,
+    /// Where a report said more than the feed of its path.
+    pub(super) fast_at: Option<[f64; 3]>,
     limits: Option<PlannerLimits>,
     /// It ends at the next look over the board.
     pub(super) stops_after: bool,
@@ -113,7 +114,7 @@ impl Run {
         let expected_s = self.limits.clone().map(|limits| time_s(limits, &lines));
         let lines = lines.into();
         self.window.clear();
-        (self.off, self.fast) = (0, 0);
+        (self.off, self.fast_at) = (0, None);
         self.batch = Batch { lines, after, expected_s, ..Batch::default() };
     }
 
@@ -227,7 +228,7 @@ impl Controller {
             batch: Batch::default(),
             window: VecDeque::new(),
             off: 0,
-            fast: 0,
+            fast_at: None,
             limits,
             stops_after: false,
             tool_before: None,
