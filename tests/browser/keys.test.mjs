@@ -78,12 +78,15 @@ test("Shift+2 shows what is chosen where one draws too, and Shift+C types a plac
   try {
     await page.getByRole("button", { name: /Draw a board/ }).click();
     await page.getByRole("heading", { name: "Objects" }).waitFor();
+    // The sheet is fitted into the picture first.
+    await until(async () => ((await data(page, "centre")) ?? "0").split(" ").every((mm) => Number(mm) > 0), "the sheet in the picture");
     await page.keyboard.press("o");
     await page.keyboard.press("c");
     for (const place of ["10 10", "12 10"]) {
       await page.keyboard.type(place);
       await page.keyboard.press("Enter");
     }
+    await until(async () => /: 4 objects$/.test((await page.locator("canvas").first().getAttribute("aria-label")) ?? ""), "two holes on their nodes");
     await page.keyboard.press("Escape");
     await page.keyboard.press("v");
     await page.keyboard.press("Control+a");
