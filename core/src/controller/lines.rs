@@ -51,8 +51,8 @@ impl LinePath {
     }
 }
 
-pub(super) fn distance(a: [f64; 3], b: [f64; 3]) -> f64 {
-    libm::sqrt((0..3).map(|axis| (a[axis] - b[axis]) * (a[axis] - b[axis])).sum())
+pub(super) fn distance(a_mm: [f64; 3], b_mm: [f64; 3]) -> f64 {
+    libm::sqrt((0..3).map(|axis| (a_mm[axis] - b_mm[axis]) * (a_mm[axis] - b_mm[axis])).sum())
 }
 
 fn to_line(from: [f64; 3], to: [f64; 3], place: [f64; 3]) -> f64 {

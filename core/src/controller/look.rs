@@ -114,8 +114,8 @@ impl Controller {
         let over =
             |most: f64| feed.is_some_and(|feed| feed > most * override_part * FEED_SLACK.0 + FEED_SLACK.1);
         let is_over = most.is_some_and(over);
-        let first = run.fast_at.filter(|_| is_over).or_else(|| (is_over && fresh).then_some(place));
-        run.fast_at = first;
+        let first = run.fast_at_mm.filter(|_| is_over).or_else(|| (is_over && fresh).then_some(place));
+        run.fast_at_mm = first;
         let lead_mm = feed.unwrap_or(0.0) / 60.0 * LEAD_S;
         if fresh && first.is_some_and(|first| distance(first, place) >= lead_mm) {
             let why = Diagnostic::error("grbl.too_fast").with("feed", feed.unwrap_or(0.0));

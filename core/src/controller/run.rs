@@ -78,7 +78,7 @@ pub(super) struct Run {
     pub(super) window: VecDeque<(LinePath, u32)>,
     pub(super) off: u32,
     /// Where a report said more than the feed of its path.
-    pub(super) fast_at: Option<[f64; 3]>,
+    pub(super) fast_at_mm: Option<[f64; 3]>,
     limits: Option<PlannerLimits>,
     /// It ends at the next look over the board.
     pub(super) stops_after: bool,
@@ -114,7 +114,7 @@ impl Run {
         let expected_s = self.limits.clone().map(|limits| time_s(limits, &lines));
         let lines = lines.into();
         self.window.clear();
-        (self.off, self.fast_at) = (0, None);
+        (self.off, self.fast_at_mm) = (0, None);
         self.batch = Batch { lines, after, expected_s, ..Batch::default() };
     }
 
@@ -228,7 +228,7 @@ impl Controller {
             batch: Batch::default(),
             window: VecDeque::new(),
             off: 0,
-            fast_at: None,
+            fast_at_mm: None,
             limits,
             stops_after: false,
             tool_before: None,
