@@ -178,16 +178,22 @@ fn a_bridge_that_falls_silent_with_much_path_ahead_leaves_it_at_rest_on_the_path
     assert!((ended..ended + 20 * MILLI as i64).contains(&off), "{ended} {off}");
 }
 
-#[test]
-fn who_says_hello_amid_motion_brings_it_to_rest_before_its_spindle_goes_off() {
-    let (runs, ticks) = way();
+/// An adapter some turns into a motion, its spindle on.
+fn amid_motion(runs: &[Vec<Run>; AXES], ticks: u32) -> Rig {
     let mut rig = Rig::ready();
     rig.say(Outputs { on: 1 });
     let mut turns = 0;
-    rig.play(&runs, ticks, &RULE, 400_000, |rig| {
+    rig.play(runs, ticks, &RULE, 400_000, |rig| {
         turns += u32::from(rig.state() == State::Running);
         turns > 20
     });
+    rig
+}
+
+#[test]
+fn who_says_hello_amid_motion_brings_it_to_rest_before_its_spindle_goes_off() {
+    let (runs, ticks) = way();
+    let mut rig = amid_motion(&runs, ticks);
     let since = rig.cycle;
     rig.sender = Sender::new(99);
     (rig.welcome, rig.status) = (None, None);
@@ -361,13 +367,7 @@ fn the_alive_pin_moves_as_long_as_the_program_is_well_and_pulses_may_go() {
 #[test]
 fn a_program_that_hangs_is_reset_and_every_pin_let_go() {
     let (runs, ticks) = way();
-    let mut rig = Rig::ready();
-    rig.say(Outputs { on: 1 });
-    let mut turns = 0;
-    rig.play(&runs, ticks, &RULE, 400_000, |rig| {
-        turns += u32::from(rig.state() == State::Running);
-        turns > 20
-    });
+    let mut rig = amid_motion(&runs, ticks);
     let since = rig.cycle;
     rig.hang();
     rig.pass(60 * MILLI);
