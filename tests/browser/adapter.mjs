@@ -38,7 +38,7 @@ export async function startAdapter(built) {
   await order({ do: "pin", pin: STOP, level: true });
   const place = [...START];
   const ways = [false, false, false];
-  const [said, came, waiting, passages, touches] = [[], [], [], [], []];
+  const [said, came, waiting, passages, touches, depths] = [[], [], [], [], [], []];
   let [plugged, spindle, steps, turns, over] = [true, false, 0, 0, false];
   const tell = () => {
     while (waiting.length && (came.length || !plugged)) waiting.shift()(came.length ? Buffer.concat(came.splice(0)) : null);
@@ -51,7 +51,9 @@ export async function startAdapter(built) {
     const axis = pin - STEP;
     place[axis] += ways[axis] ? 1 : -1;
     steps++;
-    if (axis === 2) passages.push([...place, spindle]);
+    if (axis !== 2) return;
+    passages.push([...place, ways[axis], spindle]);
+    for (const { told } of depths.filter(({ z }) => place[axis] <= z)) told();
   };
   const live = async () => {
     let on = [false, false, false];
@@ -100,19 +102,22 @@ export async function startAdapter(built) {
       const end = turns + (seconds * CLOCK_HZ) / TURN;
       while (turns < end && !over) await new Promise((later) => setTimeout(later, 20));
     },
+    /** Until Z is at `z` steps or below it. */
+    below: (z) => new Promise((told) => depths.push({ z, told })),
     /** Touches an input for so many µs. */
     touch: (input, micros) => touches.push([input, micros]),
     place: () => [...place],
     spindle: () => spindle,
     steps: () => steps,
-    /** Every place in the plane at which Z went below `bottom`, one after the other, and whether the spindle turned all the while. */
+    /** Every place in the plane at which Z went below `bottom`, one after the other, and whether the spindle turned all the way down.
+     *  Up it may stand: who was left in the board without a host is lifted out of it as it is. */
     holes: (bottom) => {
       const found = [];
       let inside = false;
-      for (const [x, y, z, turns] of passages) {
+      for (const [x, y, z, up, turns] of passages) {
         if (z <= bottom && !inside) found.push({ at: [x, y], turned: true });
         inside = z <= bottom;
-        if (inside) found.at(-1).turned &&= turns;
+        if (inside && !up) found.at(-1).turned &&= turns;
       }
       return found;
     },

@@ -285,8 +285,11 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     const rows = await begin(page, "Start the job");
     assert.ok(rows.some((row) => /same steps/i.test(row)), `page and adapter play the same steps: ${rows.join("\n")}`);
     const bit = page.getByRole("button", { name: "Continue: the bit is in" });
+    const bottom = origin[2] + HEIGHT * (BOARD + 1 - 1.6);
+    const deep = board.below(bottom);
     await press(page, bit);
-    await shown(page, /^Hole 2 of 2/);
+    await shown(page, /^Hole 1 of 2/);
+    await deep;
     board.replug();
     // The page waits for it for twenty seconds of life, and the emulator is many times slower than life.
     await board.passed(0.8);
@@ -312,7 +315,6 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     // On a busy computer the emulator is many times slower than the adapter.
     await page.getByText(/^The job is done\./).first().waitFor({ timeout: 3 * PATIENCE_MS });
     await page.screenshot({ path: picture("adapter-done-1440") });
-    const bottom = origin[2] + HEIGHT * (BOARD + 1 - 1.6);
     const made = board.holes(bottom);
     for (const [x, y] of TWO) {
       const here = made.filter(({ at }) => Math.abs(at[0] - origin[0] - x * PLANE) <= 2 && Math.abs(at[1] - origin[1] - y * PLANE) <= 2);
