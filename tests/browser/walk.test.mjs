@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { readFileSync } from "node:fs";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { PATIENCE_MS, corpus, data, drillOnly, openBrowser, openPage, picture, startBridge, startJob, tab, until } from "./harness.mjs";
+import { PATIENCE_MS, corpus, data, drillOnly, openBrowser, openPage, picture, planned as settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
 let browser;
 before(async () => (browser = await openBrowser()));
@@ -102,6 +102,32 @@ test("a real board of the corpus is read, planned and drilled", async (t) => {
     await changeBits(page, async () => Number(await data(page, "done")) > 5);
     await page.screenshot({ path: picture("drilling-1024") });
     await changeBits(page, () => page.getByText(/The job is done/).isVisible());
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("of a board that was milled and drilled everything is done in the picture, of a page that came in the middle too", async () => {
+  const bridge = await startBridge({ speed: 400 });
+  const { page, context } = await openPage(browser, bridge.url);
+  const seen = page.getByRole("button", { name: "All seen" });
+  try {
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await page.getByText(/^Planned .* m,/).waitFor();
+    await tab(page, "CAM").click();
+    await page.getByRole("heading", { name: "Operations" }).waitFor();
+    await settled(page);
+    if (await seen.isEnabled()) await seen.click();
+    const { start } = await startJob(page);
+    await start.click();
+    await page.getByRole("button", { name: "Continue: the bit is in" }).waitFor();
+    await page.reload();
+    await page.locator("main[data-screen=machine]").waitFor();
+    await changeBits(page, () => page.getByText(/The job is done/).isVisible());
+    await until(async () => (await data(page, "done")) === (await data(page, "holes")), "a picture in which every hole is done");
+    assert.ok(Number(await data(page, "holes")) > 0);
+    await page.screenshot({ path: picture("milled-1440") });
   } finally {
     await context.close();
     await bridge.stop();

@@ -250,11 +250,14 @@ fn at_playback() -> Moment {
     Moment { progress: OrderProgress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }
 
-/// Nothing runs: what the last job left behind, if it is the one shown.
+/// Nothing runs: how many stops the last job left behind, if it is the one shown.
 fn at_end(line: link::Link) -> u32 {
     let shown = link::link().shown_job.with(|job| job.as_ref().map(|job| job.key.clone()));
     line.ended.with(|ended| {
-        ended.as_ref().filter(|ended| Some(&ended.job) == shown.as_ref()).map_or(0, |ended| ended.holes_done)
+        ended
+            .as_ref()
+            .filter(|ended| Some(&ended.job) == shown.as_ref())
+            .map_or(0, |ended| ended.holes_done + ended.toolpaths_done)
     })
 }
 
