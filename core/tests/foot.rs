@@ -254,6 +254,17 @@ fn a_stroke_of_the_queue_goes_down_under_it_too() {
     let (rest, rig) = run("DRILL_UP\nMOVE_BY 400 0\n", rig, &mut drill);
     assert_eq!(rest, Some(Rest::Done));
     assert!(!rig.line.foot_down && drill.inputs(rig.line.tick) & Input::FootDown.bit() == 0);
+    // A stroke that homing lifts leaves it down: whoever moves X or Y then has it lifted first.
+    let mut rig = rig;
+    for text in
+        ["HOME Z\nMOVE_BY 400 0\n", "HOME ALL\n", "DRILL_UP\nOUTPUT foot ON\nWAIT 200\nMOVE_BY 400 0\n"]
+    {
+        let down = format!("SPINDLE 20000\nMOVE_BY 400 0\nDRILL_DOWN\n{text}");
+        let (rest, next) = run(&down, rig, &mut drill);
+        assert_eq!(rest, Some(Rest::Done), "{text}");
+        rig = next;
+        assert!(!rig.line.foot_down && drill.inputs(rig.line.tick) & Input::FootDown.bit() == 0, "{text}");
+    }
 }
 
 #[test]

@@ -13,6 +13,7 @@ use crate::model::{LabEvent, lab};
 use crate::said::Text;
 use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::job::Input;
 use annulus_core::machine::Machine;
 use annulus_core::queue::{self, CheckedQueue, Queue, RowResult, Standing};
 use annulus_core::units::Length;
@@ -90,6 +91,7 @@ fn told(machine: &Machine, status: Option<&Status>) -> Standing {
         zero: status.zero_mm.map(|[x, y]| [steps(x, 0), steps(y, 1)]),
         homed: [status.trust == Trust::Trusted; 3],
         rpm: status.spindle_rpm,
+        foot_down: status.inputs & Input::FootDown.bit() != 0,
     }
 }
 

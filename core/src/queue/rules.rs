@@ -27,6 +27,8 @@ pub struct Standing {
     pub homed: [bool; 3],
     /// Spindle speed, rpm.
     pub rpm: u32,
+    /// The presser foot is down, or may be.
+    pub foot_down: bool,
 }
 
 impl Standing {
@@ -36,7 +38,7 @@ impl Standing {
         for axis in [0, 1].into_iter().chain(cycles::together(machine, 2)) {
             position[axis] = home_place(machine, axis);
         }
-        Self { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0 }
+        Self { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0, foot_down: false }
     }
 
     /// Whether the position of every axis is known.
@@ -80,24 +82,26 @@ pub fn after(
             may_travel(machine, standing)?;
             let to = [standing.position[0].saturating_add(*dx), standing.position[1].saturating_add(*dy)];
             travel(machine, &mut next, to, ["dX", "dY"])?;
+            next.foot_down = false;
         }
         WorkCommand::MoveTo { x, y } => {
             may_travel(machine, standing)?;
             let zero = standing.zero.ok_or_else(|| refuse("queue.no_zero"))?;
             let to = [zero[0] + machine.x.scale.steps(*x), zero[1] + machine.y.scale.steps(*y)];
             travel(machine, &mut next, to, ["X", "Y"])?;
+            next.foot_down = false;
         }
         WorkCommand::DrillDown => {
             homed(standing, &[2])?;
             if standing.rpm == 0 {
                 return Err(refuse("queue.spindle_off"));
             }
-            let bottom = bottom(machine);
-            inside(machine, 2, bottom, "")?;
-            let surface = machine.on_surface();
+            let bottoms = machine.bottoms(bottom(machine));
             for axis in machine.spindle_axes() {
-                next.position[axis] = standing.position[axis].min(bottom + surface[axis] - surface[2]);
+                inside(machine, 2, bottoms[axis], "")?;
+                next.position[axis] = standing.position[axis].min(bottoms[axis]);
             }
+            next.foot_down = machine.foot.on;
         }
         WorkCommand::DrillUp => {
             homed(standing, &[2])?;
@@ -105,13 +109,17 @@ pub fn after(
             inside(machine, 2, safe, "")?;
             let above = standing.position[2].max(safe);
             machine.spindle_axes().for_each(|axis| next.position[axis] = above);
+            next.foot_down = false;
         }
         WorkCommand::Home { axes } => home(machine, &mut next, *axes)?,
-        WorkCommand::Output { name, .. } => {
+        WorkCommand::Output { name, on, pulse_ms } => {
             if !outputs.contains(name) {
                 let known = if outputs.is_empty() { "–".to_owned() } else { outputs.join(", ") };
                 let why = refuse("queue.no_such_output").with("field", "name").with("name", name);
                 return Err(why.with("known", known));
+            }
+            if machine.foot.on && *name == machine.foot.output {
+                next.foot_down = *on || pulse_ms.is_some();
             }
         }
         WorkCommand::Spindle { rpm } => {
@@ -130,10 +138,10 @@ pub fn after(
     Ok(next)
 }
 
-/// The lowest place of a stroke, machine steps of Z.
-pub(super) fn bottom(machine: &Machine) -> i64 {
+/// The bottom of a stroke as all spindles have it, over the board's surface.
+pub(super) fn bottom(machine: &Machine) -> Length {
     let process = &machine.process;
-    z_steps(machine, Length::ZERO - process.board_thickness - process.breakthrough)
+    Length::ZERO - process.board_thickness - process.breakthrough
 }
 
 fn tip_in_board(machine: &Machine, standing: &Standing) -> bool {
@@ -145,6 +153,7 @@ fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Diagno
         if axis < 2 {
             homed(next, &[2])?;
             tip_up(machine, next)?;
+            next.foot_down = false;
         }
         next.homed[axis] = true;
         for axis in cycles::together(machine, axis) {

@@ -290,7 +290,9 @@ impl QueueRun {
         let from = self.standing.position;
         let segments = match &command {
             WorkCommand::MoveBy { .. } | WorkCommand::MoveTo { .. } => {
-                work::travel(machine, from, next.position)?
+                let mut pieces = self.foot_up(machine);
+                pieces.extend(work::travel(machine, from, next.position)?);
+                pieces
             }
             WorkCommand::DrillDown => work::down(machine, from)?,
             WorkCommand::DrillUp => work::up(machine, from, next.position[2])?,
@@ -306,6 +308,7 @@ impl QueueRun {
             WorkCommand::Output { name, on, pulse_ms } => {
                 let bit = self.outputs.iter().position(|output| output == name).unwrap_or(0) as u8;
                 actions.push(self.switch(bit, *on));
+                self.standing.foot_down = next.foot_down;
                 let Some(ms) = pulse_ms else { return Ok(()) };
                 self.doing = Doing::Pulse(bit, !on);
                 actions.push(QueueAction::Play(work::wait(from, u64::from(*ms) * TICKS_OF_MS)));
@@ -314,7 +317,7 @@ impl QueueRun {
             WorkCommand::Home { axes } => {
                 let mut homing = Homing::new(axes.in_order(), self.standing.homed);
                 let first = homing.begin(machine)?;
-                actions.extend(self.homing_goes_on(homing, first));
+                actions.extend(self.homing_goes_on(machine, homing, first));
                 return Ok(());
             }
             _ => Vec::new(),
@@ -334,7 +337,13 @@ impl QueueRun {
         QueueAction::Output { place: bit, on }
     }
 
-    fn homing_goes_on(&mut self, homing: Homing, next: HomingNext) -> Vec<QueueAction> {
+    /// The presser foot up where it may be down, before X or Y moves.
+    fn foot_up(&mut self, machine: &Machine) -> Vec<Segment> {
+        let is_down = std::mem::take(&mut self.standing.foot_down);
+        if is_down { work::foot(machine, self.standing.position, false) } else { Vec::new() }
+    }
+
+    fn homing_goes_on(&mut self, machine: &Machine, homing: Homing, next: HomingNext) -> Vec<QueueAction> {
         match next {
             HomingNext::Homed => Vec::new(),
             HomingNext::Play { segment, correction_steps: correction } => {
@@ -347,7 +356,9 @@ impl QueueRun {
                 if correction != 0 {
                     actions.push(QueueAction::Correct { axis, steps: correction });
                 }
-                actions.push(QueueAction::Play(vec![segment]));
+                let mut pieces = if axis < 2 { self.foot_up(machine) } else { Vec::new() };
+                pieces.push(segment);
+                actions.push(QueueAction::Play(pieces));
                 actions
             }
         }
@@ -389,7 +400,7 @@ impl QueueRun {
                         return self.fail(why, harm);
                     }
                     Ok(next) => {
-                        let more = self.homed_so_far(axis, homing, next);
+                        let more = self.homed_so_far(machine, (axis, homing), next);
                         if !more.is_empty() {
                             return more;
                         }
@@ -406,12 +417,17 @@ impl QueueRun {
     }
 
     /// `axis` was being homed; it is homed where another one is begun or all are done.
-    fn homed_so_far(&mut self, axis: usize, homing: Homing, next: HomingNext) -> Vec<QueueAction> {
+    fn homed_so_far(
+        &mut self,
+        machine: &Machine,
+        (axis, homing): (usize, Homing),
+        next: HomingNext,
+    ) -> Vec<QueueAction> {
         let over = matches!(next, HomingNext::Homed) || homing.axis() != axis;
         if let Some(homed) = self.standing.homed.get_mut(axis).filter(|_| over) {
             *homed = true;
         }
-        self.homing_goes_on(homing, next)
+        self.homing_goes_on(machine, homing, next)
     }
 
     fn look_again(&mut self, input: Input, on: bool, left_ms: u32) -> Vec<QueueAction> {
@@ -476,10 +492,10 @@ pub fn missing(input: Input) -> Diagnostic {
     refuse(if input == Input::Contact { "control.no_contact" } else { "control.foot_gone" })
 }
 
-/// What it means that the tip of `machine` touched something `at` which is higher than the board can be. Every step is counted, and the
-/// height of the tip is looked at again over the next hole.
-pub fn early(machine: &Machine, at: &Steps) -> Diagnostic {
-    let above = machine.z.scale.length(machine.lowest(at)) - machine.process.surface;
+/// What it means that the tip of `machine` touched something `at` which is higher than the board can be, whose surface lies there
+/// `board_steps` of Z over the flat one. Every step is counted, and the height of the tip is looked at again over the next hole.
+pub fn early(machine: &Machine, at: &Steps, board_steps: i64) -> Diagnostic {
+    let above = machine.z.scale.length(machine.lowest(at) - board_steps) - machine.process.surface;
     refuse("control.early_contact").with("mm", format!("{:.2}", above.mm()))
 }
 
@@ -488,7 +504,7 @@ fn failure(machine: &Machine, outcome: &Outcome) -> Option<(Diagnostic, Harm)> {
     match outcome {
         Outcome::Guarded(input) => Some(guarded(*input)),
         Outcome::Missing(input) => Some((missing(*input), Harm::None)),
-        Outcome::Early { at } => Some((early(machine, at), Harm::None)),
+        Outcome::Early { at } => Some((early(machine, at, 0), Harm::None)),
         Outcome::Late { ticks } => Some((late(*ticks), Harm::Suspect)),
         Outcome::Spindle { trouble } => Some((trouble.diagnostic(), Harm::None)),
         Outcome::Unmet(gate) if gate.otherwise == Otherwise::Alarm => {

@@ -38,7 +38,7 @@ pub(super) fn down(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagn
 }
 
 /// The presser foot down, or up, and the time that it takes; nothing where there is none.
-fn foot(machine: &Machine, at: Steps, down: bool) -> Vec<Segment> {
+pub(super) fn foot(machine: &Machine, at: Steps, down: bool) -> Vec<Segment> {
     let press = || rest(at, machine.foot.ticks(), Switching::Foot { down });
     machine.foot.on.then(press).into_iter().collect()
 }

@@ -266,7 +266,7 @@ pub(crate) fn standing(machine: &Machine) -> Standing {
     let mut position = [0; 8];
     (position[0], position[1]) = (middle(0), middle(1));
     position[2] = machine.z.scale.steps(machine.z.max);
-    Standing { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0 }
+    Standing { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0, foot_down: false }
 }
 
 #[test]

@@ -45,7 +45,8 @@ fn diagnostic(code: &str) -> Diagnostic {
 impl Owner {
     fn standing(&self) -> Standing {
         let homed = [self.session.trust == Trust::Trusted; 3];
-        Standing { position: self.position, zero: self.session.zero(), homed, rpm: 0 }
+        let (position, zero) = (self.position, self.session.zero());
+        Standing { position, zero, homed, rpm: 0, foot_down: self.foot_may_be_down() }
     }
 
     /// Reads and checks `text`; it takes the place of the queue before it.

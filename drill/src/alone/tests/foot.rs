@@ -1,8 +1,9 @@
-//! A presser foot that is down where a second STOP holds the lift: it is up again before X and Y move (C7).
+//! A presser foot that is down where a second STOP holds the lift: it is up again before X and Y move, whoever moves them (C7).
 
 use super::*;
 use annulus_core::job::Input;
 use annulus_core::machine::apply;
+use annulus_core::queue::Mode;
 
 /// A foot, and strokes slow enough to be met in their middle.
 fn changes() -> Vec<(String, Value)> {
@@ -58,4 +59,51 @@ fn a_foot_that_a_second_stop_left_down_is_up_before_x_and_y_move() {
         assert_eq!(bench.status().alarm, None, "axis {axis}");
     }
     assert!(!is_down(bench.status()), "{:?}", bench.status());
+}
+
+/// Brings a queue and runs it to its end, good or bad.
+fn queue(bench: &mut Bench, text: &str) -> Status {
+    bench.ask(&Ask::Queue { text: text.to_owned() });
+    bench.ask(&Ask::QueueRun { mode: Mode::ToEnd });
+    bench.until(|status| matches!(status.state, State::Ready | State::Alarm))
+}
+
+#[test]
+fn a_queue_that_begins_under_a_foot_that_was_left_down_lifts_it_before_x_and_y_move() {
+    let mut bench = held();
+    let status = queue(&mut bench, "HOME Z\nMOVE_BY 400 0\n");
+    assert_eq!((status.alarm.clone(), is_down(&status)), (None, false), "{status:?}");
+    let mut bench = held();
+    let status = queue(&mut bench, "HOME ALL\n");
+    assert_eq!((status.alarm.clone(), is_down(&status)), (None, false), "{status:?}");
+    // What a queue leaves down when it is stopped and held likewise.
+    let mut bench = held();
+    bench.ask(&Ask::Queue { text: "DRILL_UP\nSPINDLE 20000\nDRILL_DOWN\n".to_owned() });
+    bench.ask(&Ask::QueueRun { mode: Mode::ToEnd });
+    bench.until(|status| status.work_mm[2] > 0.5);
+    bench.until(|status| status.work_mm[2] < -1.0);
+    bench.ask(&Ask::Stop);
+    let deep = bench.status().work_mm[2];
+    bench.until(|status| status.work_mm[2] > deep + 0.2);
+    bench.ask(&Ask::Stop);
+    let status = bench.until(|status| status.state == State::Ready);
+    assert!(is_down(&status), "{status:?}");
+    let status = queue(&mut bench, "HOME Z\nMOVE_BY 400 0\n");
+    assert_eq!((status.alarm.clone(), is_down(&status)), (None, false), "{status:?}");
+}
+
+#[test]
+fn a_tip_that_is_taken_out_of_the_board_by_hand_lifts_the_foot_and_one_that_stays_in_it_does_not() {
+    let mut bench = held();
+    let deep_um = (-1e3 * bench.status().work_mm[2]) as i32;
+    for (distance_um, stays) in [(100, true), (deep_um + 1_000, false)] {
+        bench.ask(&Ask::Jog { axis: 2, distance_um });
+        bench.until(|status| status.state == State::Jogging);
+        while bench.status().state == State::Jogging {
+            bench.ask(&Ask::JogOn);
+            bench.turn(TURN);
+        }
+        let status = bench.status();
+        assert_eq!((status.alarm.clone(), is_down(status)), (None, stays), "{distance_um}: {status:?}");
+    }
 }

@@ -1,0 +1,90 @@
+//! The presser foot outside of strokes (C7): down only while the machine drills, up before anything else moves over the board.
+//!
+//! ```text
+//! stroke ─ foot down … foot up ─▶ up        a stop that is held in the stroke ─▶ may be down ─▶ up, before X and Y move
+//!                                                                                            └▶ up, once the tip is out by hand
+//! ```
+//!
+//! Comes in: what is given to be played, how it ended. Goes out: segments with the foot up. Does not know who wants them.
+
+use super::Owner;
+use super::moves::{Doing, rest};
+use crate::executor::Ended;
+use annulus_core::machine::Steps;
+use annulus_core::steps::{Segment, Stage, Switching};
+
+/// Whether the foot may be down: nobody asks its sensor, which it may not have.
+#[derive(Debug)]
+pub(crate) struct Foot {
+    may_be_down: bool,
+    /// What was given lifts it last.
+    is_lifted: bool,
+}
+
+impl Default for Foot {
+    /// How it was left nobody knows.
+    fn default() -> Self {
+        Self { may_be_down: true, is_lifted: false }
+    }
+}
+
+impl Foot {
+    /// These are played next.
+    pub(super) fn given(&mut self, segments: &[Segment]) {
+        let switches = segments.iter().filter_map(|segment| match segment.effect {
+            Switching::Foot { down } => Some(down),
+            _ => None,
+        });
+        self.is_lifted = false;
+        for down in switches {
+            self.may_be_down |= down;
+            self.is_lifted = !down;
+        }
+    }
+
+    /// What was given ended so.
+    pub(super) fn played(&mut self, ended: Ended) {
+        if ended == Ended::Completed && std::mem::take(&mut self.is_lifted) {
+            self.may_be_down = false;
+        }
+    }
+}
+
+impl Owner {
+    /// Whether there is a foot that may be down.
+    pub(super) fn foot_may_be_down(&self) -> bool {
+        self.machine.foot.on && self.foot.may_be_down
+    }
+
+    /// An output was switched by hand, or by a queue.
+    pub(super) fn foot_switched(&mut self, place: u8) {
+        self.foot.may_be_down |= self.machine.output_place(&self.machine.foot.output) == Some(place);
+    }
+
+    /// Whoever moves X or Y otherwise than a program, a queue or a change of tools does has a foot lifted first that may be down: a
+    /// stop that was held may have left it so. A move by hand that takes the tip out of the board lifts it then.
+    pub(super) fn with_foot_up(&self, doing: &Doing, mut moves: Vec<Segment>) -> Vec<Segment> {
+        let has_its_own = matches!(doing, Doing::Leg | Doing::Queue | Doing::Change);
+        if has_its_own || !self.foot_may_be_down() {
+            return moves;
+        }
+        let in_plane = |piece: &Segment| piece.runs.iter().any(|run| run.axes & 0b11 != 0);
+        if let Some(at) = moves.iter().position(in_plane) {
+            let before = at.checked_sub(1).and_then(|before| moves.get(before));
+            let from = before.map_or(self.position, |before| before.end);
+            moves.insert(at, self.foot_up(from));
+            return moves;
+        }
+        let end = moves.last().map_or(self.position, |last| last.end);
+        let is_out = self.machine.lowest(&end) >= self.machine.on_surface()[2];
+        if is_out && matches!(doing, Doing::Jog | Doing::Approach) {
+            moves.push(self.foot_up(end));
+        }
+        moves
+    }
+
+    /// The foot goes up, and the time that it takes.
+    pub(super) fn foot_up(&self, at: Steps) -> Segment {
+        rest(Stage::Dwell, Switching::Foot { down: false }, self.machine.foot.ticks(), at)
+    }
+}
