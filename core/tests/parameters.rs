@@ -54,7 +54,7 @@ fn homing(machine: &Machine) -> String {
 fn stroke(machine: &Machine) -> String {
     let mut from = Steps::default();
     from[2] = machine.z.scale.steps(machine.process.surface + machine.process.safe_height);
-    let bottom = machine.z.scale.steps(machine.process.surface - machine.process.board_thickness);
+    let bottom = Length::ZERO - machine.process.board_thickness;
     format!("{:?}", cycles::stroke(machine, from, bottom, None).unwrap())
 }
 

@@ -54,6 +54,15 @@ impl Machine {
         at
     }
 
+    /// Machine steps of its spindles at the bottom of a hole that all have at `bottom` over the board's surface: each at its own.
+    pub fn bottoms(&self, bottom: Length) -> Steps {
+        let mut at = self.on_surface();
+        for axis in self.spindle_axes() {
+            at[axis] += self.z.scale.steps(self.own(axis).height(bottom, bottom));
+        }
+        at
+    }
+
     /// Where the lowest of its tips is with the axes at `place`: the steps of Z1 with a tip so high. What is true of every tip is
     /// true of that one.
     pub fn lowest(&self, place: &Steps) -> i64 {

@@ -96,33 +96,30 @@ pub fn retract(machine: &Machine, from: Steps, z_steps: i64) -> Result<Timeline,
     one(machine, Stage::Retract, from, to, f64::INFINITY)
 }
 
-/// A stroke down from rest at `from`: the time to settle, rapidly to the feed height, then at the machine's feed to
-/// `bottom` (machine steps of Z1), which a gate may end early; nothing where it stands at `bottom` or below.
+/// A stroke down from rest at `from` into a hole: the time to settle, rapidly to the feed height, then at the machine's feed to
+/// `bottom` over the board's surface, each spindle to its own, which a gate may end early; nothing where all stand there or below.
 pub fn stroke(
     machine: &Machine,
     from: Steps,
-    bottom: i64,
+    bottom: Length,
     gate: Option<Gate>,
 ) -> Result<Timeline, Diagnostic> {
     let process = &machine.process;
-    let z = &machine.z.scale;
-    let above = z.steps(process.surface) + z.steps(process.feed_height.min(process.safe_height));
+    let above = machine.z.scale.steps(process.feed_height.min(process.safe_height));
+    let (surface, bottoms) = (machine.on_surface(), machine.bottoms(bottom));
     let mut writer = Writer::new(machine, from);
-    if bottom >= from[2] {
+    // No tip goes up.
+    let (mut over, mut down) = (from, from);
+    for axis in machine.spindle_axes() {
+        over[axis] = from[axis].min(bottoms[axis].max(surface[axis] + above));
+        down[axis] = from[axis].min(bottoms[axis]);
+    }
+    if down == from {
         return Ok(writer.done());
     }
     writer.rest(Stage::Dwell, libm::ceil(machine.settle_ms * 1e-3 * TICK_HZ as f64) as u64, Switching::None);
-    // Tips go as deep as that of Z1, and none of them up.
-    let surface = machine.on_surface();
-    let lower = |height: i64| {
-        let mut to = from;
-        for axis in machine.spindle_axes() {
-            to[axis] = from[axis].min(height + surface[axis] - surface[2]);
-        }
-        to
-    };
-    writer.line(Stage::Approach, lower(above.max(bottom)), f64::INFINITY, None)?;
-    writer.line(Stage::Drill, lower(bottom), process.feed_mm_per_s, gate)?;
+    writer.line(Stage::Approach, over, f64::INFINITY, None)?;
+    writer.line(Stage::Drill, down, process.feed_mm_per_s, gate)?;
     Ok(writer.done())
 }
 

@@ -3,12 +3,13 @@
 use super::words::{one_in, random_row};
 use crate::programs::{Chance, machines};
 use annulus_core::job::Input;
-use annulus_core::machine::{Machine, lab, virtual_drill};
+use annulus_core::machine::{Machine, Value, apply, lab, six_spindles, virtual_drill};
 use annulus_core::pins::{Pins, Playhead, Recorder, Written};
 use annulus_core::queue::{
     Harm, Mode, Rehearsal, Rest, Rig, RowState, Standing, WorkCommand, check, print, read,
 };
 use annulus_core::steps::TICK_HZ;
+use annulus_core::units::Length;
 use annulus_core::virtual_drill::{Faults, VirtualDrill, VirtualHole};
 use std::sync::{Arc, Mutex};
 
@@ -369,4 +370,24 @@ fn a_row_that_no_longer_fits_is_refused_when_its_turn_comes() {
     assert!(
         matches!(run.go(&machine, Mode::Step, &mut twin, 5), Some(Rest::Failed { why, .. }) if why.code == "queue.not_homed")
     );
+}
+
+#[test]
+fn a_stroke_by_hand_takes_each_spindle_to_its_own_bottom() {
+    let deeper = ("spindle.deeper".to_owned(), Value::Numbers(vec![0.0, 0.3, -0.2]));
+    let longer = ("spindle.longer".to_owned(), Value::Numbers(vec![0.0, 0.0, 0.0, 0.8]));
+    let machine = apply(&six_spindles(), &[deeper, longer]).unwrap();
+    let (mut drill, holes) = twin(&machine, Faults::default());
+    let rig = Rig::homed(&machine, &mut drill).unwrap();
+    let mut run = rehearse("SPINDLE 20000\nDRILL_DOWN", rig);
+    assert_eq!(run.go(&machine, Mode::ToEnd, &mut drill, usize::MAX), Some(Rest::Done));
+    assert_eq!(holes.lock().unwrap().len(), 6);
+    let (rig, surface) = (run.bench(), machine.on_surface());
+    assert_eq!(rig.standing.position, rig.line.position, "it is where the check said");
+    let through = machine.process.board_thickness + machine.process.breakthrough;
+    for (axis, deeper) in machine.spindle_axes().zip([0.0, 0.3, -0.2, 0.0, 0.0, 0.0]) {
+        let depth = surface[axis] - rig.line.position[axis];
+        let wanted = machine.z.scale.steps(through + Length::from_mm(deeper));
+        assert_eq!(depth, wanted, "axis {axis}");
+    }
 }
