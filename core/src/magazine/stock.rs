@@ -171,6 +171,22 @@ impl ToolStock {
         }
     }
 
+    /// The clamp opens by a person's hand, where a change stopped or a tool that is worn waits for a new one: from now on until the
+    /// person says where it is, nobody knows. Refused where it could not be put back.
+    pub fn opens_by_hand(&mut self) -> Result<(), Diagnostic> {
+        let change = match (&self.change, &self.spindle) {
+            (_, Held::Nothing) | (None, Held::Unknown) => return Ok(()),
+            (Some(change), _) => Unfinished { is_lost: true, ..change.clone() },
+            (None, Held::Tool { tool, place }) => {
+                let no_room = || Diagnostic::error("magazine.no_room").with("number", tool.number);
+                let new = (tool.clone(), self.way_back(*place).ok_or_else(no_room)?);
+                Unfinished { step: ChangeStep::CheckTaken, old: None, new, is_lost: true }
+            }
+        };
+        (self.spindle, self.change) = (Held::Unknown, Some(change));
+        Ok(())
+    }
+
     /// How long the head stays where it is before it is lifted, in ticks: a clamp that moves comes to its end first, or its tool falls.
     pub fn wait_before_lift_ticks(&self, machine: &Machine) -> u64 {
         let moves =
@@ -384,5 +400,43 @@ mod tests {
             assert_eq!(stock.goes_on_with(), Some(on), "{step:?} {seen:?}");
         }
         assert_eq!(ToolStock::default().seen(Seen::InPlace).unwrap_err().code, "magazine.nothing_stopped");
+    }
+
+    #[test]
+    fn a_clamp_that_is_opened_by_hand_leaves_the_change_where_it_was_and_asks_for_the_tool() {
+        let stopped = |step| Unfinished { step, old: Some((tool(1), 0)), new: (tool(2), 1), is_lost: false };
+        // What was believed, the step at which it stopped, the tool and the place that are asked for.
+        let rows = [
+            (held(1, 0), Some(ChangeStep::YToOld), Some((1, 0))),
+            (Held::Unknown, Some(ChangeStep::WaitOpen), Some((1, 0))),
+            (held(2, 1), Some(ChangeStep::PauseAtEnd), Some((2, 1))),
+            (Held::Nothing, Some(ChangeStep::XToNew), None),
+            (held(3, 2), None, Some((3, 2))),
+            (Held::Tool { tool: tool(3), place: None }, None, Some((3, 0))),
+            (Held::Unknown, None, None),
+        ];
+        for (believed, step, asked) in rows {
+            let mut stock =
+                ToolStock { places: vec![None; 3], spindle: believed.clone(), change: step.map(stopped) };
+            stock.opens_by_hand().unwrap();
+            let doubt = stock.change.clone().filter(|change| change.is_lost);
+            let found = doubt.map(|change| (change.uncertain().0.number, change.uncertain().1));
+            assert_eq!(found, asked, "{believed:?} {step:?}");
+            let known = if asked.is_some() { Held::Unknown } else { believed };
+            assert_eq!(stock.spindle, known, "{step:?}");
+            // No sensor guesses where a hand has it.
+            stock.settle(u32::MAX, 0, false);
+            assert_eq!(stock.spindle, known, "{step:?}");
+            if asked.is_some() {
+                stock.seen(Seen::InSpindle).unwrap();
+                let number = asked.map(|(number, _)| number);
+                let is_back =
+                    matches!(&stock.spindle, Held::Tool { tool, .. } if Some(tool.number) == number);
+                assert!(is_back, "{step:?}: {:?}", stock.spindle);
+            }
+        }
+        let mut full = ToolStock { places: vec![Some(tool(1))], spindle: held(2, 0), change: None };
+        assert_eq!(full.opens_by_hand().unwrap_err().code, "magazine.no_room");
+        assert_eq!(full.spindle, held(2, 0));
     }
 }

@@ -1,8 +1,10 @@
 //! The drill without threads in a time of its own: nothing here waits, and every run is the same run.
 
+mod clamp;
 mod deaths;
 mod foot;
 mod port;
+mod refused;
 mod touch;
 mod wired;
 mod world;

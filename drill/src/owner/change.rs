@@ -9,6 +9,7 @@
 //! Comes in: bits that are wanted, reports, what a person says lies where. Goes out: tasks, outputs, events, records, tells. Does not know
 //! what a step looks at.
 
+use super::clamp::ClampByHand;
 use super::moves::Doing;
 use super::{Owner, diagnostic};
 use crate::executor::Report;
@@ -32,6 +33,8 @@ pub(crate) struct ToolChanger {
     waits: Option<(u32, StepWork)>,
     /// What the inputs said at the last rest.
     pub(super) inputs: u32,
+    /// The clamp by hand.
+    pub(super) clamp: ClampByHand,
 }
 
 impl ToolChanger {
@@ -77,8 +80,7 @@ impl Owner {
             self.do_step(work);
             return Ok(());
         }
-        self.keep_stock();
-        self.tools.waits = Some((self.tools.record, work));
+        self.tools.waits = Some((self.keep_stock(), work));
         Ok(())
     }
 
@@ -94,6 +96,7 @@ impl Owner {
         if let Some((_, work)) = self.tools.waits.take_if(|(wanted, _)| *wanted == number) {
             self.do_step(work);
         }
+        self.clamp_kept(number);
     }
 
     /// The job is over, and with it its change.
@@ -156,12 +159,13 @@ impl Owner {
         }
     }
 
-    /// Has what lies where written down, and tells it.
-    fn keep_stock(&mut self) {
+    /// Has what lies where written down, and tells it. The number of its record.
+    pub(super) fn keep_stock(&mut self) -> u32 {
         self.tools.record = self.tools.record.wrapping_add(1);
         let (stock, number) = (Box::new(self.tools.stock.clone()), self.tools.record);
         self.outside.record(Record::Stock { stock, number });
         self.tell(self.magazine_tell());
+        number
     }
 
     /// A person says what lies where.
@@ -176,6 +180,9 @@ impl Owner {
 
     /// A person says what the spindle holds where a change stopped.
     pub(crate) fn tool_seen(&mut self, seen: Seen) -> Result<(), Diagnostic> {
+        if self.waits_for_new_tool() {
+            return self.close_clamp(seen);
+        }
         let mut stock = self.tools.stock.clone();
         stock.seen(seen)?;
         self.stock_is(stock)
@@ -188,6 +195,7 @@ impl Owner {
         self.try_event(Event::Disarmed { position_lost: false })?;
         (self.prepared, self.tool_in) = (None, None);
         self.tools.stock = stock;
+        self.tools.clamp.stays();
         self.stock_for_pins();
         self.clamp_holds();
         self.keep_stock();
@@ -203,6 +211,7 @@ impl Owner {
 
     /// An output was switched by hand: where it is the clamp, nobody knows any more what the spindle holds.
     pub(crate) fn switched_by_hand(&mut self, place: u8) {
+        self.foot_switched(place);
         let clamp = self.machine.output_place(&self.machine.magazine.clamp);
         if self.machine.has_magazine() && clamp == Some(place) {
             self.tool_in = None;

@@ -6,8 +6,10 @@
 mod begin;
 pub(crate) mod board;
 mod change;
+mod clamp;
 mod configure;
 mod faster;
+mod foot;
 mod hands;
 mod homing;
 mod moves;
@@ -21,6 +23,7 @@ mod work;
 use self::begin::Starting;
 use self::board::Judged;
 use self::change::ToolChanger;
+use self::foot::Foot;
 use self::hands::Hands;
 use self::moves::{Doing, ruler};
 use self::outputs::ManualOutputs;
@@ -163,6 +166,8 @@ pub struct Owner {
     pub(crate) position: Steps,
     /// Axes that came there from above.
     pub(crate) down: AxisSet,
+    /// The presser foot is down, or may be.
+    pub(crate) foot: Foot,
     /// Events to come.
     pub(crate) pending: VecDeque<Event>,
     /// The status that was told last, and when.
@@ -224,6 +229,7 @@ impl Owner {
             task: 0,
             position: Steps::default(),
             down: 0,
+            foot: Foot::default(),
             pending: VecDeque::new(),
             told: (None, time()),
             tools_told: ToolsReport::default(),
@@ -242,6 +248,7 @@ impl Owner {
     /// Does what it is time for. After every message, and when it was idle for so long.
     pub fn beat(&mut self) {
         self.tick_outputs();
+        self.look_at_spindle();
         self.tell_status();
     }
 
@@ -319,6 +326,7 @@ impl Owner {
             Ask::FeedOverride { percent } => self.feed_override(percent)?,
             Ask::Stop => {
                 self.stop_start();
+                self.tools.clamp.stays();
                 self.lock_outputs();
                 self.try_event(Event::Stop)?;
             }
@@ -327,10 +335,14 @@ impl Owner {
             Ask::QueueClear => self.queue_clear()?,
             Ask::OutputLease { minutes } => self.lease_outputs(minutes)?,
             Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
-            Ask::ToolChanged => self.try_event(Event::ToolChanged)?,
+            Ask::ToolChanged => {
+                self.new_tool_is_held()?;
+                self.try_event(Event::ToolChanged)?;
+            }
             Ask::NewTool { number } => self.new_tool(number)?,
             Ask::Stock { places, spindle } => self.stock_said(places, spindle)?,
             Ask::ToolSeen { seen } => self.tool_seen(seen)?,
+            Ask::OpenClamp => self.open_clamp()?,
             Ask::AcknowledgeAlarm => {
                 if self.executor.is_gone() {
                     self.renew_executor()?;

@@ -39,6 +39,11 @@ pub(crate) enum Doing {
     Touch,
     /// A step of a change of tools.
     Change,
+    /// The clamp by hand: nothing moves but that.
+    Clamp {
+        /// It opens, else it closes.
+        opens: bool,
+    },
     /// Up from the bottom of a hole, because the next one does not follow at once.
     Lift {
         /// That leg drilled a hole or milled a toolpath.
@@ -105,6 +110,7 @@ impl Owner {
             return;
         }
         let segments = self.with_foot_up(&doing, segments);
+        self.foot.given(&segments);
         self.doing = doing;
         let needs_durable = self.work.as_ref().map_or(0, |work| work.progress().done);
         // While the clamp moves nobody but the owner lifts the head.
@@ -116,26 +122,23 @@ impl Owner {
             self.executor.shared.grant();
         }
         let surface_steps = self.machine.z.scale.steps(self.machine.process.surface);
+        let board_steps = if self.doing == Doing::Leg { self.board_of_leg() } else { 0 };
         let id = self.task;
-        self.executor.give(Task { id, segments, follows, surface_steps, needs_durable, lift_to, granted });
+        self.executor.give(Task {
+            id,
+            segments,
+            follows,
+            surface_steps,
+            board_steps,
+            needs_durable,
+            lift_to,
+            granted,
+        });
     }
 
-    /// Whoever moves X or Y otherwise than a program, a queue or a change of tools does has the foot lifted first: a stop that was held
-    /// may have left it down.
-    fn with_foot_up(&self, doing: &Doing, mut moves: Vec<Segment>) -> Vec<Segment> {
-        let has_its_own = matches!(doing, Doing::Leg | Doing::Queue | Doing::Change);
-        let in_plane = |piece: &Segment| piece.runs.iter().any(|run| run.axes & 0b11 != 0);
-        let first = moves.iter().position(in_plane).filter(|_| self.machine.foot.on && !has_its_own);
-        if let Some(at) = first {
-            let before = at.checked_sub(1).and_then(|before| moves.get(before));
-            let from = before.map_or(self.position, |before| before.end);
-            moves.insert(at, self.foot_up(from));
-        }
-        moves
-    }
-
-    fn foot_up(&self, at: Steps) -> Segment {
-        rest(Stage::Dwell, Switching::Foot { down: false }, self.machine.foot.ticks(), at)
+    /// How many steps of Z the board lies higher than flat at the hole of the leg in work.
+    fn board_of_leg(&self) -> i64 {
+        self.work.as_ref().map_or(0, |work| work.job.board_steps(&self.machine, work.leg))
     }
 
     /// Whether what is given ends with the tip in the board, and more is given as soon as it is reported. What waits for a
@@ -369,6 +372,7 @@ impl Owner {
             return;
         }
         (self.position, self.down, self.tools.inputs) = (report.position, report.down, report.inputs);
+        self.foot.played(report.ended);
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         let stopping = self.session.state == State::Stopping;
         match (doing, report.ended) {
@@ -381,6 +385,7 @@ impl Owner {
                 self.fails(why, self.session.trust);
             }
             (Doing::Queue, _) => self.queue_reported(report),
+            (Doing::Clamp { opens }, _) => self.clamp_moved(opens),
             (Doing::ToChange, Ended::Completed) => self.pending.push_back(Event::BitWanted),
             (Doing::Safe, Ended::Completed) => {
                 self.settle_stock();
@@ -410,7 +415,10 @@ impl Owner {
                 self.fails(why, if harm == Harm::None { self.session.trust } else { Trust::Suspect });
             }
             (_, Ended::Missing(input)) => self.fails(missing(input), self.session.trust),
-            (_, Ended::Early { at }) => self.fails(early(&self.machine, &at), self.session.trust),
+            (doing, Ended::Early { at }) => {
+                let board = if doing == Doing::Leg { self.board_of_leg() } else { 0 };
+                self.fails(early(&self.machine, &at, board), self.session.trust);
+            }
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);

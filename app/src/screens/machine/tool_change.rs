@@ -3,8 +3,8 @@
 //! Comes in: the state, the program's bits, what is known of the tools. Goes out: `ToolChanged`. The machine moves only after Continue.
 
 use super::banner::control;
-use super::controller;
 use super::words::wear_words;
+use super::{controller, magazine};
 use crate::i18n::{language, say, t};
 use crate::page::link::{self, Link};
 use crate::page::open_board;
@@ -27,7 +27,8 @@ fn bits(program: &Program, leg: usize) -> (Option<u32>, Option<u32>) {
     let wanted = program.legs.get(leg).and_then(|leg| asked(&leg.commands));
     let before =
         program.legs.get(..leg).unwrap_or_default().iter().rev().find_map(|leg| asked(&leg.commands));
-    (before, wanted)
+    // Asked for between two holes, it is the one that they are made with.
+    (before, wanted.or(before))
 }
 
 /// The tool of the rack with this number, as its dialog calls it, and what it has done.
@@ -119,6 +120,7 @@ pub fn tool_change() -> impl IntoView {
             )),
         )),
         steps(line),
+        magazine::new_tool(line),
         // Who only watches sees why Continue is not to be had, and how it can be.
         move || (asked.get() && !line.may_act()).then(|| control(line)),
     );
@@ -126,7 +128,7 @@ pub fn tool_change() -> impl IntoView {
         push("button", t!("page.change.later"), move |_| put_off.set(true)),
         push_if(
             "button primary",
-            move || line.may_act(),
+            move || line.may_act() && !magazine::is_open_for_new(line),
             t!("page.change.continue"),
             |_| link::ask(Ask::ToolChanged),
         ),

@@ -205,6 +205,118 @@ fn a_worn_tool_is_asked_for_between_two_holes_also_after_a_stop_there_and_nothin
 }
 
 #[test]
+fn the_clamp_opens_by_hand_where_a_change_stopped_and_nobody_knows_the_tool_until_it_is_said() {
+    let machine = changer();
+    let program = three_tools(&machine);
+    let mut bench = Bench::new(&machine, Faults::default());
+    let code = |bench: &Bench| bench.drill.ask(Ask::OpenClamp).err().map(|why| why.code);
+    bench.fill(&program);
+    assert_eq!(code(&bench).as_deref(), Some("magazine.nothing_stopped"));
+    bench.start(&program);
+    assert_eq!(code(&bench).as_deref(), Some("control.busy"));
+    // The old tool is over its place, and held.
+    assert!(bench.stop_at(ChangeStep::YToOld, 1));
+    bench.wait(|status| status.state == State::Ready);
+    let clamp = |bench: &Bench| bench.status().inputs & Input::ClampOpen.bit() != 0;
+    let held = |bench: &Bench| matches!(bench.magazine().stock.spindle, Held::Tool { .. });
+    assert!(held(&bench) && !clamp(&bench));
+    bench.wait(|_| bench.drill.ask(Ask::OpenClamp).is_ok());
+    bench.wait(|status| status.inputs & Input::ClampOpen.bit() != 0);
+    let report = bench.magazine();
+    assert_eq!((&report.stock.spindle, report.goes_on_with), (&Held::Unknown, None));
+    let change = report.stock.change.unwrap();
+    assert_eq!((change.step, change.uncertain().0.number), (ChangeStep::YToOld, 1));
+    let bytes = program::encode(&program);
+    let (job, from_leg) = (program::key(&bytes), bench.offer().unwrap());
+    let tells = bench.drill.ask(Ask::Arm { job, from_leg }).unwrap();
+    let Some(Tell::Armed { checks, .. }) = tells.into_iter().next() else { panic!("no verdict") };
+    assert!(checks.iter().any(|row| row.finding.code == "magazine.spindle_unknown"), "{checks:?}");
+    bench.drill.ask(Ask::ToolSeen { seen: Seen::InSpindle }).unwrap();
+    assert!(held(&bench));
+    bench.go_on(&program);
+    bench.wait(|status| status.job.is_none() && status.state != State::Stopping);
+    bench.is_whole("opened by hand");
+    let without = Bench::new(&virtual_drill(), Faults::default());
+    assert_eq!(code(&without).as_deref(), Some("magazine.none"));
+}
+
+#[test]
+fn a_clamp_that_did_not_let_go_opens_by_hand_once_the_alarm_is_read() {
+    let machine = changer();
+    let program = three_tools(&machine);
+    let faults = annulus_core::virtual_drill::faults::read(["clamp-stuck@2"]).unwrap();
+    let bench = Bench::new(&machine, faults);
+    bench.fill(&program);
+    bench.start(&program);
+    let status = bench.wait(|status| status.state == State::Alarm);
+    assert_eq!(status.alarm.map(|why| why.code).as_deref(), Some("magazine.clamp_closed"));
+    let code = |ask| bench.drill.ask(ask).err().map(|why| why.code);
+    assert_eq!(code(Ask::OpenClamp).as_deref(), Some("control.alarm_unread"));
+    bench.wait(|_| bench.drill.ask(Ask::AcknowledgeAlarm).is_ok());
+    bench.wait(|status| status.state == State::Ready);
+    bench.wait(|_| bench.drill.ask(Ask::OpenClamp).is_ok());
+    assert_eq!(bench.magazine().stock.spindle, Held::Unknown);
+    assert_eq!(code(Ask::ToolSeen { seen: Seen::TakenAway }), None);
+    let report = bench.magazine();
+    assert_eq!(
+        (report.stock.spindle, report.goes_on_with),
+        (Held::Nothing, Some(ChangeStep::RaiseBeforeNew))
+    );
+}
+
+#[test]
+fn a_worn_tool_is_taken_out_of_the_clamp_and_a_new_one_put_in_before_the_job_goes_on() {
+    let rack = ["T1 drill 0.6", "T2 drill 0.8 life 1", "T3 drill 1"].map(str::to_owned).to_vec();
+    let machine = apply(&changer(), &[("rack.tools".to_owned(), Value::Texts(rack))]).unwrap();
+    let program = three_tools(&machine);
+    let bench = Bench::new(&machine, Faults::default());
+    bench.fill(&program);
+    bench.start(&program);
+    bench.wait(|status| status.state == State::ToolChange && status.holes_done == 3);
+    let code = |ask| bench.drill.ask(ask).err().map(|why| why.code);
+    bench.wait(|_| bench.drill.ask(Ask::OpenClamp).is_ok());
+    bench.wait(|status| status.inputs & Input::ClampOpen.bit() != 0);
+    let open = bench.status().inputs;
+    assert_eq!((open & Input::ToolHeld.bit(), &bench.magazine().stock.spindle), (0, &Held::Unknown));
+    assert_eq!(code(Ask::ToolChanged).as_deref(), Some("magazine.clamp_by_hand"));
+    assert_eq!(code(Ask::ToolSeen { seen: Seen::TakenAway }).as_deref(), Some("control.busy"));
+    assert_eq!(bench.status().state, State::ToolChange);
+    bench.drill.ask(Ask::ToolSeen { seen: Seen::InSpindle }).unwrap();
+    let closed = Input::ToolHeld.bit();
+    bench.wait(|status| status.inputs & (closed | Input::ClampOpen.bit()) == closed);
+    bench.wait(|_| bench.magazine().stock.spindle != Held::Unknown);
+    assert_eq!(bench.magazine().stock.change, None);
+    bench.drill.ask(Ask::ToolChanged).unwrap();
+    bench.wait(|status| status.job.is_none() && status.state != State::Stopping);
+    bench.is_whole("a new one by hand");
+}
+
+#[test]
+fn stopped_with_the_clamp_open_for_a_new_tool_the_drill_asks_where_it_is_and_the_job_goes_on() {
+    let rack = ["T1 drill 0.6", "T2 drill 0.8 life 1", "T3 drill 1"].map(str::to_owned).to_vec();
+    let machine = apply(&changer(), &[("rack.tools".to_owned(), Value::Texts(rack))]).unwrap();
+    let program = three_tools(&machine);
+    let bench = Bench::new(&machine, Faults::default());
+    bench.fill(&program);
+    bench.start(&program);
+    let asked = |status: &Status| status.state == State::ToolChange && status.holes_done == 3;
+    bench.wait(asked);
+    bench.wait(|_| bench.drill.ask(Ask::OpenClamp).is_ok());
+    bench.wait(|status| status.inputs & Input::ClampOpen.bit() != 0);
+    bench.drill.ask(Ask::Stop).unwrap();
+    bench.wait(|status| status.state == State::Ready);
+    let report = bench.magazine();
+    assert_eq!((report.stock.spindle, report.goes_on_with), (Held::Unknown, None));
+    assert_eq!(report.stock.change.map(|change| change.uncertain().0.number), Some(2));
+    bench.drill.ask(Ask::ToolSeen { seen: Seen::InSpindle }).unwrap();
+    bench.go_on(&program);
+    bench.wait(asked);
+    bench.drill.ask(Ask::ToolChanged).unwrap();
+    bench.wait(|status| status.job.is_none() && status.state != State::Stopping);
+    bench.is_whole("stopped with the clamp open");
+}
+
+#[test]
 fn what_the_sensors_do_not_tell_a_person_is_asked_for_and_no_job_starts_before() {
     let machine = changer();
     let program = three_tools(&machine);

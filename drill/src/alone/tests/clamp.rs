@@ -1,0 +1,58 @@
+//! The clamp of a machine with a magazine by a person's hand, in a time of its own (C5): not while the spindle turns.
+
+use super::*;
+use annulus_core::job::Input;
+use annulus_core::machine::{RackTool, apply};
+use annulus_core::magazine::{Held, StockedTool};
+
+const TOOL: &str = "T4 drill 0.8 life 2";
+
+fn changes() -> Vec<(String, Value)> {
+    let rack = Value::Texts(vec![TOOL.to_owned()]);
+    let by_magazine = Value::Text("magazine".to_owned());
+    [("rack.tools", rack), ("rack.change", by_magazine)].map(|(key, value)| (key.to_owned(), value)).to_vec()
+}
+
+fn is_open(bench: &Bench) -> bool {
+    bench.status().inputs & Input::ClampOpen.bit() != 0
+}
+
+/// What the spindle holds, as far as was told.
+fn held(bench: &Bench) -> Held {
+    let told = bench.heard.iter().rev();
+    let mut told =
+        told.filter_map(|tell| if let Tell::Magazine(report) = tell { Some(report) } else { None });
+    told.next().unwrap().stock.spindle.clone()
+}
+
+/// A job whose tool is worn after two holes, at life's own speed: the person is asked just now.
+fn worn() -> Bench {
+    let machine = apply(&virtual_drill(), &changes()).unwrap();
+    let program = drilled::holes(&machine, 4, 4, |_| 800);
+    let mut bench = Bench::open_at(&Memory::default(), 1.0);
+    bench.ask(&Ask::Configure { changes: changes() });
+    assert_eq!(bench.refused(), None);
+    bench.home();
+    bench.ask(&Ask::SetZero);
+    let tool = StockedTool { number: 4, bit: RackTool::read(TOOL).unwrap().bit() };
+    bench.ask(&Ask::Stock { places: vec![Some(tool)], spindle: Held::Nothing });
+    assert_eq!(bench.refused(), None);
+    bench.turn(Duration::from_millis(200));
+    bench.start(&program, 0);
+    bench.until(|status| status.state == State::ToolChange && status.holes_done == 2);
+    bench
+}
+
+#[test]
+fn it_stays_closed_until_the_spindle_stands() {
+    let mut bench = worn();
+    bench.ask(&Ask::OpenClamp);
+    assert_eq!(bench.refused(), Some("magazine.spindle_turns"));
+    (0..100).for_each(|_| bench.turn(TURN));
+    assert!(!is_open(&bench) && held(&bench) != Held::Unknown);
+    let wait_ms = virtual_drill().magazine.spin_down_ms as u64;
+    (0..wait_ms / 50).for_each(|_| bench.ping_later(Duration::from_millis(50)));
+    bench.ask(&Ask::OpenClamp);
+    bench.until(|status| status.inputs & Input::ClampOpen.bit() != 0);
+    assert_eq!(held(&bench), Held::Unknown);
+}
