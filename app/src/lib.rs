@@ -19,6 +19,7 @@ pub mod parts;
 pub mod picture;
 pub mod readout;
 pub mod said;
+pub mod spindles;
 pub mod toolpaths;
 pub mod view;
 pub mod workbench;

@@ -250,14 +250,24 @@ fn times(machine: &Machine, own: &OwnStroke, down: &Stroke, up: &Stroke, height_
 /// and back, and the two strokes themselves: down and up.
 pub fn own(machine: &Machine, axis: usize) -> Result<(SpindleTimes, Stroke, Stroke), Diagnostic> {
     let process = &machine.process;
+    in_hole(machine, axis, -(process.board_thickness + process.breakthrough), process.feed_mm_per_s)
+}
+
+/// The same in a hole that all spindles drill to `bottom` over the board's surface, at this feed.
+pub fn in_hole(
+    machine: &Machine,
+    axis: usize,
+    bottom: Length,
+    feed_mm_per_s: f64,
+) -> Result<(SpindleTimes, Stroke, Stroke), Diagnostic> {
+    let process = &machine.process;
     let (scale, spindle) = (machine.z.scale, machine.own(axis));
-    let depth = process.board_thickness + process.breakthrough;
-    let (top, bottom) = (scale.steps(process.safe_height), scale.steps(spindle.height(-depth, -depth)));
+    let (top, bottom) = (scale.steps(process.safe_height), scale.steps(spindle.height(bottom, bottom)));
     let mm = mm_per_step(machine)[2];
     let (height_mm, depth_mm) = (top as f64 * mm, -bottom as f64 * mm);
     let (mut low, mut high) = (Steps::default(), Steps::default());
     (low[2], high[2]) = (bottom, top);
-    let down = down(machine, height_mm, depth_mm, process.feed_mm_per_s)?;
+    let down = down(machine, height_mm, depth_mm, feed_mm_per_s)?;
     let up = Stroke::One(line(machine, &low, &high, f64::INFINITY)?);
     let times = SpindleTimes {
         dwell_bottom_s: process.dwell_bottom_ms * 1e-3,

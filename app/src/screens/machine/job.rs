@@ -2,7 +2,7 @@
 //!
 //! Comes in: the latest status. Goes out: Start… (opens the pre-flight), Pause, Resume, Stop after hole.
 
-use super::{ended, words};
+use super::{ended, spindles, words};
 use crate::format::duration;
 use crate::i18n::{key, language, say, sentence, t};
 use crate::model::{StartEvent, Unseen};
@@ -38,6 +38,7 @@ pub(crate) fn job() -> impl IntoView {
         stages(line),
         controls(line),
         facts(line),
+        spindles::spindles(),
     ))
 }
 
