@@ -29,7 +29,7 @@ fn hits(desk: &Desk, words: &str) -> Value {
     object["tools"][0]["hits"].clone()
 }
 
-const RUN: &str = "run board.drl --machine mill.toml --confirm-tools 0.1";
+const RUN: &str = "run board.drl --machine mill.toml --same-length --confirm-tools 0.1";
 
 #[test]
 fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
@@ -38,7 +38,14 @@ fn a_life_that_ends_in_mid_job_asks_for_a_new_tool_between_two_holes() {
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &[]);
     let (exit, object) = desk.run(&board, &format!("{RUN} --zero-here"));
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
-    assert!(desk.said().contains("T3 (drill 0.8) has drilled 4 holes of 4: it is worn."), "{}", desk.said());
+    let said = desk.said();
+    let [before, asked] =
+        ["has drilled 0 holes of 4: it is worn before this job", "has drilled 4 holes of 4: it is worn."]
+            .map(|words| said.find(&format!("T3 (drill 0.8) {words}")).unwrap_or_else(|| panic!("{said}")));
+    let first = said.find("Tool 1").unwrap_or(asked);
+    assert!(before < first && first <= asked, "what will be worn is told before anything is asked: {said}");
+    let worn = object["worn_tools"].as_array().unwrap();
+    assert_eq!((worn.len(), &worn[0]["code"]), (1, &"preflight.tool_wears_out".into()), "{object}");
     let report = board.end();
     assert_eq!((&report["spindle"]["starts"], &report["spindle"]["on"]), (&2.into(), &0.into()), "{report}");
     let log = judge::read(&board.edges(), 0);
@@ -66,7 +73,7 @@ fn killed_and_resumed_every_hole_counts_once() {
         "{journal}"
     );
     board.rests();
-    let (exit, object) = desk.run(&board, "resume --confirm-tools 0.1");
+    let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());
     assert_eq!(hits(&desk, "list"), 6);
 }

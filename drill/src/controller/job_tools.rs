@@ -10,7 +10,9 @@
 //! the engine, nor where anything is kept.
 
 use super::order::legs;
+use crate::prepare::worn_tool;
 use annulus_core::controller::Routine;
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::worn::{self, Wear};
 use annulus_core::job::{Bit, Program};
 use annulus_core::machine::{RackTool, ToolWear, tool_of};
@@ -143,6 +145,24 @@ impl JobTools {
         }
     }
 
+    /// The tools that are worn, or will be before the job is done from section `from` on, in the order in which it takes them.
+    pub fn worn_ahead(&self, from: usize) -> Vec<Diagnostic> {
+        let mut needs: Vec<(u32, Wear)> = Vec::new();
+        for section in from..self.sections.sections.len() {
+            let (bit, wear) = (self.sections.sections[section].0, self.sections.wear(section));
+            match needs.iter_mut().find(|(known, _)| *known == bit) {
+                Some((_, sum)) => *sum = sum.plus(wear),
+                None => needs.push((bit, wear)),
+            }
+        }
+        let found = needs.into_iter().filter(|(_, wear)| !wear.is_nothing()).filter_map(|(bit, wear)| {
+            let bit = self.sections.bits.get(bit as usize)?;
+            let tool = tool_of(&self.rack, bit, &self.machine, &self.known)?;
+            worn_tool(tool, bit, (&self.of(tool), wear))
+        });
+        found.collect()
+    }
+
     fn tool(&self, number: Option<u32>) -> Option<&RackTool> {
         self.rack.iter().find(|tool| Some(tool.number) == number)
     }
@@ -155,5 +175,47 @@ impl JobTools {
     fn number_for(&self, section: usize) -> Option<u32> {
         let tool = tool_of(&self.rack, self.sections.bit(section)?, &self.machine, &self.known)?;
         Some(tool.number)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn tools_that_are_worn_and_those_that_will_be_are_told_for_what_is_left_of_the_job() {
+        let rack = ["T1 drill 0.8 life 6", "T2 drill 1 life 9", "T3 mill 2 life 3"];
+        let rack = rack.map(|line| RackTool::read(line).unwrap());
+        let bits = [1, 0, 2].map(|tool: usize| rack[tool].bit()).to_vec();
+        // Bit, holes, µm milled: 1 mm first, then 0.8 mm in two goes, then the mill.
+        let sections = vec![(0, 4, 0), (1, 0, 0), (1, 3, 0), (2, 0, 2_900_000), (1, 3, 0)];
+        let sections = SectionWear { bits, sections };
+        let told = |done: [u64; 3], from| -> Vec<String> {
+            let wear = rack.iter().zip(done).map(|(tool, done)| {
+                let more = if tool.wears_by_way() {
+                    Wear { hits: 0, milled_um: done * 1_000_000 }
+                } else {
+                    Wear { hits: done, milled_um: 0 }
+                };
+                ToolWear::new("mine", tool).plus(more)
+            });
+            let tools = JobTools::new(sections.clone(), ("mine", &rack), wear.collect());
+            tools.worn_ahead(from).iter().map(|why| why.message("en")).collect()
+        };
+        assert_eq!(
+            told([0, 0, 0], 0),
+            [
+                "T1 (drill 0.8) has drilled 0 holes of 6: it is worn before this job is done, and a new one is asked for between two holes."
+            ]
+        );
+        assert_eq!(told([0, 0, 0], 3), Vec::<String>::new(), "three of its holes are left");
+        let all = told([6, 9, 3], 0);
+        let begin =
+            ["T2 (drill 1) has drilled 9", "T1 (drill 0.8) has drilled 6", "T3 (end mill 2) has milled 3 m"];
+        assert_eq!(all.len(), 3, "{all:?}");
+        for (sentence, begin) in all.iter().zip(begin) {
+            assert!(sentence.starts_with(begin) && sentence.ends_with("it is worn."), "{all:?}");
+        }
+        assert_eq!(told([6, 9, 3], 5), Vec::<String>::new());
     }
 }
