@@ -1,0 +1,201 @@
+// What an operator sees at the machine while a job runs, when it goes wrong, and what is put right by hand: against the real bridge.
+//
+// What may change between two looks is counted inside the page.
+
+import assert from "node:assert/strict";
+import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, before, test } from "node:test";
+import { atRest, drillOnly, failed, openBrowser, openPage, picture, planned, press, show, startBridge, startJob, tab, until } from "./harness.mjs";
+
+let browser;
+before(async () => (browser = await openBrowser("none")));
+after(async () => browser?.close());
+
+const SMALL = { width: 1024, height: 768 };
+const go_on = (page) => page.getByRole("button", { name: "Continue: the bit is in" });
+
+/** A page of a bridge whose machine file says this and has these faults; `end` stops both. */
+async function at(settings, faults = [], speed = 200) {
+  const folder = mkdtempSync(join(tmpdir(), "annulus-machine-"));
+  const file = join(folder, "machine.toml");
+  writeFileSync(file, `schema = 1\n${settings}`);
+  const bridge = await startBridge({ speed, args: ["--machine", file, ...faults.flatMap((fault) => ["--fault", fault])] });
+  const { page, context, problems } = await openPage(browser, bridge.url, SMALL);
+  const end = async () => {
+    await context.close();
+    await bridge.stop();
+    rmSync(folder, { recursive: true, force: true });
+  };
+  return { page, problems, end };
+}
+
+async function sample(page) {
+  await page.getByRole("button", { name: /Sample board/ }).click();
+  await page.getByText(/^Planned .* m,/).waitFor();
+}
+
+/** Puts in every bit that is asked for until `done`. */
+async function fetching(page, done, what) {
+  await until(async () => {
+    if (await go_on(page).isVisible().catch(() => false)) await go_on(page).click({ timeout: 2000 }).catch(() => {});
+    return done();
+  }, what);
+}
+
+/** From now on notes inside the page whatever `look` finds after a change, each once; `noted` gives it. */
+async function note(page, look) {
+  await page.evaluate((look) => {
+    const noted = new Set();
+    const find = new Function(look);
+    const seen = () => {
+      const found = find();
+      if (found) noted.add(JSON.stringify(found));
+    };
+    new MutationObserver(seen).observe(document.body, { subtree: true, childList: true, characterData: true, attributes: true });
+    globalThis.noted = noted;
+  }, look);
+  return () => page.evaluate(() => [...globalThis.noted].map((text) => JSON.parse(text)));
+}
+
+/** What stands under the tabs while an alarm does: bars, banners, notices, green ticks. */
+const WHILE_ALARMED = `
+  const count = (what) => [...document.querySelectorAll(what)].filter((one) => one.getClientRects().length > 0).length;
+  if (count(".alarm-bar") === 0) return null;
+  return [count(".alarm-bar"), count(".banner"), count(".notice"), count(":is(.notice, .banner, .alarm-bar).tone-run")];`;
+
+test("an alarm in mid-job is one bar on every screen, with no other word and no green tick; the log has the rest", async () => {
+  const { page, problems, end } = await at("[stroke]\ncontact_tolerance = 0.1\n", ["contact-early@3"], 60);
+  try {
+    await sample(page);
+    await drillOnly(page);
+    const { start } = await startJob(page);
+    const noted = await note(page, WHILE_ALARMED);
+    await start.click();
+    const bar = page.locator(".alarm-bar");
+    await fetching(page, () => bar.isVisible(), "the alarm");
+    await bar.getByText("control.early_contact").waitFor();
+    // The job has ended by it, and the spindle is off: nothing of that is told beside it.
+    await page.getByText("0 rpm", { exact: true }).waitFor();
+    for (const screen of ["Board", "CAM", "Simulate", "Machine"]) {
+      await show(page, screen);
+      await atRest(page);
+      assert.equal(await bar.count(), 1, screen);
+    }
+    assert.deepEqual(await noted(), [[1, 0, 0, 0]], "bars, banners, notices and ticks whenever an alarm stood");
+    await page.screenshot({ path: picture("alarm-1024") });
+    await show(page, "Lab");
+    await page.getByRole("tab", { name: "Log" }).click();
+    const log = page.getByRole("tabpanel").or(page.locator("main")).first();
+    await log.getByText(/Ended by an alarm\. Holes drilled: \d+/).first().waitFor();
+    await log.getByText(/The tip touched something 0\.2\d mm above/).first().waitFor();
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "alarm-failed", error);
+  } finally {
+    await end();
+  }
+});
+
+/** What is said of the job in work: the part, the hole or toolpath of it, and the stage that is marked. */
+const IN_WORK = `
+  const text = (what) => document.querySelector(what)?.textContent ?? "";
+  const stage = text('.stage-chip[aria-current="step"]');
+  return stage ? [text(".job-progress strong"), text(".job-progress p"), stage] : null;`;
+
+test("a job with isolation says that it mills, which operation of how many, and which toolpath of it", async () => {
+  const { page, problems, end } = await at("", [], 20);
+  try {
+    await sample(page);
+    await tab(page, "CAM").click();
+    await page.getByRole("heading", { name: "Operations" }).waitFor();
+    await planned(page);
+    const seen = page.getByRole("button", { name: "All seen" });
+    if (await seen.isEnabled()) await seen.click();
+    const { start } = await startJob(page);
+    const noted = await note(page, IN_WORK);
+    await start.click();
+    const said = async () => (await noted()).filter(([part]) => /^\d+ of \d+: Isolate/.test(part));
+    const milling = async () => (await said()).filter(([, , stage]) => stage === "Milling");
+    await fetching(page, async () => (await milling()).length > 2, "milling that is told");
+    const told = await milling();
+    for (const [part, within] of told) {
+      assert.match(part, /^1 of [2-9]: Isolate/, part);
+      assert.match(within, /^Toolpath \d+ of \d+$/, within);
+    }
+    const numbers = told.map(([, within]) => Number(within.match(/\d+/)[0]));
+    assert.ok(Math.max(...numbers) > Math.min(...numbers), `it goes on: ${numbers}`);
+    await page.screenshot({ path: picture("milling-1024") });
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "milling-failed", error);
+  } finally {
+    await end();
+  }
+});
+
+test("each of several spindles has its depth and its time to the board, and what lets X and Y go on", async () => {
+  const { page, problems, end } = await at("[machine]\nspindles = 3\n[spindle]\ndeeper = [0.0, 0.0, 0.3]\nenabled = [1, 0, 1]\n");
+  try {
+    await sample(page);
+    await tab(page, "Machine").click();
+    const table = page.getByRole("table", { name: "Spindles in the hole in work" });
+    await table.waitFor();
+    const row = async (name) => (await table.getByRole("row", { name }).innerText()).replaceAll(/\s+/g, " ");
+    const numbers = async (name) => (await row(name)).match(/^Z\d ([\d.]+) mm ([\d.]+) ms$/).slice(1).map(Number);
+    const [deep, ms] = await numbers("Z1");
+    const [deeper, its_ms] = await numbers("Z3");
+    assert.ok(deep > 1 && Math.abs(deeper - deep - 0.3) < 0.002 && ms > 1 && its_ms > 1, `${deep} ${ms}, ${deeper} ${its_ms}`);
+    assert.equal(await row("Z2"), "Z2 stays up");
+    await page.getByText(/where the contact sensor still tells of the board, at its edge/).waitFor();
+    await page.screenshot({ path: picture("spindles-1024") });
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "spindles-failed", error);
+  } finally {
+    await end();
+  }
+});
+
+test("the clamp of a magazine whose change stopped is opened from the page, asked first with what falls out", async () => {
+  const { page, problems, end } = await at('[rack]\nchange = "magazine"\n', ["clamp-stuck@2"]);
+  try {
+    await sample(page);
+    await drillOnly(page);
+    await tab(page, "Machine").click();
+    await press(page, page.getByRole("button", { name: "Home", exact: true }));
+    await page.getByText("At rest, position known.").waitFor();
+    const magazine = page.getByRole("region", { name: "Magazine" });
+    await magazine.getByText("Say what lies where").click();
+    const fill = magazine.getByRole("button", { name: "As the job needs it" });
+    const none = magazine.getByRole("button", { name: "Every place is empty" });
+    const [one, other] = [await fill.boundingBox(), await none.boundingBox()];
+    const apart = Math.max(other.x - one.x - one.width, other.y - one.y - one.height);
+    assert.ok(apart >= 4, `two buttons that touch: ${apart} px between them`);
+    await press(page, fill);
+    const { start } = await startJob(page);
+    await start.click();
+    await page.locator(".alarm-bar").getByText("magazine.clamp_closed").waitFor();
+    await until(async () => {
+      await page.getByRole("button", { name: "Acknowledge" }).click({ timeout: 1000 }).catch(() => {});
+      return (await page.locator(".alarm-bar").count()) === 0;
+    }, "the alarm acknowledged");
+    await press(page, magazine.getByRole("button", { name: "Open the clamp…" }));
+    await magazine.getByText(/^T\d+ .* falls out of the spindle when the clamp opens/).waitFor();
+    await magazine.getByRole("button", { name: "Leave it closed" }).click();
+    await press(page, magazine.getByRole("button", { name: "Open the clamp…" }));
+    await page.screenshot({ path: picture("clamp-1024") });
+    await press(page, magazine.getByRole("button", { name: "I hold it: open the clamp" }));
+    await magazine.getByText(/^Where is the tool T\d+/).waitFor();
+    await press(page, magazine.getByRole("button", { name: "I took it out, the spindle is empty" }));
+    await magazine.getByText("Spindle empty").waitFor();
+    await magazine.getByText(/it goes on with step 11/).waitFor();
+    assert.equal(await magazine.getByRole("button", { name: "Open the clamp…" }).count(), 0, "nothing is in it");
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "clamp-failed", error);
+  } finally {
+    await end();
+  }
+});
