@@ -16,6 +16,7 @@ use annulus_core::machine::{Machine, Steps};
 use annulus_core::magazine::ToolStock;
 use annulus_core::pins::{self, AxisSet, ShortTouches, SpindleState, SpindleTrouble};
 use annulus_core::steps::{Segment, Stage};
+use annulus_core::wire::OtherFirmware;
 use serde::{Deserialize, Serialize};
 use std::sync::atomic::{AtomicU8, AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
@@ -35,6 +36,8 @@ pub struct Task {
     pub follows: bool,
     /// Machine steps of Z below which the tip is in the board.
     pub surface_steps: i64,
+    /// So many steps of Z higher than flat the board lies at the hole of this task, as its height map has it.
+    pub board_steps: i64,
     /// Legs that must be durable before the tip goes down.
     pub needs_durable: u32,
     /// Machine steps of Z to which the tip may be lifted when nobody is left to say so; none where the position is not
@@ -124,6 +127,9 @@ pub struct Glimpse {
     /// Touches of each of [`Input::OF_AXES`] that were shorter than its filter, where somebody counts them.
     #[serde(default)]
     pub touches: Option<[ShortTouches; Input::OF_AXES.len()]>,
+    /// Firmware of an adapter that is not the one of this program.
+    #[serde(default)]
+    pub other_firmware: Option<OtherFirmware>,
     /// Spindle speed that is wanted.
     pub rpm: u32,
     /// What the spindle tells of itself.

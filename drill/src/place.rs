@@ -218,8 +218,11 @@ impl Place {
             next_hole: begins.map(|tick| (self.line.tick + tick, task.needs_durable)),
             granted: task.granted,
         };
+        // Where the tip must touch is counted from the board as it lies there.
+        let within = self.motors.touches_within.map(|ends| ends.map(|steps| steps + task.board_steps));
+        let motors = Motors { touches_within: within, ..self.motors };
         let (pins, clock) = (&mut *self.pins, &mut *self.clock);
-        let outcome = play_by_turns(segment, &self.motors, &mut self.line, pins, clock, &mut operator).await;
+        let outcome = play_by_turns(segment, &motors, &mut self.line, pins, clock, &mut operator).await;
         match outcome {
             Outcome::Completed => Ended::Completed,
             Outcome::Gated(at) => Ended::Gated(at),
@@ -241,6 +244,7 @@ impl Place {
                 position: self.line.position,
                 inputs,
                 touches: glimpse.touches,
+                other_firmware: glimpse.other_firmware,
                 rpm: self.rpm,
                 spindle: glimpse.spindle,
                 stage: segment.map(|segment| segment.stage),

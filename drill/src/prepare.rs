@@ -6,10 +6,11 @@ use crate::surface::{Followed, Ground, KeptSurface, followed};
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite, worn};
+use annulus_core::job::worn::{self, Wear};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite};
 use annulus_core::level::{TOLERANCE, level};
 use annulus_core::locale;
-use annulus_core::machine::{self, Machine, Steps, ToolWear};
+use annulus_core::machine::{self, Machine, RackTool, Steps, ToolWear};
 use annulus_core::magazine::{Held, ToolStock, changes_ticks};
 use annulus_core::motion;
 use annulus_core::steps::{self, Packed, Segment, Switching, TICK_HZ};
@@ -161,6 +162,19 @@ impl Prepared {
     pub(crate) fn lift(&self, machine: &Machine, leg: usize) -> Result<Vec<Segment>, Diagnostic> {
         let alone = motion::leg_alone(&self.program, machine, leg, self.down_before(leg))?;
         Ok(alone.moves.last().map(|planned| steps::segment(planned, machine)).into_iter().collect())
+    }
+
+    /// How many steps of Z the board lies higher than flat at the hole that leg `leg` of a job that follows a height map drills.
+    pub(crate) fn board_steps(&self, machine: &Machine, leg: usize) -> i64 {
+        let hole = self.program.legs.get(leg).filter(|leg| matches!(leg.mark, Mark::Hole(_)));
+        let place = hole.and_then(|leg| {
+            leg.commands.iter().find_map(|command| match command {
+                Command::Rapid { to } => Some(*to),
+                _ => None,
+            })
+        });
+        let height = self.follows.as_ref().zip(place).map(|(kept, at)| kept.map.height(at));
+        height.map_or(0, |height| machine.z.scale.steps(height))
     }
 
     /// What is in force before segment `first`: bit and spindle speed.
@@ -334,19 +348,24 @@ pub(crate) fn worn_tools(
     {
         let Some(tool) = machine::tool_of(&machine.rack, bit, &machine.name, wear) else { continue };
         let now = ToolWear::of(wear, &machine.name, tool);
-        let (worn, way) = (now.is_over(tool.life), tool.wears_by_way());
-        let found = match (worn, now.plus(needs).is_over(tool.life)) {
-            (true, _) if way => Diagnostic::warning("preflight.tool_worn_way"),
-            (true, _) => Diagnostic::warning("preflight.tool_worn"),
-            (false, true) if way => note("preflight.tool_wears_out_way"),
-            (false, true) => note("preflight.tool_wears_out"),
-            (false, false) => continue,
-        };
-        let found = found.with("number", tool.number).with("tool", bit.title(locale::FALLBACK));
-        let found = found.with("done", now.done()).with("life", tool.life);
-        rows.push(row(if worn { RowVerdict::Warn } else { RowVerdict::Pass }, found));
+        let verdict = if now.is_over(tool.life) { RowVerdict::Warn } else { RowVerdict::Pass };
+        rows.extend(worn_tool(tool, bit, (&now, needs)).map(|found| row(verdict, found)));
     }
     rows
+}
+
+/// What there is to say of a tool that has done so much, as `bit` of a job that needs so much of it: that it is worn, or will be.
+pub(crate) fn worn_tool(tool: &RackTool, bit: &Bit, (now, needs): (&ToolWear, Wear)) -> Option<Diagnostic> {
+    let way = tool.wears_by_way();
+    let found = match (now.is_over(tool.life), now.plus(needs).is_over(tool.life)) {
+        (true, _) if way => Diagnostic::warning("preflight.tool_worn_way"),
+        (true, _) => Diagnostic::warning("preflight.tool_worn"),
+        (false, true) if way => note("preflight.tool_wears_out_way"),
+        (false, true) => note("preflight.tool_wears_out"),
+        (false, false) => return None,
+    };
+    let found = found.with("number", tool.number).with("tool", bit.title(locale::FALLBACK));
+    Some(found.with("done", now.done()).with("life", tool.life))
 }
 
 /// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.

@@ -102,6 +102,7 @@ mod tests {
                 segments,
                 follows,
                 surface_steps: surface,
+                board_steps: 0,
                 needs_durable: 0,
                 lift_to: Some(0),
                 granted: false,

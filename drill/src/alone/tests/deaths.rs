@@ -26,7 +26,7 @@ use std::task::{Context, Waker};
 const ALL: u64 = u64::MAX;
 
 /// Orders that follow each other.
-struct Ordered(VecDeque<Task>);
+pub(super) struct Ordered(pub(super) VecDeque<Task>);
 
 impl Orders for Ordered {
     fn next(&mut self, _: Option<Duration>) -> Next {
@@ -46,6 +46,7 @@ fn tasks(program: &Program) -> VecDeque<Task> {
                 segments: vec![segment],
                 follows: false,
                 surface_steps: 0,
+                board_steps: 0,
                 needs_durable: 0,
                 lift_to: None,
                 granted: false,

@@ -126,6 +126,32 @@ fn every_hole_is_as_deep_below_the_board_as_planned_and_without_its_map_it_is_no
 }
 
 #[test]
+fn a_tip_touches_early_where_it_does_over_the_board_as_it_was_touched() {
+    let program = deep(THICK_MM + 0.1);
+    let tolerance = || vec![("stroke.contact_tolerance".to_owned(), Value::Number(0.08))];
+    for (faults, wanted) in [
+        (vec!["board-not-flat"], (Ending::Done, 24, None)),
+        (vec!["board-not-flat", "contact-early@6"], (Ending::Alarm, 6, Some("0.25".to_owned()))),
+    ] {
+        let mut bench = Bench::open(&Memory::default());
+        bench.ask(&Ask::Configure { changes: tolerance() });
+        bench.ask(&Ask::Provoke { faults: faults.iter().map(|fault| (*fault).to_owned()).collect() });
+        bench.home();
+        bench.ask(&Ask::SetZero);
+        bench.turn(Duration::from_millis(200));
+        let report = bench.survey(&program);
+        let most = report.heights.iter().flatten().map(|height| height.mm().abs()).fold(0.0, f64::max);
+        assert!(most > 0.16, "the board lies twice as far off as the tip may touch: {most}");
+        bench.start(&program, 0);
+        let (ending, holes) = bench.finish();
+        let alarm = bench.status().alarm.clone();
+        let early = alarm.filter(|why| why.code == "control.early_contact");
+        let above = early.and_then(|why| why.argument(&["mm"]).map(str::to_owned));
+        assert_eq!((ending, holes, above), wanted, "{faults:?}: {:?}", bench.status().alarm);
+    }
+}
+
+#[test]
 fn a_map_outlives_its_page_and_is_refused_by_another_zero_another_job_and_another_height() {
     let (files, program) = (Memory::default(), deep(1.62));
     let mut bench = ready_askew(&files);
