@@ -3,91 +3,23 @@
 
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
-import { firmware, startAdapter } from "./adapter.mjs";
+import { firmware, renumbered, startAdapter } from "./adapter.mjs";
 import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
-import { PATIENCE_MS, failed, openBrowser, openPage, picture, planned, press, serveFiles, settled, startBridge, tab, until } from "./harness.mjs";
+import { PATIENCE_MS, failed, openBrowser, openPage, picture, planned, press, serveFiles, startBridge, tab, until } from "./harness.mjs";
+import { HOLES, SPEED, begin, connect, digits, drillFile, home, isZero, moveTo, opened, shown, touchOff } from "./mill.mjs";
 
-/** How many times faster than life the board runs. */
-const SPEED = 2;
-/** Holes in mm, two sizes: the first is the work zero. */
-const HOLES = [0, 3].flatMap((y) => [0, 2, 4, 6, 8, 10].map((x) => [x, y]));
-const DRILL = [
-  "M48",
-  "METRIC",
-  "T1C0.8",
-  "T2C1.0",
-  "%",
-  "T1",
-  ...HOLES.slice(0, 6).map(([x, y]) => `X${x}.0Y${y}.0`),
-  "T2",
-  ...HOLES.slice(6).map(([x, y]) => `X${x}.0Y${y}.0`),
-  "M30",
-  "",
-].join("\n");
+/** Two sizes of tools: six holes each. */
+const DRILL = drillFile({ 0.8: HOLES.slice(0, 6), "1.0": HOLES.slice(6) });
 
 const tools = instrument();
 let browser;
 before(async () => (browser = await openBrowser("none")));
 after(async () => browser?.close());
 
-const connect = (page) => page.getByRole("button", { name: "Connect a controller…" });
-const shown = (page, text) => page.getByText(text).first().waitFor();
-const digits = async (page, axis) => Number((await page.locator(`[data-axis="${axis}"]`).textContent()).replace("−", "-"));
-
-/** Whether an axis stands at its zero: the board counts its zero from where it was sent, which may lie between two steps. */
-const isZero = (mm) => Math.abs(mm) <= 0.5 / STEPS + 1e-9;
-
-/** The buttons that move an axis down and up in its numbers. */
-const WAYS = { X: ["Move X to the left", "Move X to the right"], Y: ["Move Y nearer", "Move Y away"], Z: ["Move Z down", "Move Z up"] };
-
-/** Goes to a place by steps, as a person would: the longest first. A step that a busy page let end early is followed by others. */
-async function moveTo(page, axis, to) {
-  for (const size of [10, 1, 0.1, 0.01]) {
-    await page.getByRole("button", { name: String(size), exact: true }).click();
-    for (;;) {
-      const way = to - (await settled(() => digits(page, axis), axis, 400));
-      if (Math.abs(way) < 0.005) return;
-      if (Math.abs(way) < size - 1e-6) break;
-      await press(page, page.getByRole("button", { name: WAYS[axis][way > 0 ? 1 : 0], exact: true }));
-    }
-  }
-}
-
-/** Reads the pre-flight, ticks what is to be ticked, and begins. */
-async function begin(page, name) {
-  const dialog = page.getByRole("dialog", { name: "Before the start" });
-  const start = dialog.getByRole("button", { name });
-  await until(async () => {
-    for (const tick of await dialog.getByRole("checkbox").all()) if (!(await tick.isChecked())) await tick.check();
-    return start.isEnabled();
-  }, "a pre-flight that lets the job start");
-  const rows = await dialog.getByRole("listitem").allTextContents();
-  await start.click();
-  return rows;
-}
-
-async function home(page) {
-  await press(page, page.getByRole("button", { name: "Home", exact: true }));
-  await shown(page, "At rest, position known.");
-}
-
-/** A page of the site with a board of twelve holes planned, on its Machine screen. */
-async function opened(server, board) {
-  const page = await openPage(browser, "about:blank");
-  await plugInto(page.context, board);
-  await page.page.goto(`${server.url}?speed=${SPEED}`);
-  const chooser = page.page.waitForEvent("filechooser");
-  await page.page.getByRole("button", { name: "Open files…" }).click();
-  await (await chooser).setFiles({ name: "twelve.drl", mimeType: "text/plain", buffer: Buffer.from(DRILL) });
-  await page.page.getByText(/^Planned .* m,/).waitFor();
-  await tab(page.page, "Machine").click();
-  return page;
-}
-
 test("the page alone connects a GRBL mill, moves it and makes a board of two tools, over STOP and a pulled cable", async (t) => {
   if (!tools) return t.skip("no GRBL");
   const [server, board] = [await serveFiles(), await startBoard(tools, SPEED)];
-  const { page, context, problems } = await opened(server, board);
+  const { page, context, problems } = await opened(browser, server, board, DRILL);
   try {
     await press(page, connect(page));
     await shown(page, /^GRBL 1\.1h/);
@@ -120,7 +52,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     assert.deepEqual(await board.steps(), stopped, "nothing moves after STOP");
     await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
     await begin(page, "Resume the job");
-    // The second tool has to be touched off: its tip is elsewhere.
+    // It may be another bit than it was: it is touched off before it cuts.
     await change.getByRole("button", { name: /^Continue/ }).click();
     await change.getByRole("button", { name: "Not yet" }).click();
     await shown(page, /was not touched off/);
@@ -130,6 +62,9 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await page.screenshot({ path: picture("serial-touched-1440") });
     await page.getByRole("button", { name: "Show", exact: true }).click();
     await press(page, change.getByRole("button", { name: /^Continue/ }));
+    await change.waitFor({ state: "hidden" });
+    // And the second tool: its tip is elsewhere.
+    await touchOff(page);
     await shown(page, /^Hole [2-5] of 6/);
     // The browser would ask before the page is left now.
     await board.replug();
@@ -142,6 +77,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await home(page);
     await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
     await begin(page, "Resume the job");
+    await touchOff(page);
     await shown(page, /^The job is done\./);
     await page.screenshot({ path: picture("serial-done-1440") });
     // Let go of, the page has its virtual drill again; the port is known.
@@ -171,7 +107,7 @@ test("a board that lies askew is touched from the page, its map is seen, and the
   if (!tools) return t.skip("no GRBL");
   // 20 µm up for every millimetre to the right; at the work zero it is where the tip will be set on it.
   const [server, board] = [await serveFiles(), await startBoard(tools, SPEED, "-20.58,0.02,0")];
-  const { page, context, problems } = await opened(server, board);
+  const { page, context, problems } = await opened(browser, server, board, DRILL);
   try {
     await press(page, connect(page));
     await shown(page, /^GRBL 1\.1h/);
@@ -277,6 +213,7 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await shown(page, "The position is not known. Home first.");
     await page.screenshot({ path: picture("adapter-connected-1440") });
     await home(page);
+    assert.equal(await page.getByText(/another firmware/).count(), 0, "the firmware is that of these sources");
     const origin = board.place();
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await page.getByText(/Zero at/).waitFor();
@@ -325,6 +262,34 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     assert.deepEqual(problems, []);
   } catch (error) {
     throw await failed(page, "adapter-failed-1440", error);
+  } finally {
+    await context.close();
+    server.stop();
+    board.kill();
+  }
+});
+
+test("a page says that the adapter has another firmware, and how its own comes into it, until that is closed", async (t) => {
+  const built = firmware();
+  if (!built) return t.skip("no firmware");
+  const [server, board] = [await serveFiles(), await startAdapter(renumbered(built))];
+  const { page, context, problems } = await openPage(browser, "about:blank");
+  try {
+    await plugInto(context, board);
+    await page.goto(server.url);
+    await tab(page, "Machine").click();
+    await press(page, connect(page));
+    await shown(page, /^The adapter has another firmware/);
+    const notice = page.locator(".notice", { hasText: "another firmware" });
+    assert.match(await notice.textContent(), /annulus firmware flash/);
+    await page.screenshot({ path: picture("adapter-other-firmware-1440") });
+    await press(page, notice.getByRole("button", { name: "Close", exact: true }));
+    await notice.waitFor({ state: "detached" });
+    await home(page);
+    assert.equal(await notice.count(), 0, "what was read is not told again");
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "adapter-other-firmware-failed-1440", error);
   } finally {
     await context.close();
     server.stop();

@@ -34,12 +34,12 @@ impl Bench {
 
     /// Runs the job to its end, or until something ends it.
     pub(crate) fn run(&self) -> (i32, Value) {
-        self.desk.run(&self.board, &format!("run job.nc {ZERO_AT} --confirm-tools 0.1"))
+        self.desk.run(&self.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"))
     }
 
     /// Goes on with it.
     pub(crate) fn resume(&self) -> (i32, Value) {
-        self.desk.run(&self.board, "resume --confirm-tools 0.1")
+        self.desk.run(&self.board, "resume --same-length --confirm-tools 0.1")
     }
 
     /// Turns the machine off: what was made of the job, and the last report.

@@ -11,7 +11,7 @@ use std::time::Duration;
 fn a_pulled_cable_is_told_written_down_and_the_job_goes_on_after_homing() {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
-    let sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --confirm-tools 0.1"));
+    let sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"));
     eventually("four sections", MOST, || bench.desk.journal()["done"].as_u64().is_some_and(|done| done >= 4));
     std::thread::sleep(Duration::from_millis(200));
     bench.board.plug(false);
@@ -35,19 +35,19 @@ fn without_switches_nothing_goes_on_before_zero_was_set_again() {
     // Plugged in again, this board does not begin anew: it stands where it came to rest, and says nothing by itself.
     let mut board = Board::new(instrument, &settings(false), here, &["--no-dtr-reset"]);
     let desk = Desk::new(&job.text);
-    let sender = desk.start(&board, "run job.nc --zero-here --confirm-tools 0.1");
+    let sender = desk.start(&board, "run job.nc --zero-here --same-length --confirm-tools 0.1");
     eventually("five sections", MOST, || desk.journal()["done"].as_u64().is_some_and(|done| done >= 5));
     board.plug(false);
     let (exit, object) = desk.answer(sender);
     assert_eq!((exit, &object["position_trust"]), (1, &"lost".into()), "{object}");
     let rests = board.rests();
     board.plug(true);
-    let (exit, object) = desk.run(&board, "resume --confirm-tools 0.1");
+    let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
     assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.no_zero".into()), "{object} {}", desk.said());
     assert_eq!(board.rests(), rests, "nothing moves");
     // The person brings the head back to the zero of the board.
     board.jog_to([0; 3]);
-    let (exit, object) = desk.run(&board, "resume --zero-here --confirm-tools 0.1");
+    let (exit, object) = desk.run(&board, "resume --zero-here --same-length --confirm-tools 0.1");
     assert_eq!(exit, 0, "{object} {}", desk.said());
     board.end();
     let verdict = judge::compare(&judge::read(&board.edges(), 0), &job.wanted([0; 3]), 0);

@@ -60,7 +60,7 @@ fn a_whole_board_of_four_tools_comes_to_every_place_that_its_programs_name() {
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &[]);
     let names: Vec<String> = programs.iter().map(|path| path.display().to_string()).collect();
     let (exit, object) =
-        desk.run(&board, &format!("run {} --zero-here --confirm-tools 0.2", names.join(" ")));
+        desk.run(&board, &format!("run {} --zero-here --same-length --confirm-tools 0.2", names.join(" ")));
     assert_eq!(exit, 0, "{object} {}", desk.said());
     assert_eq!(object["holes_done"], 3, "{object}");
     let report = board.end();

@@ -42,7 +42,7 @@ fn a_line_of_noise_is_nobody_and_is_not_waited_for_without_end() {
     let faults = ["--garble", "0.5", "--tx-faults", "--seed", "5"];
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &faults);
     let desk = Desk::new(&job.text);
-    for words in ["info", "run job.nc --zero-here --confirm-tools 0"] {
+    for words in ["info", "run job.nc --zero-here --same-length --confirm-tools 0"] {
         let (exit, object) = desk.run(&board, words);
         assert_eq!((exit, &object["error"]["code"]), (3, &"grbl.no_answer".into()), "{words}: {object}");
     }

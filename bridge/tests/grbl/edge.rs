@@ -1,8 +1,8 @@
-//! Edges of the board found on the firmware itself, by the engine that bridge and page share, at the instrument's port.
+//! Edges of the board and its height found on the firmware itself, by the engine that bridge and page share, at the instrument's port.
 
 use super::firmware::{Board, SPEED, STEPS, instrument, settings};
 use annulus_core::control::Trust;
-use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase};
+use annulus_core::controller::{BoardHeight, EngineAsk, EngineEvent, EnginePhase};
 use annulus_drill::controller::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
@@ -12,26 +12,29 @@ const START: [f64; 3] = [-100.0, -100.0, -60.0];
 const TOLERANCE_MM: f64 = 0.013;
 
 /// Who stands at the port.
-struct Desk {
+pub(super) struct Desk {
     port: Box<dyn serialport::SerialPort>,
     attended: Attended,
     began: Instant,
-    now: Option<ControllerGlimpse>,
+    pub(super) now: Option<ControllerGlimpse>,
     found: Vec<String>,
     zeros: u32,
+    /// Lines that were sent.
+    pub(super) sent: Vec<String>,
 }
 
 impl Desk {
-    fn at(board: &Board) -> Self {
+    pub(super) fn at(board: &Board) -> Self {
         let port = serialport::new(board.port(), 115_200).timeout(Duration::from_millis(10)).open().unwrap();
         let (attended, began) = (Attended::new(AttendedJob::default()), Instant::now());
-        let mut desk = Self { port, attended, began, now: None, found: Vec::new(), zeros: 0 };
+        let mut desk =
+            Self { port, attended, began, now: None, found: Vec::new(), zeros: 0, sent: Vec::new() };
         desk.event(EngineEvent::Opened);
         desk.until("somebody there", |desk| desk.phase() == Some(EnginePhase::Ready));
         desk
     }
 
-    fn phase(&self) -> Option<EnginePhase> {
+    pub(super) fn phase(&self) -> Option<EnginePhase> {
         self.now.as_ref().map(|now| now.phase)
     }
 
@@ -39,7 +42,10 @@ impl Desk {
         let now_ms = (self.began.elapsed().as_secs_f64() * 1e3 * SPEED) as u64;
         for due in self.attended.event(now_ms, event) {
             match due {
-                Due::Write(bytes) => self.port.write_all(&bytes).unwrap(),
+                Due::Write(bytes) => {
+                    self.port.write_all(&bytes).unwrap();
+                    self.sent.push(String::from_utf8_lossy(&bytes).into_owned());
+                }
                 Due::Tell(Told::Now(now)) => self.now = Some(*now),
                 Due::Tell(Told::Found(found)) => self.found.push(found.code),
                 Due::Tell(Told::ZeroSet) => self.zeros += 1,
@@ -48,11 +54,16 @@ impl Desk {
         }
     }
 
-    fn ask(&mut self, ask: EngineAsk) {
+    /// What a button at the board does.
+    pub(super) fn presses(&mut self, sign: u8) {
+        self.port.write_all(&[sign]).unwrap();
+    }
+
+    pub(super) fn ask(&mut self, ask: EngineAsk) {
         self.event(EngineEvent::Ask(ask));
     }
 
-    fn until(&mut self, what: &str, so: impl Fn(&Self) -> bool) {
+    pub(super) fn until(&mut self, what: &str, so: impl Fn(&Self) -> bool) {
         let since = Instant::now();
         while !so(self) {
             assert!(since.elapsed() < Duration::from_secs(60), "{what}: {:?} {:?}", self.now, self.found);
@@ -120,4 +131,32 @@ fn an_edge_that_is_not_there_leaves_the_zero_where_it_was() {
     desk.until("what became of it", |desk| desk.found.iter().any(|code| code == "grbl.alarm_5"));
     assert_eq!(desk.zeros, 1);
     board.end();
+}
+
+#[test]
+fn the_height_is_where_the_probe_met_the_plate() {
+    let Some(instrument) = instrument() else { return };
+    // The plate lies 2 mm below the tip, and is 1.5 mm thick; braked hard and softly.
+    for acceleration in [500.0, 10.0] {
+        let settings = [settings(false), vec![(122, acceleration)]].concat();
+        let mut board = Board::new(instrument, &settings, START, &["--probe-z", "-62,0,0"]);
+        let mut desk = Desk::at(&board);
+        desk.ask(EngineAsk::SetZero { axes: [true; 3], height_mm: 0.0 });
+        desk.until("a zero", |desk| desk.zeros == 1);
+        desk.until("rest", |desk| desk.phase() == Some(EnginePhase::Ready));
+        desk.ask(EngineAsk::Probe { depth_mm: 10.0, mm_per_min: 60.0, plate_mm: 1.5, up_mm: 2.0 });
+        desk.until("the plate", |desk| {
+            (desk.zeros == 2 || !desk.found.is_empty()) && desk.phase() == Some(EnginePhase::Ready)
+        });
+        desk.until("its place", |desk| desk.now.as_ref().is_some_and(|now| now.zero_mm.is_some()));
+        assert_eq!((desk.zeros, &desk.found), (2, &Vec::new()), "{acceleration} mm/s²");
+        let now = desk.now.as_ref().unwrap();
+        let zero = now.zero_mm.unwrap();
+        assert!((zero[2] + 2.0 + 1.5).abs() < TOLERANCE_MM, "{acceleration} mm/s²: {zero:?}");
+        assert_eq!(
+            (now.trust, desk.attended.controller().height()),
+            (Trust::Trusted, BoardHeight::OfThisBit)
+        );
+        board.end();
+    }
 }

@@ -11,7 +11,7 @@ const START: [f64; 3] = [-6.0, -5.0, -4.0];
 #[test]
 fn switches_and_a_probe_that_do_not_work_are_told_with_their_alarm() {
     let Some(instrument) = instrument() else { return };
-    let run = format!("run job.nc {ZERO_AT} --confirm-tools 0");
+    let run = format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0");
     let level = format!("level job.nc {ZERO_AT}");
     let rows: [(&[&str], &str, &str); 3] = [
         // A switch that is never on, one that is always on, and a probe whose clip touches the bit.

@@ -2,7 +2,7 @@
 //! none is elsewhere, and at most the one in work is made twice.
 
 use super::bench::{Bench, ZERO_AT};
-use super::firmware::{eventually, instrument};
+use super::firmware::{eventually, instrument, steps};
 use super::jobs;
 use super::sender::MOST;
 use std::time::Duration;
@@ -19,7 +19,8 @@ enum How {
 fn interrupted(how: How, at: u64) {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
-    let mut sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --confirm-tools 0.1"));
+    let mut sender =
+        bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"));
     eventually("so many sections", MOST, || {
         bench.desk.journal()["done"].as_u64().is_some_and(|done| done >= at)
     });
@@ -84,4 +85,21 @@ fn a_killed_process_leaves_a_job_that_goes_on() {
 #[test]
 fn a_board_that_was_reset_is_told_and_its_job_goes_on() {
     interrupted(How::Reset, 10);
+}
+
+#[test]
+fn one_signal_in_a_tool_change_ends_the_job_though_the_head_moves_there() {
+    let Some(instrument) = instrument() else { return };
+    let bench = Bench::new(instrument, jobs::board(), &[]);
+    let mut sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT}"));
+    bench.desk.says("Type: ");
+    let before = bench.board.rests();
+    sender.types("z -10");
+    eventually("the head on its way", MOST, || steps(&bench.board.snapshot()) != before);
+    sender.stop();
+    let (exit, object) = bench.desk.answer(sender);
+    assert_eq!((exit, &object["position_trust"]), (130, &"trusted".into()), "{object} {}", bench.desk.said());
+    let now = bench.board.snapshot();
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(now["edges_total"], bench.board.snapshot()["edges_total"], "nothing moves after a stop");
 }

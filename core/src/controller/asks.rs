@@ -70,6 +70,8 @@ pub enum EngineEvent {
     Bytes(Vec<u8>),
     /// Nothing but time; wanted at least every 20 ms.
     Tick,
+    /// The same, and time was not told for a while: how long what is in work takes says nothing.
+    Late,
     /// A person asks.
     Ask(EngineAsk),
 }
@@ -101,8 +103,8 @@ pub enum EngineAsk {
     },
     /// This place in machine coordinates becomes work zero, mm.
     ZeroAt {
-        /// X, Y and Z.
-        place_mm: [f64; 3],
+        /// X, Y and Z; none of an axis whose zero stays.
+        place_mm: [Option<f64>; 3],
     },
     /// Go down until the probe meets the board, at most so far; its plate is so thick.
     Probe {
@@ -141,8 +143,10 @@ pub enum EngineAsk {
         /// Index into the routine's sections.
         section: usize,
     },
-    /// The tool is in and its length known.
+    /// The tool is in: go on, if the height of the board is known for it.
     ToolReady,
+    /// The bit that is in is another one than it was, by a person's word: it has to be touched off.
+    NewBit,
     /// Come to rest and end the job. Nothing moves afterwards.
     Stop,
     /// End the job once the section in work is done: over the next one, the tip up.
@@ -187,8 +191,10 @@ pub struct EngineStart {
     pub routine: Arc<Routine>,
     /// The first section to run.
     pub from: usize,
-    /// Where the work zero was when the job was interrupted, machine coordinates.
+    /// Where the work zero was when the job was interrupted, machine coordinates; of no meaning where nothing homes.
     pub zero_mm: Option<[f64; 3]>,
+    /// All bits stand out equally far, by a person's word: none is touched off after it was put in.
+    pub same_length: bool,
     /// Seconds that the spindle takes to come up to speed.
     pub spin_up_s: f64,
     /// Findings that were seen, by code.

@@ -16,7 +16,9 @@
 use super::asks::{EngineAction, EngineEvent, EnginePhase, Info, signs};
 use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
 use super::heard::{ControllerStatus, Ear, HeardLine, Modes, ReportedState, hear};
+use super::height::{BoardHeight, ZeroWanted};
 use super::home::Homing;
+use super::jog::JogRun;
 use super::routine::Routine;
 use super::run::Run;
 use super::settings;
@@ -41,6 +43,8 @@ const GREET_MS: u64 = 2_500;
 const RESET_MS: u64 = 1_000;
 /// How often a reset is tried.
 const RESETS: u32 = 5;
+/// The error of a line that was refused because the controller is locked.
+const LOCKED: u16 = 9;
 
 /// What a line in flight is for.
 #[derive(Clone, Debug, PartialEq)]
@@ -114,9 +118,11 @@ pub struct Controller {
     pub(super) needs_reset: bool,
     /// What is to be sent once it has begun anew: `$X` or `$H`.
     pub(super) after_reset: Option<Meaning>,
-    /// The zero that was asked for, by axes, machine coordinates.
-    pub(super) zero_wanted_mm: Option<[Option<f64>; 3]>,
+    pub(super) zero_wanted: Option<ZeroWanted>,
+    pub(super) height: BoardHeight,
     pub(super) homing: Homing,
+    /// The move by hand that is sent piece by piece.
+    pub(super) jog: Option<JogRun>,
     /// The move by hand was to end: should it be heard of still, it is told so again.
     pub(super) jog_ends: bool,
     /// Reports of rest since it was to come to rest.
@@ -157,8 +163,10 @@ impl Default for Controller {
             since_ms: 0,
             needs_reset: false,
             after_reset: None,
-            zero_wanted_mm: None,
+            zero_wanted: None,
+            height: BoardHeight::Unknown,
             homing: Homing::default(),
+            jog: None,
             jog_ends: false,
             idle_reports: 0,
             rests_overdue: 0,
@@ -178,6 +186,7 @@ impl Default for Controller {
 #[must_use]
 pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Controller, Vec<EngineAction>) {
     controller.now_ms = controller.now_ms.max(now_ms);
+    let ran = controller.run.is_some();
     match event {
         EngineEvent::Opened => controller.opened(),
         EngineEvent::Closed => controller.closed(),
@@ -188,10 +197,18 @@ pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Con
             }
         }
         EngineEvent::Tick => {}
+        EngineEvent::Late => {
+            if let Some(run) = &mut controller.run {
+                run.batch.disturbed = true;
+            }
+        }
         EngineEvent::Ask(ask) => controller.ask(ask),
     }
     controller.time();
     controller.feed();
+    if ran && controller.run.is_none() {
+        controller.bit_is_another();
+    }
     let out = std::mem::take(&mut controller.out);
     (controller, out)
 }
@@ -218,6 +235,9 @@ impl Controller {
         if self.phase != phase {
             (self.phase, self.since_ms, self.jog_ends) = (phase, self.now_ms, false);
         }
+        if phase != EnginePhase::Jogging {
+            self.jog = None;
+        }
     }
 
     pub(super) fn write(&mut self, sign: u8) {
@@ -236,7 +256,7 @@ impl Controller {
     pub(super) fn drop_lines(&mut self) {
         self.buffer.clear();
         self.queue.clear();
-        self.asked_ms = None;
+        (self.asked_ms, self.jog) = (None, None);
     }
 
     pub(super) fn reset(&mut self) {
@@ -268,7 +288,7 @@ impl Controller {
         self.survey_is_over(Some("level.unplugged"));
         self.drop_lines();
         self.ear.clear();
-        self.trust = Trust::Lost;
+        self.lose_place();
         self.set(EnginePhase::Closed);
     }
 
@@ -324,7 +344,7 @@ impl Controller {
         (self.needs_reset, self.status, self.zero_mm) = (false, None, None);
         let stopping = self.phase == EnginePhase::Stopping;
         if !expected {
-            self.trust = Trust::Lost;
+            self.lose_place();
         }
         let ending = self.ending.take().unwrap_or(Ending::Stopped);
         if self.run.take().is_some() {
@@ -368,9 +388,13 @@ impl Controller {
                     _ => "",
                 };
                 let why = Diagnostic::error(&settings::error_code(number)).with("number", number);
-                self.found(why.with("line", text));
+                let comes_to_rest = meaning == Meaning::Jog && self.jog_refused();
+                // That it is locked its report says, with what that means.
+                if !comes_to_rest || number != LOCKED {
+                    self.found(why.with("line", text));
+                }
                 // What comes to rest is reset there, whatever else was answered.
-                if self.phase != EnginePhase::Stopping {
+                if self.phase != EnginePhase::Stopping && !comes_to_rest {
                     self.survey_is_over(None);
                     self.rest();
                 }
@@ -390,7 +414,7 @@ impl Controller {
         let why = Diagnostic::error(&settings::alarm_code(number)).with("number", number);
         self.found(why);
         if !settings::keeps_position(number) {
-            self.trust = Trust::Lost;
+            self.lose_place();
         }
         // It waits for a reset after the switches and the soft limit have spoken.
         self.needs_reset |= number <= 3;
@@ -405,7 +429,7 @@ impl Controller {
 
     /// It is locked, and the line that said why was lost on the way.
     fn alarmed_unheard(&mut self) {
-        self.trust = Trust::Lost;
+        self.lose_place();
         self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
         self.needs_reset = true;
         self.survey_is_over(None);
@@ -436,6 +460,7 @@ impl Controller {
         }
         let doing = status.doing;
         let before = self.status.replace(status).map(|before| before.doing);
+        self.jog_reported(doing, fresh);
         match self.phase {
             EnginePhase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => {
                 self.strange(doing);
@@ -444,7 +469,8 @@ impl Controller {
                 if fresh
                     && doing == ReportedState::Idle
                     && self.buffer.is_empty()
-                    && self.queue.is_empty() =>
+                    && self.queue.is_empty()
+                    && !self.jog_goes_on() =>
             {
                 self.rest();
             }
@@ -519,7 +545,9 @@ impl Controller {
         if self.now_ms >= self.heard_ms.max(self.since_ms) + SILENT_MS && self.asked_ms.is_some() {
             return self.silent();
         }
-        let soon = self.phase == EnginePhase::Stopping || self.run.as_ref().is_some_and(Run::looks);
+        let soon = self.phase == EnginePhase::Stopping
+            || self.jog.is_some()
+            || self.run.as_ref().is_some_and(Run::looks);
         let wait = match self.asked_ms {
             Some(_) => ASK_AGAIN_MS,
             None if soon => ASK_SOON_MS,
@@ -550,7 +578,7 @@ impl Controller {
     fn feed(&mut self) {
         loop {
             let Some(next) = self.queue.front() else {
-                if !self.feed_run() {
+                if !self.feed_run() && !self.feed_jog() {
                     return;
                 }
                 continue;

@@ -5,15 +5,14 @@
 use super::asks::{EngineAction, EngineAsk, EnginePhase, EngineStart, Override, signs};
 use super::engine::{Controller, Meaning};
 use super::fits::{self, MachineRange};
+use super::height::{BoardHeight, ZeroWanted};
 use super::lines::number;
 use super::settings;
 use crate::control::{Ending, Trust};
 use crate::diagnostic::{Diagnostic, Severity};
 
 /// How far a work zero may be from where it was when the job was interrupted, mm.
-const SAME_ZERO_MM: f64 = 0.01;
-/// Longest move by hand, mm.
-const FURTHEST_JOG_MM: f64 = 1_000.0;
+pub(super) const SAME_ZERO_MM: f64 = 0.01;
 /// How fast the tip is lifted after it touched, mm/min; a controller whose Z is slower takes its own.
 const LIFT_MM_PER_MIN: f64 = 500.0;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
@@ -48,14 +47,17 @@ impl Controller {
             EngineAsk::Home if matches!(self.phase, EnginePhase::Ready | EnginePhase::Locked) => self.home(),
             EngineAsk::Unlock if self.phase == EnginePhase::Locked => self.unlock(),
             EngineAsk::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
-            EngineAsk::SetZero { axes, height_mm } if self.at_rest() => self.set_zero(axes, height_mm),
-            EngineAsk::ZeroAt { place_mm: zero } if self.phase == EnginePhase::Ready && self.idle() => {
-                let [x, y, z] = zero.map(number);
-                self.send(&format!("G21G10L2P1X{x}Y{y}Z{z}"), Meaning::Written);
-                self.read_zero(zero.map(Some));
+            // The zero of the plane stays where it is while a job is in work.
+            EngineAsk::SetZero { axes: [x, y, z], height_mm }
+                if self.at_rest() && (self.run.is_none() || !(x || y)) =>
+            {
+                self.set_zero([x, y, z], height_mm);
+            }
+            EngineAsk::ZeroAt { place_mm } if self.phase == EnginePhase::Ready && self.idle() => {
+                self.write_zero(place_mm, None);
             }
             EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
-                self.probed = None;
+                (self.probed, self.height) = (None, BoardHeight::Unknown);
                 let down = format!("G91G38.2Z-{}F{}", number(depth_mm.abs()), number(mm_per_min));
                 self.send("G21G94", Meaning::Jog);
                 self.send(&down, Meaning::Probe { plate_mm, up_mm });
@@ -77,11 +79,9 @@ impl Controller {
             EngineAsk::Start(start) if self.phase == EnginePhase::Ready => self.begin(&start),
             EngineAsk::ToolBefore { section } => self.tool_before(section),
             EngineAsk::ToolReady if self.phase == EnginePhase::ToolChange && self.idle() => {
-                match self.place() {
-                    Some(place) => self.tool_ready(place),
-                    None => self.found(Diagnostic::error("grbl.no_report")),
-                }
+                self.ask_tool_ready();
             }
+            EngineAsk::NewBit => self.bit_is_another(),
             EngineAsk::Set { number, value } if self.phase == EnginePhase::Ready && self.idle() => {
                 self.send(&format!("${number}={}", super::lines::number(value)), Meaning::Written);
                 self.send("$$", Meaning::Written);
@@ -103,16 +103,17 @@ impl Controller {
     fn ask_stop(&mut self) {
         match self.phase {
             EnginePhase::Closed | EnginePhase::Greeting => {}
-            EnginePhase::Stopping => {
-                // Asked twice: at once, whatever becomes of the position.
-                self.trust = Trust::Lost;
+            // Asked twice: at once, whatever becomes of the position.
+            EnginePhase::Stopping | EnginePhase::Homing => {
+                self.lose_place();
                 self.reset();
             }
-            EnginePhase::Homing => {
-                self.trust = Trust::Lost;
-                self.reset();
+            EnginePhase::Jogging if self.run.is_none() => self.end_jog(),
+            // It is the job that is to end, not only the move in its tool change.
+            EnginePhase::Jogging => {
+                self.end_jog();
+                self.stop(Ending::Stopped);
             }
-            EnginePhase::Jogging => self.end_jog(),
             EnginePhase::Locked => self.reset(),
             _ => self.stop(Ending::Stopped),
         }
@@ -149,17 +150,6 @@ impl Controller {
         self.send("$X", Meaning::Unlock);
     }
 
-    fn jog(&mut self, axis: u8, um: i32, mm_per_min: f64) {
-        let Some(letter) = AXES.get(usize::from(axis)) else { return };
-        let mm = f64::from(um) / 1e3;
-        if libm::fabs(mm) > FURTHEST_JOG_MM || !(mm_per_min > 0.0 && mm_per_min.is_finite()) {
-            return self.found(Diagnostic::error("grbl.not_now"));
-        }
-        let text = format!("$J=G91G21{letter}{}F{}", number(mm), number(mm_per_min));
-        self.send(&text, Meaning::Jog);
-        self.set(EnginePhase::Jogging);
-    }
-
     /// Straight up, as a move by hand: that one ends at STOP.
     pub(super) fn lift(&mut self, up_mm: f64) {
         let text = format!("$J=G91G21Z{}F{}", number(up_mm), number(LIFT_MM_PER_MIN));
@@ -171,7 +161,7 @@ impl Controller {
     /// Ends a move by hand, one that waits to be sent too.
     fn end_jog(&mut self) {
         self.queue.retain(|next| !next.text.starts_with("$J="));
-        self.jog_ends = true;
+        (self.jog, self.jog_ends) = (None, true);
         self.write(signs::JOG_CANCEL);
     }
 
@@ -187,17 +177,25 @@ impl Controller {
         };
         self.send(&text, Meaning::Written);
         let heights = [0.0, 0.0, height_mm];
-        self.read_zero(core::array::from_fn(|axis| axes[axis].then_some(machine[axis] - heights[axis])));
-        // Without switches a person's word is all there is to know a place by.
-        if axes[0] && axes[1] && !settings::on(&self.info.values, 22) && self.phase == EnginePhase::Ready {
-            self.trust = Trust::Trusted;
-        }
+        let place_mm = core::array::from_fn(|axis| axes[axis].then_some(machine[axis] - heights[axis]));
+        // Without switches a person's word is all there is to know a place by: once the controller has it.
+        let trusts = axes[0] && axes[1] && !self.homes() && self.phase == EnginePhase::Ready;
+        self.read_zero(place_mm, ZeroWanted { trusts, ..ZeroWanted::default() });
+    }
+
+    /// This place in machine coordinates is to be the zero of its axes; `touched_mm` is where the probe met the board, if it was made of
+    /// that. It is said as a place: where the head is by now does not matter, it came to rest behind the touch.
+    fn write_zero(&mut self, place_mm: [Option<f64>; 3], touched_mm: Option<[f64; 3]>) {
+        let words = AXES.into_iter().zip(place_mm);
+        let words = words.filter_map(|(letter, mm)| Some(format!("{letter}{}", number(mm?))));
+        self.send(&format!("G21G10L2P1{}", words.collect::<String>()), Meaning::Written);
+        self.read_zero(place_mm, ZeroWanted { touched_mm, ..ZeroWanted::default() });
     }
 
     /// The lowest and the highest place of an axis in machine coordinates, mm; none where that is not known: nothing was homed.
     pub fn room_mm(&self, axis: usize) -> Option<[f64; 2]> {
         let values = &self.info.values;
-        let homed = settings::on(values, 22) && self.trust == Trust::Trusted;
+        let homed = self.homes() && self.trust == Trust::Trusted;
         let travel = *settings::axes(values, 130)?.get(axis).filter(|_| homed)?;
         // Where the switches were left after homing; nearer to them they may speak.
         let pull_off = values.get(&27).copied().unwrap_or(0.0).clamp(0.0, travel / 2.0);
@@ -226,6 +224,7 @@ impl Controller {
             Meaning::Written => self.zero_mm = None,
             Meaning::Home => self.homed(),
             Meaning::Unlock => self.set(EnginePhase::Ready),
+            Meaning::Jog => self.jog_answered(),
             // It is to come to rest: what the touch was for is over.
             Meaning::Probe { .. } | Meaning::Edge { .. } if self.phase != EnginePhase::Probing => {}
             Meaning::Edge { axis, radius_mm, back_mm } => self.met_edge(axis, radius_mm, back_mm),
@@ -234,9 +233,9 @@ impl Controller {
                     self.found(Diagnostic::error("grbl.alarm_5").with("number", 5));
                     return self.rest();
                 }
-                self.send(&format!("G21G10L20P1Z{}", number(plate_mm)), Meaning::Written);
-                let place = self.probed_at_mm.map(|place| place[2] - plate_mm);
-                self.read_zero([None, None, place]);
+                let touched_mm = self.probed_at_mm;
+                let height_mm = touched_mm.map(|place| place[2] - plate_mm);
+                self.write_zero([None, None, height_mm], touched_mm);
                 self.lift(up_mm.abs());
             }
             Meaning::Echo => self.compare_zero(),
@@ -252,35 +251,42 @@ impl Controller {
             return self.rest();
         };
         let edge_mm = place[axis] - radius_mm;
-        self.send(&format!("G21G10L2P1{}{}", AXES[axis], number(edge_mm)), Meaning::Written);
-        self.read_zero(core::array::from_fn(|own| (own == axis).then_some(edge_mm)));
+        self.write_zero(core::array::from_fn(|own| (own == axis).then_some(edge_mm)), Some(place));
         let text = format!("$J=G91G21{}{}F{}", AXES[axis], number(back_mm), number(LIFT_MM_PER_MIN));
         self.send("G90", Meaning::Jog);
         self.send(&text, Meaning::Jog);
         self.set(EnginePhase::Jogging);
     }
 
-    /// Asks for the stored places, to see whether the zero is where it was wanted.
-    fn read_zero(&mut self, wanted: [Option<f64>; 3]) {
-        self.zero_wanted_mm = Some(wanted);
-        self.info.offsets.remove("G54");
+    /// Asks for the stored places, to see whether the zero is where it was `wanted`, and that of the other axes where it was before: a
+    /// letter that was changed on the way writes another one.
+    fn read_zero(&mut self, place_mm: [Option<f64>; 3], wanted: ZeroWanted) {
+        let of_height = place_mm[2].is_some();
+        if of_height {
+            self.height = BoardHeight::Unknown;
+        }
+        let before = self.info.offsets.remove("G54").unwrap_or_default();
+        let place_mm = core::array::from_fn(|axis| place_mm[axis].or(before.get(axis).copied()));
+        self.zero_wanted = Some(ZeroWanted { place_mm, of_height, ..wanted });
         self.send("$#", Meaning::Echo);
     }
 
     fn compare_zero(&mut self) {
-        let Some(wanted) = self.zero_wanted_mm.take() else { return };
+        let Some(wanted) = self.zero_wanted.take() else { return };
         let found = self.info.offsets.get("G54");
-        let same = |axis: usize, wanted: f64| {
+        let same = |axis: usize| {
             let found = found.and_then(|places| places.get(axis));
-            found.is_some_and(|found| libm::fabs(found - wanted) <= SAME_ZERO_MM)
+            let is_there =
+                |wanted: f64| found.is_some_and(|found| libm::fabs(found - wanted) <= SAME_ZERO_MM);
+            wanted.place_mm[axis].is_none_or(is_there)
         };
-        if !(0..3).all(|axis| wanted[axis].is_none_or(|wanted| same(axis, wanted))) {
-            if !settings::on(&self.info.values, 22) {
-                self.trust = Trust::Lost;
-            }
-            return self.found(Diagnostic::error("grbl.zero_not_taken"));
+        // Where the probe met the board is said once more: of a number that was changed on the way it would be a zero elsewhere.
+        let touched = wanted.touched_mm.is_none() || wanted.touched_mm == self.probed_at_mm;
+        let plane = same(0) && same(1) && (touched || wanted.of_height);
+        if plane && same(2) && touched {
+            return self.zero_is_taken(&wanted);
         }
-        self.out.push(EngineAction::ZeroSet);
+        self.zero_is_not_taken(!plane);
     }
 
     /// Compares a job with the machine and begins it.
@@ -298,20 +304,14 @@ impl Controller {
     pub fn check(&self, start: &EngineStart) -> Vec<Diagnostic> {
         let mut found = Vec::new();
         if self.trust != Trust::Trusted {
-            let homes = settings::on(&self.info.values, 22);
-            found.push(Diagnostic::error(if homes { "grbl.not_homed" } else { "grbl.no_zero" }));
+            found.push(Diagnostic::error(if self.homes() { "grbl.not_homed" } else { "grbl.no_zero" }));
         }
         let (Some(zero), Some(_)) = (self.zero_mm, self.place()) else {
             found.push(Diagnostic::error("grbl.no_report"));
             return found;
         };
-        if let Some(before) = start.zero_mm {
-            let moved = (0..2).any(|axis| libm::fabs(before[axis] - zero[axis]) > SAME_ZERO_MM);
-            if moved {
-                found.push(Diagnostic::error("grbl.zero_moved"));
-            }
-        }
-        let homed = settings::on(&self.info.values, 22) && self.trust == Trust::Trusted;
+        found.extend(self.check_zero(start));
+        let homed = self.homes() && self.trust == Trust::Trusted;
         let positive = self.is_positive();
         let small = self.info.flavour() == "GRBL";
         let machine = MachineRange { values: &self.info.values, zero_mm: zero, homed, positive, small };

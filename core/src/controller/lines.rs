@@ -18,6 +18,8 @@ use std::fmt::Write;
 /// Longest line that is sent, its end apart: every member of the family takes so much.
 #[cfg(test)]
 pub(super) const LONGEST_LINE: usize = 70;
+/// What stands higher by less than this stands as high, mm: the last digit of a report, and that of the zero.
+const SAME_HEIGHT_MM: f64 = 0.002;
 /// Digits behind the point.
 const DECIMALS: usize = 4;
 
@@ -108,22 +110,35 @@ impl WordsInForce {
         ["G21G17G90G94", "G54", "M5M9"].into_iter().map(|text| line(text.to_owned(), None, 0)).collect()
     }
 
-    /// Rises to `safe`, or to the entry of `section` where that is higher, absolutely.
+    /// Rises to `safe`, or to the entry of `section` where that is higher, absolutely. From above that it goes nowhere: a tip that somebody
+    /// raised comes down over its place, not where it stands ([`Self::over`]).
     pub fn rise(&mut self, section: &Section, safe: Length) -> Vec<WireLine> {
+        if self.is_above(section, safe) { Vec::new() } else { vec![self.to_height(section, safe)] }
+    }
+
+    /// Whether it stands higher than it would rise.
+    fn is_above(&self, section: &Section, safe: Length) -> bool {
+        self.at()[2] > safe.max(section.entry[2]).mm() + SAME_HEIGHT_MM
+    }
+
+    fn to_height(&mut self, section: &Section, safe: Length) -> WireLine {
         let high = number(safe.max(section.entry[2]).mm());
         let before = self.at();
         self.stands(2, &high);
-        vec![line(format!("G90G0Z{high}"), Some(rapid(before, self.at())), 0)]
+        line(format!("G90G0Z{high}"), Some(rapid(before, self.at())), 0)
     }
 
-    /// Goes over the entry of `section`, absolutely; then spindle and coolant as it wants them, with so many seconds to come up to
-    /// speed.
-    pub fn over(&mut self, section: &Section, spin_up_s: f64) -> Vec<WireLine> {
+    /// Goes over the entry of `section`, absolutely, and down to `safe` there where it stood above and cuts next: where tools are changed
+    /// the length of the bit may not be known. Then spindle and coolant as it wants them, with so many seconds to come up to speed.
+    pub fn over(&mut self, section: &Section, safe: Length, spin_up_s: f64) -> Vec<WireLine> {
         let before = self.at();
         let (x, y) = (number(section.entry[0].mm()), number(section.entry[1].mm()));
         self.stands(0, &x);
         self.stands(1, &y);
         let mut lines = vec![line(format!("G90G0X{x}Y{y}"), Some(rapid(before, self.at())), 0)];
+        if section.cuts() && self.is_above(section, safe) {
+            lines.push(self.to_height(section, safe));
+        }
         let turns = section.cuts() && section.spindle != Spindle::Off;
         if turns && self.spindle != section.spindle {
             lines.push(self.turn(section.spindle));
@@ -251,6 +266,7 @@ fn single(text: &str) -> f32 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::routine::SectionKind;
     use super::*;
     use crate::chance::Chance;
 
@@ -297,6 +313,33 @@ mod tests {
             ([-10.0, 0.0, -1.0], 14.142),
         ] {
             assert!((piece.distance(at) - expected).abs() < 0.001, "{at:?} {}", piece.distance(at));
+        }
+    }
+
+    #[test]
+    fn from_above_nothing_goes_down_before_its_place_is_reached() {
+        let entry = [3.0, 4.0, 2.0].map(Length::from_mm);
+        let section = Section {
+            kind: SectionKind::Hole(1),
+            line: 1,
+            entry,
+            spindle: Spindle::Off,
+            coolant: [false; 2],
+            approach: 0,
+            actions: Vec::new(),
+        };
+        for (from_mm, expected) in [
+            (-1.5, vec!["G90G0Z8", "G90G0X3Y4"]),
+            (8.0, vec!["G90G0Z8", "G90G0X3Y4"]),
+            (40.0, vec!["G90G0X3Y4", "G90G0Z8"]),
+        ] {
+            let mut pen = WordsInForce::standing([20.0, 30.0, from_mm]);
+            let safe = Length::from_mm(8.0);
+            let up = pen.rise(&section, safe);
+            let lines: Vec<WireLine> = up.into_iter().chain(pen.over(&section, safe, 0.0)).collect();
+            let texts: Vec<&str> = lines.iter().map(|line| line.text.as_str()).collect();
+            assert_eq!(texts, expected, "from {from_mm}");
+            assert_eq!(pen.at(), [3.0, 4.0, 8.0], "from {from_mm}");
         }
     }
 

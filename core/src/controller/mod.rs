@@ -16,7 +16,9 @@ pub mod fits;
 mod gcode;
 mod hand;
 pub mod heard;
+mod height;
 mod home;
+mod jog;
 mod level;
 mod lines;
 mod look;
@@ -33,7 +35,8 @@ pub use asks::{
 };
 pub use engine::{Controller, step};
 pub use gcode::read;
-pub use level::{cut_bounds, level_routine};
+pub use height::BoardHeight;
+pub use level::{cut_bounds, level_key, level_routine};
 pub use lines::{LinePath, WireLine, WordsInForce};
 pub use routine::{
     Bow, Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace,

@@ -13,11 +13,12 @@
 use super::asks::{EngineAction, EnginePhase, EngineStart, signs};
 use super::engine::{Controller, Meaning};
 use super::heard::ReportedState;
+use super::height::BoardHeight;
 use super::lines::{LinePath, WireLine, WordsInForce};
 use super::routine::{Routine, RoutineAction, Section, SectionKind, Spindle};
 use super::settings::Values;
 use super::timing::{Clockwork, PlannerLimits};
-use crate::control::{Ending, Trust};
+use crate::control::Ending;
 use crate::diagnostic::Diagnostic;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -84,6 +85,8 @@ pub(super) struct Run {
     pub(super) stops_after: bool,
     /// A new tool is wanted before this section.
     pub(super) tool_before: Option<usize>,
+    /// All bits stand out equally far.
+    pub(super) same_length: bool,
 }
 
 impl Run {
@@ -125,7 +128,7 @@ impl Run {
         let lines = match after {
             After::Begun => self.pen.words(),
             After::Risen => self.pen.rise(section, routine.safe),
-            _ => self.pen.over(section, self.spin_up_s),
+            _ => self.pen.over(section, routine.safe, self.spin_up_s),
         };
         self.batch(lines, after);
     }
@@ -140,9 +143,20 @@ impl Run {
         if let Some(place) = change.or_else(|| routine.sections.get(self.at)) {
             lines.extend(self.pen.rise(place, routine.safe));
         }
-        lines.extend(change.into_iter().flat_map(|place| self.pen.over(place, 0.0)));
-        self.tool_before = None;
+        lines.extend(change.into_iter().flat_map(|place| self.pen.over(place, routine.safe, 0.0)));
         self.batch(lines, After::Left);
+    }
+
+    /// Whether the section that is next cuts, and a person has to put in a bit before, or to touch off the one that is in.
+    fn wants_tool(&self, height: BoardHeight) -> bool {
+        let cuts = self.routine.sections.get(self.at).is_some_and(Section::cuts);
+        let is_new = self.tool_before.is_some_and(|section| self.at >= section);
+        cuts && (is_new || height != BoardHeight::OfThisBit)
+    }
+
+    /// Whether it is before everything: the bit that is asked for is the first.
+    fn is_first_change(&self) -> bool {
+        self.at == 0 && self.routine.sections.first().is_some_and(|section| !section.cuts())
     }
 
     /// The work of the section whose entry is reached, and the approach to the next one.
@@ -204,7 +218,7 @@ pub fn estimates_s(
         let fresh = index == from || matches!(routine.sections[index - 1].kind, SectionKind::Change(_));
         let lines: Vec<WireLine> = if fresh {
             let up = pen.rise(section, routine.safe);
-            up.into_iter().chain(pen.over(section, 0.0)).collect()
+            up.into_iter().chain(pen.over(section, routine.safe, 0.0)).collect()
         } else {
             section.actions.iter().take(section.approach).flat_map(|action| pen.act(action)).collect()
         };
@@ -232,9 +246,11 @@ impl Controller {
             limits,
             stops_after: false,
             tool_before: None,
+            same_length: start.same_length,
         };
         run.enter(After::Begun);
         (self.run, self.ending) = (Some(run), None);
+        self.height_at_start(start);
         self.set(EnginePhase::Running);
     }
 
@@ -284,9 +300,11 @@ impl Controller {
 
     /// A look found everything right.
     pub(super) fn passed(&mut self) {
+        let height = self.height;
         let Some(run) = &mut self.run else { return };
         match run.batch.after {
             After::Begun => return run.enter(After::Risen),
+            After::Risen if run.wants_tool(height) => return run.leave(),
             After::Risen => return run.enter(After::Entered),
             After::Left if run.stops_after => return self.stop(Ending::StoppedAfterHole),
             After::Left => {
@@ -307,8 +325,11 @@ impl Controller {
         }
         match kind {
             Some(SectionKind::Hole(_) | SectionKind::Toolpath(_)) => {
-                let is_wanted = run.tool_before.is_some_and(|section| run.at >= section);
-                if is_wanted { run.leave() } else { run.work() }
+                if run.wants_tool(height) {
+                    run.leave()
+                } else {
+                    run.work()
+                }
             }
             Some(SectionKind::Change(tool)) => self.wait_for_tool(tool),
             Some(SectionKind::Finish) | None => {
@@ -323,9 +344,16 @@ impl Controller {
 
     /// At rest where tools are changed, until one is in.
     fn wait_for_tool(&mut self, tool: u32) {
+        let mut first = false;
         if let Some(run) = &mut self.run {
             run.window.clear();
-            run.tool_before = None;
+            // One that is wanted later still is.
+            run.tool_before = run.tool_before.filter(|section| *section > run.at);
+            first = run.is_first_change();
+        }
+        // The first bit is the one that was in when zero of Z was set.
+        if !first {
+            self.bit_is_another();
         }
         self.set(EnginePhase::ToolChange);
         self.out.push(EngineAction::ToolWanted { tool });
@@ -376,7 +404,7 @@ impl Controller {
                 self.reset();
             }
             _ if late || doing == ReportedState::Alarm => {
-                self.trust = Trust::Lost;
+                self.lose_place();
                 self.reset();
             }
             ReportedState::Idle => {

@@ -74,12 +74,19 @@ pub(super) struct Automaton {
     pub(super) settings: Vec<(u16, f64)>,
     /// The physical height of the board at a physical place, for the probe.
     pub(super) surface: Option<fn(f64, f64) -> f64>,
+    /// How long it goes on after the probe met the board, ms: the firmware runs what it has made ready.
+    pub(super) coast_ms: u32,
+    coasts: u32,
+    /// Where the probe met the board.
+    latched: [f64; 3],
     /// A probing move is on its way, and whether it met the board.
     probing: Option<bool>,
     /// Where it meets nothing, that is an alarm.
     must_meet: bool,
     /// What the last probing move came to.
     probed: String,
+    /// Moves by hand go past the end of the travel, as it knows it.
+    pub(super) refuses_jogs: bool,
 }
 
 impl Automaton {
@@ -114,9 +121,13 @@ impl Automaton {
             asked: false,
             settings,
             surface: None,
+            coast_ms: 0,
+            coasts: 0,
+            latched: [0.0; 3],
             probing: None,
             must_meet: false,
             probed: "[PRB:0.000,0.000,0.000:0]".to_owned(),
+            refuses_jogs: false,
         };
         new.greet();
         new
@@ -241,6 +252,9 @@ impl Automaton {
     }
 
     fn go(&mut self) {
+        if self.probing == Some(true) && !self.queue.is_empty() {
+            self.coast();
+        }
         let mut left = 1.0;
         while !self.held && left > 0.0 {
             let Some(block) = self.queue.front() else { return };
@@ -269,12 +283,20 @@ impl Automaton {
         self.surface.is_some_and(|height| z <= height(x, y))
     }
 
-    /// A probing move ends where the tip meets the board.
+    /// A probing move ends where the tip meets the board, or comes to rest behind that.
     fn probe(&mut self) {
         if self.probing == Some(false) && self.touches() {
-            self.queue.clear();
-            (self.planned, self.probing) = (self.at, Some(true));
+            (self.latched, self.probing, self.coasts) = (self.at, Some(true), self.coast_ms);
+            self.coast();
         }
+    }
+
+    fn coast(&mut self) {
+        if self.coasts == 0 {
+            self.queue.clear();
+            self.planned = self.at;
+        }
+        self.coasts = self.coasts.saturating_sub(1);
     }
 
     fn report(&mut self) {
@@ -332,6 +354,9 @@ impl Automaton {
         }
         if !self.queue.is_empty() && !self.jogs() {
             return Err(8);
+        }
+        if self.refuses_jogs {
+            return Err(15);
         }
         let words = words(text)?;
         let value = |letter: char| words.iter().find(|(name, _)| *name == letter).map(|(_, value)| *value);
@@ -459,7 +484,8 @@ impl Automaton {
                     return Ok(false);
                 }
                 self.probing = None;
-                let words = self.at.map(|value| format!("{value:.3}")).join(",");
+                let place = if met { self.latched } else { self.at };
+                let words = place.map(|value| format!("{value:.3}")).join(",");
                 self.probed = format!("[PRB:{words}:{}]", u8::from(met));
                 self.say(&self.probed.clone());
                 if self.must_meet && !met {

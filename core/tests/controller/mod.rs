@@ -2,6 +2,8 @@
 //! (N19). The seed of every property is printed where it fails.
 
 mod automaton;
+mod height;
+mod jog;
 mod survey;
 
 use annulus_core::chance::Chance;
@@ -42,6 +44,12 @@ fn routine() -> Arc<Routine> {
     Arc::new(read("board", &[("board.nc".to_owned(), text())]).unwrap())
 }
 
+/// A job whose tools are touched off, each.
+fn job(from: usize) -> EngineStart {
+    let (routine, accepted) = (routine(), Vec::new());
+    EngineStart { routine, from, zero_mm: None, same_length: false, spin_up_s: 0.1, accepted }
+}
+
 /// What happens to the line.
 #[derive(Clone, Copy, Default)]
 struct Faults {
@@ -67,6 +75,8 @@ struct Bench {
     damaged: u32,
     /// What arrives at the board in place of a line.
     instead: Option<(&'static [u8], &'static [u8])>,
+    /// What is heard, once, in place of something that the board says.
+    heard_instead: Option<(&'static str, &'static str)>,
     /// Until then the board and its end of the cable stand still, as behind a hub that stalls.
     asleep_until_ms: u64,
     /// Until then the board goes on, and what either says is on its way.
@@ -92,6 +102,7 @@ impl Bench {
             questions: Vec::new(),
             damaged: 0,
             instead: None,
+            heard_instead: None,
             asleep_until_ms: 0,
             on_the_way_until_ms: 0,
             kept_back: Vec::new(),
@@ -144,6 +155,14 @@ impl Bench {
         out
     }
 
+    fn misheard(&mut self, said: Vec<u8>) -> Vec<u8> {
+        let text = String::from_utf8_lossy(&said);
+        match self.heard_instead.take_if(|(what, _)| text.contains(*what)) {
+            Some((what, instead)) => text.replace(what, instead).into_bytes(),
+            None => said,
+        }
+    }
+
     fn is_asleep(&self) -> bool {
         self.now_ms < self.asleep_until_ms
     }
@@ -169,6 +188,7 @@ impl Bench {
             return;
         }
         if !said.is_empty() {
+            let said = self.misheard(said);
             let (lost, damaged) = (self.faults.back / 2.0, self.faults.back / 2.0);
             let said = self.spoiled(&said, lost, damaged);
             self.event(EngineEvent::Bytes(said));
@@ -217,17 +237,21 @@ impl Bench {
             && {
                 self.until(1_000, |bench| bench.engine().place().is_some());
                 self.told.clear();
-                self.event(EngineEvent::Ask(EngineAsk::ZeroAt { place_mm: ZERO }));
+                self.event(EngineEvent::Ask(EngineAsk::ZeroAt { place_mm: ZERO.map(Some) }));
                 self.until(5_000, |bench| {
                     bench.told.contains(&EngineAction::ZeroSet) && bench.engine().place().is_some()
                 })
             }
     }
 
+    /// A job whose tools all stand out equally far.
     fn start(&mut self, from: usize) {
+        self.start_as(EngineStart { same_length: true, ..job(from) });
+    }
+
+    fn start_as(&mut self, start: EngineStart) {
         self.told.clear();
-        let (routine, accepted) = (routine(), Vec::new());
-        let start = EngineStart { routine, from, zero_mm: None, spin_up_s: 0.1, accepted };
+        self.done = start.from;
         self.event(EngineEvent::Ask(EngineAsk::Start(start)));
     }
 
@@ -377,7 +401,7 @@ fn a_job_begins_only_where_the_place_is_known() {
     bench.plug();
     assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Locked));
     let code = |bench: &Bench| {
-        bench.told.iter().rev().find_map(|action| {
+        bench.told.iter().find_map(|action| {
             if let EngineAction::Found(found) = action { Some(found.code.clone()) } else { None }
         })
     };

@@ -5,10 +5,10 @@ use annulus_core::align::{BoardFit, FoundHole};
 use annulus_core::control::Trust;
 use annulus_core::controller::{
     Course, EngineAction, EngineAsk, EngineEvent, EnginePhase, RoutineAction, Section, SurveyNews,
-    SurveyStart, aligned_routine, cut_bounds, level_routine, read,
+    SurveyStart, aligned_routine, cut_bounds, level_key, level_routine, read,
 };
 use annulus_core::geometry::Point;
-use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE, job_key};
+use annulus_core::level::{HeightMap, ProbeGrid, Survey, TOLERANCE};
 use annulus_core::units::Length;
 
 /// Height over the work zero at a physical place: it bows, and it is askew.
@@ -38,7 +38,7 @@ fn survey_of(bench: &Bench) -> Option<Option<Box<Survey>>> {
     })
 }
 
-fn found(bench: &Bench) -> Vec<String> {
+pub(super) fn found(bench: &Bench) -> Vec<String> {
     let code = |action: &EngineAction| {
         if let EngineAction::Found(found) = action { Some(found.code.clone()) } else { None }
     };
@@ -57,7 +57,7 @@ fn map(survey: &Survey) -> HeightMap {
     HeightMap {
         grid: *survey.grid(),
         heights: survey.done().unwrap(),
-        job: job_key("board", Default::default()),
+        job: level_key(&routine()),
         zero: [Length::from_mm(ZERO[0]), Length::from_mm(ZERO[1])],
         homed: true,
         measured_s: 0,
@@ -100,6 +100,7 @@ fn a_board_is_touched_at_every_place_and_followed() {
         routine: std::sync::Arc::new(levelled),
         from: 0,
         zero_mm: None,
+        same_length: true,
         spin_up_s: 0.1,
         accepted: Vec::new(),
     };

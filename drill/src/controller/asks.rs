@@ -11,7 +11,7 @@ use crate::files::Files;
 use annulus_core::control::State;
 use annulus_core::controller::{self as grbl, EngineEvent, EnginePhase, Override, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::machine::{self, Value, is_in_file_only};
+use annulus_core::machine::{self, MILL_KEY, Value, is_in_file_only};
 use annulus_core::wire::{Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
 
@@ -47,7 +47,8 @@ impl<F: Files> Station<F> {
             Ask::ForgetHeightMap => self.keep_surface(None),
             Ask::Jog { axis, distance_um } => self.jog(axis, distance_um),
             Ask::JogOn => {
-                if self.hand.until.is_some() {
+                // One that comes too late begins nothing anew.
+                if self.hand.until.is_some_and(|until| (self.time)() <= until) {
                     self.hand.until = Some(self.granted());
                 }
                 Ok(())
@@ -57,7 +58,6 @@ impl<F: Files> Station<F> {
             Ask::Resume => self.engine_asked(grbl::EngineAsk::Resume),
             Ask::StopAfterHole => self.engine_asked(grbl::EngineAsk::StopAfter),
             Ask::FeedOverride { percent } => self.feed_override(percent),
-            Ask::ToolChanged if !self.hand.touched => refusal("grbl.height_first"),
             Ask::ToolChanged => self.engine_asked(grbl::EngineAsk::ToolReady),
             Ask::NewTool { number } => self.new_tool(number),
             Ask::AcknowledgeAlarm => {
@@ -79,7 +79,7 @@ impl<F: Files> Station<F> {
             Ask::Provoke { .. } => refusal("fault.of_virtual_drill"),
             Ask::Queue { .. } | Ask::QueueRun { .. } | Ask::QueueClear => refusal("grbl.no_queue"),
             Ask::OutputLease { .. } | Ask::Output { .. } => refusal("grbl.no_outputs"),
-            Ask::Stock { .. } | Ask::ToolSeen { .. } => refusal("grbl.no_magazine"),
+            Ask::Stock { .. } | Ask::ToolSeen { .. } | Ask::OpenClamp => refusal("grbl.no_magazine"),
             // The line answers these itself.
             Ask::Arm { .. }
             | Ask::Hello { .. }
@@ -155,11 +155,8 @@ impl<F: Files> Station<F> {
 
     /// Zero of the plane as it was before; that of Z stays.
     fn undo_zero(&mut self) -> Result<(), Diagnostic> {
-        let now = self.attended.controller().zero_mm;
-        let (Some([x, y, _]), Some([_, _, z])) = (self.hand.zero_before_mm, now) else {
-            return refusal("control.no_zero_before");
-        };
-        self.engine_asked(grbl::EngineAsk::ZeroAt { place_mm: [x, y, z] })?;
+        let Some([x, y, _]) = self.hand.zero_before_mm else { return refusal("control.no_zero_before") };
+        self.engine_asked(grbl::EngineAsk::ZeroAt { place_mm: [Some(x), Some(y), None] })?;
         (self.hand.zero_before_mm, self.hand.zero_asked) = (None, Some(Zero::Plane));
         Ok(())
     }
@@ -202,7 +199,7 @@ impl<F: Files> Station<F> {
         })?;
         // The way off the edge is no move that somebody has to go on wanting.
         self.hand.until = None;
-        (self.hand.zero_asked, self.hand.zero_before_mm) = (None, before);
+        (self.hand.zero_asked, self.hand.zero_before_mm) = (Some(Zero::Edge), before);
         Ok(())
     }
 
@@ -239,8 +236,8 @@ impl<F: Files> Station<F> {
         let refused = level.iter().find(|row| row.verdict == RowVerdict::Fail);
         let refused = refused.map(|row| row.finding.clone());
         checks.extend(level);
-        let from_leg = from_leg as u32;
-        self.armed = Some(Armed { order, from_leg, start, refused });
+        let (from_leg, zero_mm) = (from_leg as u32, self.attended.controller().zero_mm);
+        self.armed = Some(Armed { order, from_leg, start, zero_mm, refused });
         // There are no steps of ours whose digest could follow anything.
         let levelled = false;
         Ok(Tell::Armed { job: job.to_owned(), stream_digest: String::new(), levelled, checks })
@@ -248,12 +245,14 @@ impl<F: Files> Station<F> {
 
     /// Begins the job that was compared. It is durable before the first line is sent.
     fn start(&mut self, job: &str, from_leg: u32) -> Result<(), Diagnostic> {
-        let same = |armed: &Armed| armed.order.key == job && armed.from_leg == from_leg;
+        // How far another zero is from the one before was not read then.
+        let zero_mm = self.attended.controller().zero_mm;
+        let same =
+            |armed: &Armed| armed.order.key == job && armed.from_leg == from_leg && armed.zero_mm == zero_mm;
         let Some(Armed { order, start, refused: level, .. }) = self.armed.take_if(|armed| same(armed)) else {
             return refusal("control.not_armed");
         };
         // The controller is another one than it was, or stands elsewhere: it is compared once more.
-        let start = grbl::EngineStart { zero_mm: self.start_of(&order, start.from).zero_mm, ..start };
         let refused = self.rows(&order, &start).into_iter().find(|row| row.verdict == RowVerdict::Fail);
         let refused =
             refused.map(|row| row.finding).or(level).or_else(|| self.unfollowed(&order, start.from));
@@ -267,8 +266,9 @@ impl<F: Files> Station<F> {
         self.attended.counts(Some(JobTools::new(sections, machine, self.ledger.wear().to_vec())));
         self.work = Some(Work { order, from: start.from, each_s, started: (self.time)() });
         // What there is to say of it was said, and read, before.
+        let accepted = start.accepted.clone();
         let found = self.engine(EngineEvent::Ask(grbl::EngineAsk::Start(start)));
-        let refused = found.into_iter().find(|why| why.severity == Severity::Error);
+        let refused = found.into_iter().find(|why| why.is_unacknowledged(&accepted));
         if self.attended.controller().phase == EnginePhase::Running {
             (self.offer, self.alarm) = (None, None);
             return refused.map_or(Ok(()), Err);
@@ -302,7 +302,11 @@ impl<F: Files> Station<F> {
             }
         }
         let refused = |mut reasons: Vec<Diagnostic>| reasons.swap_remove(0);
-        let changed = machine::apply(&self.machine, changes).map_err(refused)?;
+        let (mill, set): (Vec<_>, Vec<_>) = changes.iter().cloned().partition(|(key, _)| key == MILL_KEY);
+        if let Some((_, name)) = mill.iter().find(|(_, name)| !is_mill(name)) {
+            return Err(Diagnostic::error("grbl.no_such_mill").with("name", name));
+        }
+        let changed = machine::apply(&self.machine, &set).map_err(refused)?;
         if changed.has_magazine() {
             return refusal("grbl.no_magazine");
         }
@@ -315,8 +319,14 @@ impl<F: Files> Station<F> {
         self.ledger.keep_settings(&kept)?;
         self.describe();
         self.armed = None;
-        let tell = self.machine_tell();
-        self.line.tell(&tell);
+        for tell in [self.machine_tell(), self.controller_tell()] {
+            self.line.tell(&tell);
+        }
         Ok(())
     }
+}
+
+/// Whether it names a mill, or says that it is none of these.
+fn is_mill(name: &Value) -> bool {
+    matches!(name, Value::Text(name) if name.is_empty() || machine::mill(name).is_some())
 }

@@ -7,7 +7,8 @@
 use super::job_tools::JobTools;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{
-    Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine, SurveyNews, step,
+    BoardHeight, Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine, SurveyNews,
+    step,
 };
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{RackTool, ToolWear};
@@ -109,6 +110,8 @@ pub struct Attended {
     tools: Option<JobTools>,
     /// The section before which the engine was asked for a new tool last.
     new_before: Option<usize>,
+    /// The tool that is wanted is worn: another one of its kind goes in.
+    replaces: bool,
     before: Option<ControllerGlimpse>,
 }
 
@@ -150,6 +153,9 @@ impl Attended {
         let waited = self.controller.phase == EnginePhase::ToolChange
             && matches!(event, EngineEvent::Ask(EngineAsk::ToolReady));
         let mut due = self.let_think(now_ms, event);
+        if std::mem::take(&mut self.replaces) {
+            due.extend(self.let_think(now_ms, EngineEvent::Ask(EngineAsk::NewBit)));
+        }
         if waited && self.controller.phase == EnginePhase::Running {
             if let Some(tools) = &mut self.tools {
                 tools.is_in();
@@ -189,6 +195,7 @@ impl Attended {
                 tools.begins(start.from);
             }
             self.routine = Some(start.routine);
+            self.entry.zero_mm = self.controller.zero_mm.or(self.entry.zero_mm);
             due.push(self.keep());
         }
         // Whoever is told what happened, a tool that is wanted or an end, knows already how it is now.
@@ -218,6 +225,7 @@ impl Attended {
             }
             EngineAction::ToolWanted { tool } => {
                 let worn = self.tools.as_mut().and_then(JobTools::is_asked);
+                self.replaces |= worn.is_some();
                 Told::ToolWanted { tool, worn: worn.map(|(tool, wear)| Box::new((tool.clone(), wear))) }
             }
             EngineAction::Survey(news) => Told::Survey(news),
@@ -231,9 +239,11 @@ impl Attended {
         due.push(Due::Tell(told));
     }
 
+    /// Zero of X and Y is where it was when the job began; that of Z goes with the bits, once they are touched off.
     fn keep(&mut self) -> Due {
-        if self.controller.zero_mm.is_some() {
-            self.entry.zero_mm = self.controller.zero_mm;
+        let known = self.controller.height() == BoardHeight::OfThisBit;
+        if let (Some(before), Some(now), true) = (&mut self.entry.zero_mm, self.controller.zero_mm, known) {
+            before[2] = now[2];
         }
         Due::Keep(self.entry.clone())
     }

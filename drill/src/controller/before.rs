@@ -8,42 +8,45 @@ use super::station::Station;
 use crate::files::Files;
 use crate::prepare::{accepted, bit_of_leg, missing_drills, rest, row, worn_tools};
 use annulus_core::control::State;
-use annulus_core::controller::{EngineStart, estimates_s, settings};
+use annulus_core::controller::{BoardHeight, EngineStart, estimates_s};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::bite;
 use annulus_core::locale;
 use annulus_core::wire::{PreflightRow, RowVerdict};
 use std::sync::Arc;
 
-/// How far zero of Z may be from where it was: the last digit of a report.
-const SAME_HEIGHT_MM: f64 = 0.001_5;
+/// The finding that the work zero is not where a job had it.
+const ZERO_MOVED: &str = "grbl.zero_moved";
 
 impl<F: Files> Station<F> {
     /// What the engine is asked for to run `order` from section `from` on.
     pub(super) fn start_of(&self, order: &Order, from: usize) -> EngineStart {
-        let entry = self.ledger.entry();
-        let homes = settings::on(&self.attended.controller().info.values, 22);
-        // Where nothing was homed, places of the machine mean nothing over a reset; and a zero that was set again is meant.
-        let zero_mm = entry.zero_mm.filter(|_| from > 0 && homes && !self.hand.zero_set);
+        let zero_mm = self.ledger.entry().zero_mm.filter(|_| from > 0);
         let spin_up_s = self.machine.process.spin_up_ms / 1e3;
-        let accepted = order.program.accepted.clone();
-        EngineStart { routine: Arc::clone(&order.routine), from, zero_mm, spin_up_s, accepted }
+        let mut accepted = order.program.accepted.clone();
+        // A zero that a person set anew is meant: how far it is from the one before is read and ticked.
+        accepted.retain(|code| code != ZERO_MOVED);
+        accepted.extend(self.hand.zero_meant.then(|| ZERO_MOVED.to_owned()));
+        let (routine, same_length) = (Arc::clone(&order.routine), false);
+        EngineStart { routine, from, zero_mm, same_length, spin_up_s, accepted }
     }
 
     /// The rows of the pre-flight.
     pub(super) fn rows(&self, order: &Order, start: &EngineStart) -> Vec<PreflightRow> {
         let controller = self.attended.controller();
         let leg = order.leg(start.from);
-        let mut rows: Vec<_> = controller.check(start).into_iter().map(judged).collect();
+        let meant = |found: &Diagnostic| found.code == ZERO_MOVED && self.hand.zero_meant;
+        let judged_here = |found: Diagnostic| {
+            let severity = if meant(&found) { Severity::Warning } else { found.severity };
+            judged(Diagnostic { severity, ..found })
+        };
+        let mut rows: Vec<_> = controller.check(start).into_iter().map(judged_here).collect();
+        rows.extend(self.unlike_mill().into_iter().map(|why| row(RowVerdict::Warn, why)));
         rows.push(match self.state() {
             State::Ready => row(RowVerdict::Pass, Diagnostic::note("preflight.at_rest")),
             _ => row(RowVerdict::Fail, Diagnostic::error("preflight.busy")),
         });
-        rows.push(if self.hand.height.is_some() || self.height_as_left(start.from) {
-            row(RowVerdict::Pass, Diagnostic::note("grbl.height_set"))
-        } else {
-            row(RowVerdict::Fail, Diagnostic::error("grbl.no_height"))
-        });
+        rows.extend(self.height_row(order, start));
         rows.push(row(RowVerdict::Pass, Diagnostic::note("grbl.own_motion")));
         rows.push(row(RowVerdict::Warn, Diagnostic::warning("grbl.page_feeds")));
         let missing = missing_drills(&order.program, &self.machine);
@@ -65,12 +68,22 @@ impl<F: Files> Station<F> {
         rows
     }
 
+    /// For which bit the height of the board is known; none where it is for no one, which is an error of its own.
+    fn height_row(&self, order: &Order, start: &EngineStart) -> Option<PreflightRow> {
+        let height = self.attended.controller().height();
+        let known = height != BoardHeight::Unknown || self.height_as_left(start.from);
+        let bit = bit_of_leg(&order.program, order.leg(start.from)).map(|bit| bit.title(locale::FALLBACK));
+        let told = |code: &str| Diagnostic::note(code).with("bit", bit.unwrap_or_default());
+        known.then(|| match height {
+            BoardHeight::OfThisBit if start.from > 0 => row(RowVerdict::Pass, told("grbl.height_set")),
+            BoardHeight::OfThisBit => row(RowVerdict::Warn, told("grbl.height_of_first")),
+            _ => row(RowVerdict::Pass, told("grbl.height_asked")),
+        })
+    }
+
     /// Whether zero of Z is still where the job that is taken up had it: by the switches, a place is the same again.
     pub(super) fn height_as_left(&self, from: usize) -> bool {
-        let homes = settings::on(&self.attended.controller().info.values, 22);
-        let (before, now) = (self.ledger.entry().zero_mm, self.attended.controller().zero_mm);
-        let same = before.zip(now).is_some_and(|(before, now)| (before[2] - now[2]).abs() <= SAME_HEIGHT_MM);
-        from > 0 && homes && same
+        from > 0 && self.attended.controller().height_as_left(self.ledger.entry().zero_mm)
     }
 
     /// Seconds of each section from `from` on, by the controller's own settings.

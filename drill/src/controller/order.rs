@@ -48,6 +48,8 @@ pub(super) struct Armed {
     pub(super) from_leg: u32,
     /// What the engine is asked for.
     pub(super) start: EngineStart,
+    /// The work zero that it was compared with, machine coordinates.
+    pub(super) zero_mm: Option<[f64; 3]>,
     /// Why its depth cannot be what it should.
     pub(super) refused: Option<Diagnostic>,
 }

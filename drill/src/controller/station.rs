@@ -4,6 +4,7 @@
 //! durable before it is told. Does not know a browser.
 
 use super::attended::{Attended, AttendedJob, Due, Told};
+use super::host::{HELD_AFTER, Host, HostNews};
 use super::ledger::{Bringing, Ledger};
 use super::order::{Armed, Order};
 use super::surface::{BoardSurface, HeightSet};
@@ -15,9 +16,9 @@ use crate::prepare::made;
 use crate::programs::Programs;
 use crate::ticket::Tickets;
 use annulus_core::control::{Ending, Trust};
-use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase, settings};
+use annulus_core::controller::{BoardHeight, EngineAsk, EngineEvent, EnginePhase, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::machine::{self, Machine};
+use annulus_core::machine::{self, Machine, MillProfile};
 use annulus_core::wire::{Status, Tell, ToolsReport};
 use std::sync::Arc;
 use std::time::Duration;
@@ -43,21 +44,22 @@ pub(super) struct Hand {
     pub(super) until: Option<Duration>,
     /// Unlocked without homing.
     pub(super) unlocked: bool,
-    /// A zero was asked for: of Z, or of X and Y.
+    /// A zero was asked for: of Z, of X and Y, or of one of those.
     pub(super) zero_asked: Option<Zero>,
     /// Zero of X and Y was set since the port was opened; where it was before.
     pub(super) zero_set: bool,
     pub(super) zero_before_mm: Option<[f64; 3]>,
+    /// Zero of X or Y was set since the port was opened, in whichever way: that it is another one than a job had is a person's will.
+    pub(super) zero_meant: bool,
     /// What zero of Z goes by, where it was set since the port was opened and its place is not lost.
     pub(super) height: Option<HeightSet>,
-    /// The tool that was put in last is touched off, or was in when the height was set.
-    pub(super) touched: bool,
 }
 
 /// Which zero.
 #[derive(Clone, PartialEq)]
 pub(super) enum Zero {
     Plane,
+    Edge,
     Height(HeightSet),
 }
 
@@ -68,6 +70,8 @@ pub struct Station<F> {
     pub(super) ledger: Ledger<F>,
     pub(super) bringing: Option<Bringing>,
     pub(super) machine: Machine,
+    /// The mill that a person said it is.
+    pub(super) mill: Option<&'static MillProfile>,
     pub(super) programs: Programs,
     pub(super) armed: Option<Armed>,
     pub(super) work: Option<Work>,
@@ -82,6 +86,7 @@ pub struct Station<F> {
     pub(super) greeted: bool,
     over: bool,
     opened: Duration,
+    host: Host,
     speed: f64,
     pub(super) time: Time,
     pub(super) told: (Option<Status>, Duration),
@@ -106,6 +111,7 @@ impl<F: Files> Station<F> {
             ledger,
             bringing: None,
             machine: machine::hobby_3018(),
+            mill: None,
             programs: Programs::of(offer.as_ref().map(|order| (order.key.clone(), order.bytes.clone()))),
             armed: None,
             work: None,
@@ -118,6 +124,7 @@ impl<F: Files> Station<F> {
             greeted: false,
             over: false,
             opened,
+            host: Host::new(opened, speed),
             speed,
             time,
             told: (None, Duration::ZERO),
@@ -134,12 +141,14 @@ impl<F: Files> Station<F> {
 
     /// The page says `text`.
     pub fn hear(&mut self, text: &str) {
+        self.look_at_host();
         let asked = self.line.heard(text, (self.time)());
         self.see_to(asked);
     }
 
     /// Bytes came from the port.
     pub fn bytes(&mut self, bytes: Vec<u8>) {
+        self.look_at_host();
         self.by_itself(EngineEvent::Bytes(bytes));
     }
 
@@ -158,9 +167,32 @@ impl<F: Files> Station<F> {
         }
     }
 
-    /// The bytes that are to go to the port, in their order.
+    /// The bytes that are to go to the port, in their order. That they are on their way to the board is to be said by [`Self::carried`].
     pub fn written(&mut self) -> Vec<u8> {
+        if !self.written.is_empty() {
+            self.host.is_written((self.time)());
+        }
         std::mem::take(&mut self.written)
+    }
+
+    /// What was written, the oldest of it, is handed to the port.
+    pub fn carried(&mut self) {
+        self.look_at_host();
+        self.host.is_carried((self.time)());
+    }
+
+    /// Where the computer stood still for long, the board has run what it had, and stands: it goes on when a person wants that. The
+    /// place is known as before.
+    fn look_at_host(&mut self) {
+        let Some(news) = self.host.look((self.time)()) else { return };
+        let phase = self.attended.controller().phase;
+        if news == HostNews::Late {
+            self.by_itself(EngineEvent::Late);
+        } else if matches!(phase, EnginePhase::Running | EnginePhase::Surveying) {
+            self.by_itself(EngineEvent::Ask(EngineAsk::Hold));
+            let why = Diagnostic::warning("grbl.computer_stood").with("seconds", HELD_AFTER.as_secs());
+            self.line.tell(&Tell::Refused { why });
+        }
     }
 
     /// The frames that are to go to the page, in their order.
@@ -192,6 +224,7 @@ impl<F: Files> Station<F> {
 
     /// Time went by, or something was heard. Gives after which time it wants to be called again.
     pub fn advance(&mut self) -> Duration {
+        self.look_at_host();
         let now = (self.time)();
         let asked = self.line.passed(now);
         self.see_to(asked);
@@ -202,7 +235,7 @@ impl<F: Files> Station<F> {
             }
         }
         self.by_itself(EngineEvent::Tick);
-        self.over |= !self.greeted && now.saturating_sub(self.opened) > GREETING;
+        self.over |= !self.greeted && now.saturating_sub(self.opened + self.host.stood()) > GREETING;
         if self.over && self.greeted {
             self.say_farewell();
         }
@@ -261,7 +294,7 @@ impl<F: Files> Station<F> {
 
     /// Lets the engine think, and does what it says. Gives what it found.
     pub(super) fn engine(&mut self, event: EngineEvent) -> Vec<Diagnostic> {
-        let passed = (self.time)().saturating_sub(self.opened);
+        let passed = (self.time)().saturating_sub(self.opened + self.host.stood());
         let now_ms = (passed.as_secs_f64() * 1e3 * self.speed) as u64;
         let mut found = Vec::new();
         for due in self.attended.event(now_ms, event) {
@@ -272,6 +305,9 @@ impl<F: Files> Station<F> {
                 Due::Tell(Told::Found(why)) => found.push(why),
                 Due::Tell(told) => self.happened(&told),
             }
+        }
+        if self.attended.controller().height() == BoardHeight::Unknown {
+            self.hand.height = None;
         }
         found
     }
@@ -306,8 +342,9 @@ impl<F: Files> Station<F> {
             }
             Told::ZeroSet => {
                 match self.hand.zero_asked.take() {
-                    Some(Zero::Plane) => self.hand.zero_set = true,
-                    Some(Zero::Height(set)) => (self.hand.height, self.hand.touched) = (Some(set), true),
+                    Some(Zero::Plane) => (self.hand.zero_set, self.hand.zero_meant) = (true, true),
+                    Some(Zero::Edge) => self.hand.zero_meant = true,
+                    Some(Zero::Height(set)) => self.hand.height = Some(set),
                     None => {}
                 }
                 self.tell_surface();
@@ -319,15 +356,9 @@ impl<F: Files> Station<F> {
                 }
                 self.trust = now.trust;
             }
-            Told::ToolWanted { .. } => {
-                // The first tool is the one that was in when the height was set.
-                let first =
-                    self.work.as_ref().is_some_and(|work| work.from == 0) && self.attended.entry().done == 0;
-                self.hand.touched = first && self.hand.height.is_some();
-            }
             Told::Ended(ending) => self.ended(*ending),
             Told::Survey(news) => self.touched(news),
-            Told::Found(_) | Told::Progress | Told::Gone => {}
+            Told::ToolWanted { .. } | Told::Found(_) | Told::Progress | Told::Gone => {}
         }
     }
 

@@ -5,7 +5,10 @@
 #[path = "../../../core/tests/controller/automaton.rs"]
 mod automaton;
 
+mod host;
+mod height;
 mod level;
+mod mill;
 
 use super::Station;
 use crate::files::{File, Files};
@@ -108,7 +111,11 @@ impl Bench {
         self.station.advance();
         let frames = self.station.frames();
         self.heard.extend(frames.iter().map(|frame| serde_json::from_str::<Tell>(frame).unwrap()));
-        self.board.hear(&self.station.written());
+        let written = self.station.written();
+        if !written.is_empty() {
+            self.board.hear(&written);
+            self.station.carried();
+        }
     }
 
     fn millisecond(&mut self) {
@@ -473,6 +480,7 @@ fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
     let rows = [
         (Ask::Stock { places: vec![], spindle: Held::Nothing }, Some("grbl.no_magazine")),
         (Ask::ToolSeen { seen: Seen::InPlace }, Some("grbl.no_magazine")),
+        (Ask::OpenClamp, Some("grbl.no_magazine")),
         (set(&magazine), Some("grbl.no_magazine")),
         // What it advises is taken, with all the rest of it.
         (set(&[&magazine[1..], &[("rack.change", word("manual"))]].concat()), None),

@@ -5,6 +5,7 @@
 use super::station::Station;
 use crate::files::Files;
 use annulus_core::control::State;
+use annulus_core::controller::EngineAsk;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::ToolWear;
 use annulus_core::wire::{Tell, ToolsReport};
@@ -23,6 +24,8 @@ impl<F: Files> Station<F> {
         let new = ToolWear::new(&self.machine.name, tool);
         self.ledger.keep_wear(new.clone())?;
         self.attended.set_wear(new);
+        // It is as long as it is: it is touched off before it cuts.
+        self.engine_asked(EngineAsk::NewBit)?;
         self.tell_tools();
         Ok(())
     }

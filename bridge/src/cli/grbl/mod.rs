@@ -11,10 +11,11 @@ use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
 use crate::machine_file;
 use annulus_core::align::{BoardFit, FoundHole};
-use annulus_core::controller::{Info, aligned_routine, estimate_s, settings};
+use annulus_core::controller::{Info, Routine, SectionKind, aligned_routine, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
+use annulus_core::machine::{self, MillProfile};
 use annulus_drill::controller::{AttendedJob, Told};
 use operator::Operator;
 use program::Programs;
@@ -66,7 +67,7 @@ struct RunArgs {
     /// Let depth follow the board's surface: touch it first (measure), or use the map that was kept (kept).
     #[arg(long, value_name = "WHICH")]
     level: Option<WhichMap>,
-    /// Begin anew even though this job was interrupted.
+    /// Begin anew even though this job was interrupted, or another one, which is forgotten then.
     #[arg(long)]
     from_start: bool,
 }
@@ -144,6 +145,9 @@ struct How {
     /// After each tool change find the board with the probe, at most so many mm down.
     #[arg(long, value_name = "MM")]
     probe: Option<f64>,
+    /// All tools stand out equally far, as those with a ring do: none is touched off after it was put in.
+    #[arg(long, conflicts_with = "probe")]
+    same_length: bool,
     /// Where an alignment hole is planned and where it was found, in mm from the work zero: twice or more, and the job goes along
     /// with the board.
     #[arg(long = "found", value_name = "X,Y=X,Y", value_parser = found_hole, allow_hyphen_values = true)]
@@ -151,6 +155,18 @@ struct How {
     /// Thickness of the plate on the board while probing, in mm; 0 for bare copper.
     #[arg(long, value_name = "MM", default_value_t = 0.0)]
     plate: f64,
+}
+
+impl How {
+    /// Whether nobody would touch off a tool that `routine` asks for from section `from` on: the first of a job that begins is the one
+    /// that was in when zero was set.
+    fn leaves_unmeasured(&self, routine: &Routine, from: usize) -> bool {
+        let later = routine.sections.iter().skip(from.max(1));
+        let mut changes = later.filter(|section| matches!(section.kind, SectionKind::Change(_)));
+        let goes_on = from > 0 && !self.zero_here && self.zero_at.is_none();
+        let nobody = self.confirm_tools.is_some() && self.probe.is_none() && !self.same_length;
+        nobody && (goes_on || changes.next().is_some())
+    }
 }
 
 /// A place of the machine, mm.
@@ -262,21 +278,29 @@ fn text_of(info: &Info) -> String {
 
 fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
     let board = &args.board;
-    let programs = aligned(program::read(&board.job, &board.more)?, &board.how)?;
     let ledger = ledger();
-    if let Some(entry) = ledger
-        .interrupted()
-        .filter(|entry| entry.key == programs.routine.key && entry.holes + entry.toolpaths > 0)
-        && !args.from_start
-    {
-        let why = Diagnostic::error("grbl.interrupted").with("holes", entry.holes);
-        return Err(Refusal::content(why.with("toolpaths", entry.toolpaths)));
+    let programs = aligned(program::read(&board.job, &board.more, &ledger)?, &board.how)?;
+    let begun = ledger.interrupted().filter(|entry| entry.holes + entry.toolpaths > 0);
+    if let Some(entry) = begun.filter(|_| !args.from_start) {
+        let why = if entry.key == programs.routine.key {
+            Diagnostic::error("grbl.interrupted")
+        } else {
+            Diagnostic::error("grbl.forgets").with("name", &entry.name)
+        };
+        let why = why.with("holes", entry.holes).with("toolpaths", entry.toolpaths);
+        return Err(Refusal::content(why));
     }
     let entry = AttendedJob { files: programs.files.clone(), ..AttendedJob::default() };
-    let tools = programs.counted.as_ref().map(|counted| counted.tools(ledger.wear()));
+    let tools = programs.tools(&ledger);
     let mut operator = Operator::new(&board.how, &ledger, (entry, tools), json)?;
+    operator.mill = mill(&board.job);
     let level = args.level.map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
+}
+
+/// The mill as it is sold that was named as the machine.
+fn mill(args: &super::JobArgs) -> Option<&'static MillProfile> {
+    args.on.machine.as_deref().and_then(|name| machine::mill(machine::preset_name(name)))
 }
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
@@ -288,7 +312,7 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
         let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
         return Err(Refusal::content(why));
     }
-    let tools = programs.counted.as_ref().map(|counted| counted.tools(ledger.wear()));
+    let tools = programs.tools(&ledger);
     let mut operator = Operator::new(&args.how, &ledger, (entry.clone(), tools), json)?;
     operator.run(&programs, Some(&entry), &args.accept, None)
 }

@@ -13,8 +13,8 @@ use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settin
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::level::{Correction, HeightMap};
 use annulus_core::locale;
-use annulus_core::machine::{RackTool, ToolWear};
-use annulus_drill::controller::{AttendedJob, ControllerGlimpse, JobTools, Told};
+use annulus_core::machine::{MillProfile, RackTool, ToolWear};
+use annulus_drill::controller::{AttendedJob, ControllerGlimpse, JobTools, Told, unlike_mill};
 use serde_json::json;
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -49,6 +49,8 @@ pub(super) struct Operator {
     pub(super) info: Option<Info>,
     pub(super) now: Option<ControllerGlimpse>,
     said: Vec<Diagnostic>,
+    /// The tools of the job that are worn before it begins, or will be before it ends.
+    worn: Vec<Diagnostic>,
     pub(super) worst: Option<Diagnostic>,
     zero_set: bool,
     pub(super) gone: bool,
@@ -56,6 +58,8 @@ pub(super) struct Operator {
     quiet: bool,
     /// The board's surface, where depth follows it.
     pub(super) map: Option<HeightMap>,
+    /// The mill that it was said to be.
+    pub(super) mill: Option<&'static MillProfile>,
     /// By how much depth was corrected to that.
     pub(super) corrected: Option<Correction>,
     ledger: Ledger,
@@ -87,12 +91,14 @@ impl Operator {
             info: None,
             now: None,
             said: Vec::new(),
+            worn: Vec::new(),
             worst: None,
             zero_set: false,
             gone: false,
             interrupted: false,
             quiet,
             map: None,
+            mill: None,
             corrected: None,
             ledger: ledger.clone(),
         })
@@ -107,13 +113,16 @@ impl Operator {
         level: Option<(WhichMap, &TouchArgs)>,
     ) -> Result<Answer, Refusal> {
         programs.diagnostics.iter().for_each(|diagnostic| say(diagnostic.message("en")));
+        let from = before.map_or(0, |entry| entry.done);
+        self.worn = programs.tools(&self.ledger).map(|tools| tools.worn_ahead(from)).unwrap_or_default();
+        self.worn.iter().for_each(|why| say(format_args!("{} {}", why.message("en"), why.advice("en"))));
+        if self.how.leaves_unmeasured(&programs.routine, from) {
+            return Err(Refusal::content(Diagnostic::error("grbl.tools_unmeasured")));
+        }
         self.meets()?;
         let followed = self.followed(programs, before, level)?;
         let programs = followed.as_ref().unwrap_or(programs);
-        let from = before.map_or(0, |entry| entry.done);
-        let zero = before
-            .and_then(|entry| entry.zero_mm)
-            .filter(|_| !self.how.zero_here && self.how.zero_at.is_none());
+        let zero_mm = before.and_then(|entry| entry.zero_mm);
         if let Some(tool) = programs.routine.tool_at(from).filter(|_| from > 0) {
             say(format_args!("{}", tool_name(programs, tool)));
         }
@@ -124,7 +133,8 @@ impl Operator {
         }
         self.worst = None;
         let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
-        let start = EngineStart { routine, from, zero_mm: zero, spin_up_s: self.how.spin_up, accepted };
+        let (spin_up_s, same_length) = (self.how.spin_up, self.how.same_length);
+        let start = EngineStart { routine, from, zero_mm, same_length, spin_up_s, accepted };
         self.owner.ask(EngineAsk::Start(start));
         let ended = self.until_ended(programs);
         Ok(self.answer(programs, &ended, seconds))
@@ -140,7 +150,16 @@ impl Operator {
         if self.gone || (self.info.is_none() && !self.interrupted) {
             return Err(Refusal::surroundings(self.why("grbl.no_answer")));
         }
+        self.compare_with_mill();
         self.find_place()
+    }
+
+    /// Says where the controller is not as the mill that it was said to be.
+    fn compare_with_mill(&mut self) {
+        let (Some(mill), Some(info)) = (self.mill, &self.info) else { return };
+        let found = unlike_mill(mill, info.flavour(), &info.values);
+        found.iter().for_each(|why| say(format_args!("{} {}", why.message("en"), why.advice("en"))));
+        self.said.extend(found);
     }
 
     pub(super) fn phase(&self) -> Option<EnginePhase> {
@@ -226,7 +245,7 @@ impl Operator {
         for _ in 0..TRIES {
             (self.worst, self.zero_set) = (None, false);
             self.owner.ask(match there {
-                Some(zero) => EngineAsk::ZeroAt { place_mm: zero },
+                Some(zero) => EngineAsk::ZeroAt { place_mm: zero.map(Some) },
                 None => EngineAsk::SetZero { axes: [true; 3], height_mm: 0.0 },
             });
             self.until(|operator| operator.zero_set || operator.worst.is_some());
@@ -287,11 +306,7 @@ impl Operator {
                 self.next();
                 self.hear();
             }
-            self.measure();
-            if !(0..TRIES).any(|_| self.tool_ready()) {
-                self.owner.ask(EngineAsk::Stop);
-            }
-            return;
+            return self.confirm_tool();
         }
         say(
             "Type: x 1, y -0.5, z -0.1 to move by hand in mm; zero when the tip touches the board; probe; go.",
@@ -310,6 +325,24 @@ impl Operator {
                 self.lines.clear();
             }
         }
+    }
+
+    /// Measures the tool, where that was asked for, and goes on; ends the job where that is refused again and again.
+    fn confirm_tool(&mut self) {
+        let mut why = None;
+        for _ in 0..TRIES {
+            // An alarm, or a person, has ended it.
+            if self.gone || self.interrupted || self.phase() != Some(EnginePhase::ToolChange) {
+                return;
+            }
+            let measured = self.how.probe.map_or(Ok(()), |depth| self.find_height(depth));
+            if measured.is_ok() && self.tool_ready() {
+                return;
+            }
+            why = measured.err().or_else(|| self.worst.take());
+        }
+        self.worst = why;
+        self.owner.ask(EngineAsk::Stop);
     }
 
     fn do_typed(&mut self, line: &str) {
@@ -351,19 +384,21 @@ impl Operator {
         self.phase() != Some(EnginePhase::ToolChange) || self.gone || self.interrupted
     }
 
-    fn measure(&mut self) {
-        if let Some(depth) = self.how.probe {
-            self.probe(depth);
-        }
-    }
-
     /// Finds the height of the board where the tip is over it, before a job.
     pub(super) fn find_board(&mut self, depth_mm: f64) -> Result<(), Refusal> {
+        self.find_height(depth_mm).map_err(|why| {
+            self.worst = None;
+            Refusal::content(why)
+        })
+    }
+
+    /// The same; what went wrong stays said.
+    fn find_height(&mut self, depth_mm: f64) -> Result<(), Diagnostic> {
         (self.worst, self.zero_set) = (None, false);
         self.probe(depth_mm);
         self.until(|operator| operator.zero_set || operator.worst.is_some());
         self.rests();
-        self.worst.take().map_or(Ok(()), |why| Err(Refusal::content(why)))
+        self.worst.clone().map_or(Ok(()), Err)
     }
 
     fn probe(&mut self, depth_mm: f64) {
@@ -411,6 +446,7 @@ impl Operator {
             "resume_from": resume_from.map(|section| json!({ "section": section, "line": line })),
             "largest_correction_um": self.corrected.map(|all| all.largest().nm() as f64 / 1e3),
             "estimated_s": seconds.map(crate::cli::rounded),
+            "worn_tools": diagnostic_objects(&self.worn),
             "diagnostics": diagnostic_objects(&self.said),
         });
         let mut text =
