@@ -10,7 +10,7 @@
 
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::Program;
-use annulus_core::level::{HeightMap, TOLERANCE, key_of, level};
+use annulus_core::level::{HeightMap, TOLERANCE, key_of, level, same_job};
 use annulus_core::machine::Machine;
 use annulus_core::units::Length;
 use annulus_core::wire::{PreflightRow, RowVerdict};
@@ -77,7 +77,7 @@ pub(crate) fn followed(program: Program, ground: &Ground<'_>) -> Followed {
             let told = row(RowVerdict::Fail, Diagnostic::error("level.other_map"));
             return as_planned(program, Some(told));
         }
-        (None, Some(kept)) if kept.map.job != key_of(&program) => {
+        (None, Some(kept)) if !same_job(&kept.map.job, &key_of(&program)) => {
             let told = row(RowVerdict::Warn, Diagnostic::warning("level.not_used"));
             return as_planned(program, Some(told));
         }

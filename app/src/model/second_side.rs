@@ -8,16 +8,25 @@
 //!
 //! Comes in: wishes, where the head is, whether a camera is there. Goes out: the job that goes along, wishes to see. Places of the
 //! machine in mm; planned ones in work coordinates. Knows no pixels.
+//!
+//! A found place is worth what the machine's own places are worth: when those are lost, or another machine is there, it is forgotten.
 
 use super::{Effect, Job, Lane, Model};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, Settings, ToTime};
 use annulus_core::align::{BoardFit, FoundHole, aligned, telling};
+use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Mark, Program};
 use annulus_core::wire::program;
 use std::sync::Arc;
+
+/// How far a board may lie from its plan once the work zero is another one than when its holes were found, mm. The same zero says by
+/// itself that it is meant.
+const FURTHEST_MM: f64 = 20.0;
+/// How far the work zero may be from where it was to be the same, mm: less than the rounding of any report.
+const SAME_ZERO_MM: f64 = 0.01;
 
 /// What there is of a camera.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -61,8 +70,12 @@ pub struct SecondSide {
     pub fit: Option<Result<BoardFit, Diagnostic>>,
     /// The job goes along.
     pub applied: bool,
+    /// Holes were found whose places count no more; until the person was told before a start, or found some again.
+    pub forgotten: bool,
     /// The job as it lies there, once it is timed.
     pub job: Option<Arc<Job>>,
+    /// The work zero when a hole was taken last, machine mm.
+    zero_mm: Option<[f64; 2]>,
     /// The planned job that the holes are of.
     of: Option<Arc<Job>>,
     /// The fit that is in `job`, or on its way: the request.
@@ -146,6 +159,7 @@ pub fn told(fit: &BoardFit) -> Diagnostic {
 /// Takes one event in.
 pub(super) fn update(model: &mut Model, event: SecondSideEvent) -> Vec<Effect> {
     let head = head_mm(model);
+    let zero = model.link.status.as_ref().and_then(|status| status.zero_mm);
     let side = &mut model.second_side;
     match event {
         SecondSideEvent::Show { on } => {
@@ -160,6 +174,7 @@ pub(super) fn update(model: &mut Model, event: SecondSideEvent) -> Vec<Effect> {
             let offset = if by_camera { side.offset_mm } else { Some([0.0; 2]) };
             if let (Some(head), Some(offset)) = (head, offset) {
                 taken(side, [head[0] + offset[0], head[1] + offset[1]]);
+                side.zero_mm = zero;
             }
         }
         SecondSideEvent::Forget => {
@@ -184,9 +199,21 @@ pub(super) fn update(model: &mut Model, event: SecondSideEvent) -> Vec<Effect> {
             }
         }
         SecondSideEvent::Kept { offset_mm } => side.offset_mm = Some(offset_mm),
-        SecondSideEvent::Apply { on } => side.applied = on,
+        SecondSideEvent::Apply { on } => (side.applied, side.forgotten) = (on, false),
     }
     Vec::new()
+}
+
+/// Places of the machine are other ones from now on: what was found in them counts no more.
+pub(super) fn forget(side: &mut SecondSide) {
+    side.forgotten |= side.holes.iter().any(|hole| hole.found_mm.is_some());
+    side.holes.iter_mut().for_each(|hole| hole.found_mm = None);
+    (side.applied, side.dot_mm, side.zero_mm) = (false, None, None);
+}
+
+/// What is said before a start where found places were forgotten: the job lies as it is planned.
+pub(super) fn forgotten(side: &SecondSide) -> Option<Diagnostic> {
+    side.forgotten.then(|| Diagnostic::warning("align.forgotten"))
 }
 
 /// The hole that is sought is there; the next one that is not found yet is sought then.
@@ -209,14 +236,18 @@ fn other(side: &mut SecondSide) {
     }
 }
 
-/// Where the tip is, machine mm.
+/// Where the tip is, machine mm; none where the machine does not know its place.
 fn head_mm(model: &Model) -> Option<[f64; 2]> {
-    model.link.status.as_ref().map(|status| [status.machine_mm[0], status.machine_mm[1]])
+    let status = model.link.status.as_ref().filter(|status| status.trust == Trust::Trusted)?;
+    Some([status.machine_mm[0], status.machine_mm[1]])
 }
 
 /// The holes follow the planned job; the fit, and the job that goes along, follow what was found.
 pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let planned = model.board.job.clone();
+    if model.link.status.as_ref().is_some_and(|status| status.trust != Trust::Trusted) {
+        forget(&mut model.second_side);
+    }
     let side = &model.second_side;
     if let Some(job) = planned.as_ref().filter(|job| !side.of.as_ref().is_some_and(|of| Arc::ptr_eq(of, job)))
         && (side.open || side.of.is_some())
@@ -228,7 +259,7 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     }
     let zero = model.link.status.as_ref().and_then(|status| status.zero_mm);
     let side = &mut model.second_side;
-    side.fit = fit(&side.holes, zero);
+    side.fit = fit(&side.holes, zero).map(|fit| fit.and_then(|fit| believed(fit, side.zero_mm, zero)));
     let wanted = match (&side.fit, side.applied, planned) {
         (Some(Ok(fit)), true, Some(job)) => Some((*fit, job)),
         _ => None,
@@ -254,7 +285,7 @@ fn begin(model: &mut Model, job: &Arc<Job>) {
     let side = &mut model.second_side;
     if *side.places != places {
         side.holes = telling(&places).into_iter().map(hole).collect();
-        (side.aimed, side.applied) = (0, false);
+        (side.aimed, side.applied, side.forgotten) = (0, false, false);
     }
     (side.places, side.of) = (Arc::new(places), Some(job.clone()));
     (side.made, side.job) = (None, None);
@@ -286,6 +317,22 @@ fn fit(holes: &[SoughtHole], zero_mm: Option<[f64; 2]>) -> Option<Result<BoardFi
     };
     let found: Vec<FoundHole> = holes.iter().filter_map(found).collect();
     (found.len() > 1).then(|| BoardFit::of(&found))
+}
+
+/// The fit, unless the work zero was set elsewhere since its holes were found, and the board would lie far from its plan.
+fn believed(
+    fit: BoardFit,
+    found_from_mm: Option<[f64; 2]>,
+    zero_mm: Option<[f64; 2]>,
+) -> Result<BoardFit, Diagnostic> {
+    let far_mm = |[x, y]: [f64; 2]| (x * x + y * y).sqrt();
+    let moved = found_from_mm.zip(zero_mm).map(|(from, to)| far_mm([to[0] - from[0], to[1] - from[1]]));
+    if moved.is_none_or(|mm| mm <= SAME_ZERO_MM) || far_mm(fit.shift_mm) <= FURTHEST_MM {
+        return Ok(fit);
+    }
+    let mm = |mm: f64| format!("{mm:.1}");
+    let why = Diagnostic::error("align.zero_elsewhere").with("moved", mm(moved.unwrap_or_default()));
+    Err(why.with("mm", mm(far_mm(fit.shift_mm))))
 }
 
 /// The job that goes along is timed.

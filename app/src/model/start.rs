@@ -37,8 +37,10 @@ pub struct Preflight {
     levelling: Option<u32>,
     /// The machine plans its own motion: no digest is compared.
     pub own_motion: bool,
-    /// How the board lies that the job goes along with.
+    /// How the board lies that the job goes along with; or that this is not known any more.
     pub lies: Option<Diagnostic>,
+    /// How long ago the height map was measured that there is, whole minutes.
+    pub map_age_min: Option<u64>,
 }
 
 /// What a program is wanted for.
@@ -132,7 +134,8 @@ pub enum StartEvent {
 /// plans its own motion has no steps to compare, and says so itself.
 pub fn rows(preflight: &Preflight, armed: &Armed, awake: Option<bool>) -> Vec<PreflightRow> {
     let lies = preflight.lies.clone().map(|finding| PreflightRow { finding, verdict: RowVerdict::Warn });
-    let bridge = armed.checks.iter().cloned().chain(lies).chain(awake.map(wakeful));
+    let told = armed.checks.iter().map(|row| aged(row, preflight.map_age_min));
+    let bridge = told.chain(lies).chain(awake.map(wakeful));
     if preflight.own_motion {
         return bridge.collect();
     }
@@ -145,6 +148,14 @@ pub fn rows(preflight: &Preflight, armed: &Armed, awake: Option<bool>) -> Vec<Pr
         verdict: if same { RowVerdict::Pass } else { RowVerdict::Fail },
     };
     bridge.chain([digest]).collect()
+}
+
+/// That a job follows a height map is said with the map's age: whether it is still the same board only the person can tell.
+fn aged(row: &PreflightRow, age_min: Option<u64>) -> PreflightRow {
+    let Some(min) = age_min.filter(|_| row.finding.code == "level.follows") else { return row.clone() };
+    let mm = row.finding.args.iter().find(|(name, _)| name == "mm").map_or("?", |(_, mm)| mm);
+    let finding = Diagnostic::warning("level.follows_aged").with("mm", mm);
+    PreflightRow { finding: finding.with("hours", min / 60).with("minutes", min % 60), verdict: row.verdict }
 }
 
 /// Whether the browser keeps the screen lit, and with it the computer awake.
@@ -221,9 +232,20 @@ fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
     let own_motion = model.link.controller.plans();
     let along = model.second_side.job.as_ref().is_some_and(|along| along.key == job.key);
     let lies = model.second_side.lies().filter(|_| along).map(second_side::told);
+    let lies = lies.or_else(|| second_side::forgotten(&model.second_side).filter(|_| from_leg == 0));
+    let measured_s = Some(model.link.height_map.measured_s).filter(|at| *at > 0);
+    let map_age_min = measured_s.map(|at| ((model.clock.wall_ms / 1e3) as u64).saturating_sub(at) / 60);
     let (job_key, levelled, levelling) = (key, false, None);
-    model.start.preflight =
-        Some(Preflight { job: job_key, from_leg, own_digest, levelled, levelling, own_motion, lies });
+    model.start.preflight = Some(Preflight {
+        job: job_key,
+        from_leg,
+        own_digest,
+        levelled,
+        levelling,
+        own_motion,
+        lies,
+        map_age_min,
+    });
     let number = model.next_request();
     model.start.upload = Some(number);
     let session = model.link.session.clone();
@@ -253,6 +275,7 @@ fn start(model: &mut Model) -> Vec<Effect> {
     let Some(preflight) = model.start.preflight.take_if(|_| may) else { return Vec::new() };
     let Preflight { job, from_leg, own_digest, .. } = preflight;
     model.link.ended = None;
+    model.second_side.forgotten = false;
     ask(model, &Ask::Start { job, stream_digest: own_digest, from_leg })
 }
 

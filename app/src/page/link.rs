@@ -87,6 +87,8 @@ pub struct Link {
     pub eye: ReadSignal<Eye>,
     /// What its crosshair sees, from the spindle, mm.
     pub camera_mm: ReadSignal<Option<[f64; 2]>>,
+    /// Holes were found whose places count no more.
+    pub holes_forgotten: ReadSignal<bool>,
     /// Where the tip made a dot, machine mm.
     pub dot_mm: ReadSignal<Option<[f64; 2]>>,
     /// The job the machine has, where that is another one than was planned.
@@ -146,6 +148,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         fetched: slots.handle(|model| &model.start.fetched),
         shown_job: slots.handle(|model| &model.start.shown),
         preflight: slots.part(|model| &model.start.preflight),
+        holes_forgotten: slots.part(|model| &model.second_side.forgotten),
         ticked: slots.part(|model| &model.start.ticked),
         hand: slots.part(|model| &model.link.hand),
         controller: slots.part(|model| &model.link.controller),

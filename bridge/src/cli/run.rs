@@ -11,7 +11,7 @@ use crate::signals::Signals;
 use annulus_core::control::{Ending, State};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::level::key_of;
+use annulus_core::level::{key_of, same_job};
 use annulus_core::locale;
 use annulus_core::machine::{Machine, Output, axis_name};
 use annulus_core::magazine::{Held, laid_out};
@@ -412,7 +412,7 @@ fn follows(greeting: &[Tell], level_key: &str) -> Result<(), Refusal> {
     });
     match report {
         None => Err(Refusal::content(diagnostic("level.none_kept"))),
-        Some(report) if report.job != level_key => Err(Refusal::content(diagnostic("level.other_job"))),
+        Some(report) if !same_job(&report.job, level_key) => Err(Refusal::content(diagnostic("level.other_job"))),
         Some(_) => Ok(()),
     }
 }

@@ -3,10 +3,10 @@
 //! Comes in: a routine, a height map. Goes out: the same sections with their moves in pieces, and the largest correction. What was
 //! levelled says so and is not levelled twice. Lengths in whole nanometres. Does not know who touched the board.
 
-use super::routine::{Course, Routine, RoutineAction, RoutineMove, Section, TipPlace};
+use super::routine::{Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, TipPlace};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Point};
-use crate::level::{Correction, FollowedCourse, Follower, HeightMap};
+use crate::level::{Correction, FollowedCourse, Follower, HeightMap, job_key};
 use crate::units::Length;
 
 /// The routine as it follows the surface of `map`, off it by at most `tolerance`, and by how much it was corrected.
@@ -66,6 +66,27 @@ fn pieces(
     let place = |[x, y, z]: TipPlace| (Point::new(x, y), z);
     let ends = follower.pieces(place(at), place(step.to), course)?;
     Ok(ends.into_iter().map(|(to, height)| [to.x, to.y, height]).collect())
+}
+
+/// What a height map of a routine is for: [`job_key`] of its name and of where it cuts.
+pub fn level_key(routine: &Routine) -> String {
+    let plane = |[x, y, _]: TipPlace| Point::new(x, y);
+    let (mut holes, mut toolpaths) = (Vec::new(), Vec::new());
+    for section in &routine.sections {
+        match section.kind {
+            SectionKind::Hole(_) => holes.push(plane(section.entry)),
+            SectionKind::Toolpath(_) => {
+                let work = section.actions.iter().skip(section.approach);
+                let steps = work.filter_map(|action| match action {
+                    RoutineAction::Go(step) => Some(plane(step.to)),
+                    _ => None,
+                });
+                toolpaths.extend(steps);
+            }
+            SectionKind::Change(_) | SectionKind::Finish => {}
+        }
+    }
+    job_key(&routine.name, Point::default(), holes, toolpaths)
 }
 
 /// The box around all places where a routine goes below the work zero; none where it never does.

@@ -23,12 +23,14 @@ pub use survey::Survey;
 
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
-use crate::job::Program;
+use crate::job::{Command, Mark, Program};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::fmt::Write;
 
+/// Hexadecimal digits of the name and the zero in the key of a job; where it cuts stands behind them.
+const JOB_DIGITS: usize = 64;
 /// A work zero may be so far from where it was when the map was measured: less than the rounding of any report.
 const SAME_ZERO: Length = Length::from_um(10);
 /// What a tool may reach beyond the outermost touched places and their margin.
@@ -43,7 +45,7 @@ pub struct HeightMap {
     pub grid: ProbeGrid,
     /// Height over the work zero at each of those places, row by row from the lowest corner.
     pub heights: Vec<Length>,
-    /// Of which job: [`job_key`].
+    /// Of which job: [`job_key`], compared by [`same_job`].
     pub job: String,
     /// Where the work zero was, machine coordinates of X and Y.
     pub zero: [Length; 2],
@@ -53,14 +55,51 @@ pub struct HeightMap {
     pub measured_s: u64,
 }
 
-/// What a map is for: the name of a job and where its zero lies in its files. Depths and feeds may change; the board may not.
-pub fn job_key(name: &str, origin: Point) -> String {
-    hexadecimal(format!("{name}\n{} {}", origin.x.nm(), origin.y.nm()).as_bytes())
+/// What a map is for: the name of a job, where its zero lies in its files, and where it cuts. Depths, feeds and the order may change;
+/// the board may not. A job with `holes` is told by these alone, for its toolpaths change with every tool; another by the places of its
+/// `toolpaths`.
+pub fn job_key(name: &str, origin: Point, holes: Vec<Point>, toolpaths: Vec<Point>) -> String {
+    let job = hexadecimal(format!("{name}\n{} {}", origin.x.nm(), origin.y.nm()).as_bytes());
+    let (kind, mut places) = if holes.is_empty() { ('t', toolpaths) } else { ('h', holes) };
+    if places.is_empty() {
+        return job;
+    }
+    places.sort_unstable_by_key(|at| (at.x, at.y));
+    places.dedup();
+    let text = places.iter().fold(String::new(), |mut text, at| {
+        let _ = writeln!(text, "{} {}", at.x.nm(), at.y.nm());
+        text
+    });
+    format!("{job}{kind}{}", hexadecimal(text.as_bytes()))
+}
+
+/// Whether two of these may be keys of one board: a job with holes and one without can be parts of the same.
+pub fn same_job(one: &str, other: &str) -> bool {
+    let ((one, places), (other, others)) = (parts_of(one), parts_of(other));
+    let kind = |places: &str| places.chars().next();
+    one == other && (kind(places) != kind(others) || places == others)
+}
+
+/// The job, and where it cuts.
+fn parts_of(key: &str) -> (&str, &str) {
+    key.split_at_checked(JOB_DIGITS).unwrap_or((key, ""))
 }
 
 /// The same of a program.
 pub fn key_of(program: &Program) -> String {
-    job_key(&program.name, program.origin)
+    let (mut holes, mut toolpaths) = (Vec::new(), Vec::new());
+    for leg in &program.legs {
+        let places = leg.commands.iter().filter_map(|command| match *command {
+            Command::Rapid { to } | Command::Mill { to, .. } | Command::MillArc { to, .. } => Some(to),
+            _ => None,
+        });
+        match leg.mark {
+            Mark::Hole(_) => holes.extend(places),
+            Mark::Toolpath(_) => toolpaths.extend(places),
+            _ => {}
+        }
+    }
+    job_key(&program.name, program.origin, holes, toolpaths)
 }
 
 fn hexadecimal(bytes: &[u8]) -> String {
@@ -96,7 +135,7 @@ impl HeightMap {
         if !self.is_whole() {
             return Some(Diagnostic::error("level.damaged"));
         }
-        if self.job != job {
+        if !same_job(&self.job, job) {
             return Some(Diagnostic::error("level.other_job"));
         }
         let apart = |axis: usize| (self.zero[axis] - zero[axis]).abs();

@@ -349,7 +349,38 @@ fn maps_of_other_jobs_zeros_and_places_are_refused() {
     let (one, mut other) = (mill(50.0, -0.1), mill(50.0, -0.2));
     assert_eq!(key_of(&one), key_of(&other));
     other.origin = at(1.0, 0.0);
-    assert_ne!(key_of(&one), key_of(&other));
+    assert!(!same_job(&key_of(&one), &key_of(&other)));
+}
+
+#[test]
+fn another_design_under_the_same_name_is_another_job_and_a_part_of_the_same_is_not() {
+    let leg = |mark, x: f64| {
+        let commands = vec![
+            Command::Rapid { to: at(x, 40.0) },
+            Command::Plunge { to: mm(-0.1), feed_um_per_s: 1, gate: None },
+            Command::Retract { to: mm(2.0) },
+        ];
+        Leg { mark, commands }
+    };
+    let of = |legs: Vec<Leg>| Program { legs, ..program(Vec::new()) };
+    let drilled = |all: [f64; 2]| of((0..).zip(all).map(|(hole, x)| leg(Mark::Hole(hole), x)).collect());
+    let mut map = map_of(grid(100.0, 80.0, 10.0, 2.0), |_, _| 0.0);
+    map.job = key_of(&drilled([20.0, 30.0]));
+    let code = |program: &Program| map.refused(&key_of(program), map.zero, map.homed).map(|why| why.code);
+    assert_eq!(code(&drilled([20.0, 30.0])), None);
+    assert_eq!(code(&drilled([30.0, 20.0])), None, "another tour of the same holes");
+    assert_eq!(code(&drilled([20.0, 31.0])).as_deref(), Some("level.other_job"), "a hole elsewhere");
+    // Its toolpaths alone may be those of the same board; toolpaths and others are told apart.
+    let milled = |x: f64| of(vec![leg(Mark::Toolpath(0), x)]);
+    assert_eq!(code(&milled(25.0)), None);
+    assert!(same_job(&key_of(&milled(25.0)), &key_of(&milled(25.0))));
+    assert!(!same_job(&key_of(&milled(25.0)), &key_of(&milled(26.0))));
+    // A map that is older than this says nothing of places.
+    let (old, _) = map.job.split_at(JOB_DIGITS);
+    assert!(
+        same_job(old, &key_of(&drilled([20.0, 31.0])))
+            && !same_job(old, &key_of(&of(Vec::new())).replace('a', "b"))
+    );
 }
 
 /// Touches the surface, with `touch` as the hand; gives the survey at its end.

@@ -12,7 +12,7 @@ use annulus_core::control::Trust;
 use annulus_core::controller::{EngineAsk, SurveyNews, SurveyStart, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::level::{HeightMap, ProbeGrid, key_of};
+use annulus_core::level::{HeightMap, ProbeGrid, key_of, same_job};
 use annulus_core::units::Length;
 use annulus_core::wire::{HeightMapReport, PreflightRow, RowVerdict, Tell};
 
@@ -137,7 +137,7 @@ impl<F: Files> Station<F> {
             // It was begun without one.
             (_, None) if resumed => (None, None),
             (None, None) => (None, None),
-            (Some(map), None) if map.job != key_of(&order.program) => {
+            (Some(map), None) if !same_job(&map.job, &key_of(&order.program)) => {
                 (None, Some(Diagnostic::warning("level.not_used")))
             }
             (Some(map), None) => (Some(map), None),

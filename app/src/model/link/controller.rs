@@ -9,7 +9,7 @@
 //! Comes in: wishes, what the browser says. Goes out: effects. Does not know ports.
 
 use super::{Link, LinkPhase, closed, connect};
-use crate::model::{Effect, Model};
+use crate::model::{Effect, Model, second_side};
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use std::sync::Arc;
@@ -186,3 +186,4 @@ pub(in crate::model) fn follow(model: &mut Model) -> Option<Effect> {
     let changed = std::mem::replace(&mut model.link.controller.guarded, on) != on;
     changed.then_some(Effect::Guard { on })
 }
+    second_side::forget(&mut model.second_side);

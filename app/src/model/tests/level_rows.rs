@@ -1,9 +1,11 @@
 //! The height map as it would be touched: where, how far apart, for which job, when.
 
 use super::lines_rows::program;
-use crate::model::{Clocks, Effect, Event, Job, LevelEvent, Model, update};
+use crate::model::link::Armed;
+use crate::model::{Clocks, Effect, Event, Job, LevelEvent, Model, StartEvent, start, update};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::level::key_of;
-use annulus_core::wire::Ask;
+use annulus_core::wire::{Ask, HeightMapReport, PreflightRow, RowVerdict};
 use std::sync::Arc;
 
 fn job() -> Arc<Job> {
@@ -48,4 +50,21 @@ fn it_is_touched_for_that_job_and_at_that_time() {
     let Ok(Ask::Survey { grid, job, now_s, .. }) = serde_json::from_str(text) else { panic!("{text}") };
     let planned = model.level.planned.unwrap().unwrap();
     assert_eq!((grid, job, now_s), (planned.grid, key_of(&program()), 1_800_000_000));
+}
+
+#[test]
+fn how_old_the_map_is_that_a_job_follows_is_read_before_it_starts() {
+    let (mut model, _) = told(&[]);
+    // 2 h 5 min and some seconds before now.
+    let report = HeightMapReport { measured_s: 1_800_000_000 - 7_520, ..HeightMapReport::default() };
+    model.link.height_map = Arc::new(report);
+    update(&mut model, StartEvent::Open.into());
+    let finding = Diagnostic::warning("level.follows").with("mm", "0.12");
+    let checks = vec![PreflightRow { finding, verdict: RowVerdict::Warn }];
+    let armed = Armed { job: String::new(), stream_digest: String::new(), levelled: false, checks };
+    let preflight = model.start.preflight.clone().unwrap();
+    let row = start::rows(&preflight, &armed, None).swap_remove(0);
+    let said: Vec<_> = row.finding.args.iter().map(|(_, value)| value.as_str()).collect();
+    assert_eq!((row.finding.code.as_str(), said), ("level.follows_aged", vec!["0.12", "2", "5"]));
+    assert_eq!(row.verdict, RowVerdict::Warn);
 }

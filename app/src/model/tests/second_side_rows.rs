@@ -2,14 +2,16 @@
 
 use super::line::status;
 use crate::engine::messages::{Answer, Request, Timed};
-use crate::model::{Effect, Event, Eye, Job, Model, SecondSideEvent, StartEvent, update};
+use crate::model::{
+    ControllerEvent, Effect, Event, Eye, Job, LinkEvent, Model, SecondSideEvent, StartEvent, Support, update,
+};
 use annulus_core::align::{BoardFit, aligned};
-use annulus_core::control::State;
+use annulus_core::control::{State, Trust};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Leg, Mark, Program};
 use annulus_core::units::Length;
-use annulus_core::wire::program as bytes_of;
+use annulus_core::wire::{Tell, program as bytes_of};
 use std::sync::Arc;
 
 /// How the board lies in these rows: nearly a degree, and a millimetre aside.
@@ -166,4 +168,88 @@ fn another_job_has_other_holes_and_another_hole_is_one_that_is_not_sought_yet() 
     other.legs.pop();
     plan(&mut model, other);
     assert!(model.second_side.holes.iter().all(|hole| hole.found_mm.is_none()));
+}
+
+/// All holes found, the job goes along and is timed.
+fn goes_along() -> Model {
+    let mut model = begun();
+    (0..model.second_side.holes.len()).for_each(|_| find(&mut model, false));
+    let effects = tell(&mut model, SecondSideEvent::Apply { on: true });
+    let [Effect::Ask { number, .. }] = effects.as_slice() else { panic!("{effects:?}") };
+    let timed = Timed { stream_digest: "along".to_owned(), ..Timed::default() };
+    update(&mut model, Event::Answered { number: *number, answer: Ok(Answer::Timed(timed)) });
+    assert!(model.second_side.lies().is_some());
+    model
+}
+
+/// What is said of how the board lies before a start.
+fn said_before_start(model: &mut Model) -> Option<String> {
+    update(model, StartEvent::Open.into());
+    model.start.preflight.clone().and_then(|preflight| preflight.lies).map(|why| why.code)
+}
+
+#[test]
+fn what_was_found_counts_no_more_where_the_machine_lost_its_place() {
+    let mut model = goes_along();
+    assert_eq!(said_before_start(&mut model).as_deref(), Some("align.lies"));
+    let mut lost = status(State::NotHomed, None);
+    lost.trust = Trust::Lost;
+    update(&mut model, LinkEvent::Heard { tell: Some(Box::new(Tell::Status(Box::new(lost)))) }.into());
+    // It begins to count anew, and somebody sets a zero: the same numbers are other places.
+    let mut now = status(State::Ready, None);
+    (now.machine_mm, now.zero_mm) = ([0.0; 3], Some([0.0; 2]));
+    update(&mut model, LinkEvent::Heard { tell: Some(Box::new(Tell::Status(Box::new(now)))) }.into());
+    let side = &model.second_side;
+    assert!(side.holes.iter().all(|hole| hole.found_mm.is_none()) && !side.applied, "{side:?}");
+    assert_eq!((side.fit.clone(), side.job.clone(), side.lies()), (None, None, None));
+    // That the job lies as it is planned again is read before it starts.
+    assert_eq!(said_before_start(&mut model).as_deref(), Some("align.forgotten"));
+    // Found again, it goes along again.
+    (0..model.second_side.holes.len()).for_each(|_| find(&mut model, false));
+    tell(&mut model, SecondSideEvent::Apply { on: true });
+    assert!(model.second_side.waits() && !model.second_side.forgotten);
+}
+
+#[test]
+fn another_machine_has_other_places() {
+    let mut model = goes_along();
+    model.link.controller.support = Support::Yes;
+    update(&mut model, LinkEvent::Controller(ControllerEvent::Chosen).into());
+    assert!(model.link.controller.chosen);
+    assert!(model.second_side.holes.iter().all(|hole| hole.found_mm.is_none()) && !model.second_side.applied);
+}
+
+#[test]
+fn a_place_that_the_machine_does_not_know_is_no_found_hole() {
+    let mut model = begun();
+    stands(&mut model, [3.0 + ZERO_MM[0], 4.0 + ZERO_MM[1]]);
+    let mut now = model.link.status.as_deref().cloned().unwrap();
+    now.trust = Trust::Suspect;
+    model.link.status = Some(Arc::new(now));
+    tell(&mut model, SecondSideEvent::Dot);
+    tell(&mut model, SecondSideEvent::Take { by_camera: false });
+    assert_eq!((model.second_side.holes[0].found_mm, model.second_side.dot_mm), (None, None));
+}
+
+#[test]
+fn a_zero_that_was_set_elsewhere_since_moves_no_board_far() {
+    let mut model = goes_along();
+    let moved = |model: &mut Model, by_mm: f64| {
+        let mut now = status(State::Ready, None);
+        now.zero_mm = Some([ZERO_MM[0] + by_mm, ZERO_MM[1]]);
+        model.link.status = Some(Arc::new(now));
+        tell(model, SecondSideEvent::Aim { hole: 0 });
+        model.second_side.fit.clone().unwrap().map(|_| ()).map_err(|why| why.code)
+    };
+    assert_eq!(moved(&mut model, 5.0), Ok(()), "a corner that was set more exactly");
+    assert_eq!(moved(&mut model, 60.0), Err("align.zero_elsewhere".to_owned()));
+    assert_eq!(model.second_side.job, None);
+    // Found from this zero, it is meant.
+    tell(&mut model, SecondSideEvent::Aim { hole: 0 });
+    let [x, y] = model.second_side.holes[0].found_mm.unwrap();
+    let mut now = model.link.status.as_deref().cloned().unwrap();
+    now.machine_mm = [x, y, 0.0];
+    model.link.status = Some(Arc::new(now));
+    tell(&mut model, SecondSideEvent::Take { by_camera: false });
+    assert!(model.second_side.fit.clone().unwrap().is_ok(), "{:?}", model.second_side.fit);
 }

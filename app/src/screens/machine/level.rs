@@ -16,7 +16,7 @@ use crate::widgets::{Dialog, choice, dialog, push, push_if};
 use annulus_core::control::State;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
-use annulus_core::level::ProbeGrid;
+use annulus_core::level::{ProbeGrid, same_job};
 use annulus_core::units::Length;
 use annulus_core::wire::{Ask, HeightMapReport};
 use leptos::html::{div, p};
@@ -123,7 +123,7 @@ fn troubles(
     plan: Option<Result<PlannedMap, Diagnostic>>,
 ) -> Vec<AnyView> {
     let other = match &plan {
-        Some(Ok(plan)) if report.grid.is_some() && plan.job != report.job => {
+        Some(Ok(plan)) if report.grid.is_some() && !same_job(&plan.job, &report.job) => {
             Some(Diagnostic::error("level.other_job"))
         }
         Some(Err(why)) => Some(why.clone()),

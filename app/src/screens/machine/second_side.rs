@@ -15,6 +15,7 @@ use crate::page::link::Link;
 use crate::page::send;
 use crate::widgets::{choice, push, push_if};
 use annulus_core::align::BoardFit;
+use annulus_core::control::Trust;
 use annulus_core::diagnostic::Diagnostic;
 use leptos::ev;
 use leptos::html::{button, details, div, input, label, li, ol, p, span, summary, video};
@@ -28,8 +29,24 @@ pub(super) fn second_side(line: Link) -> impl IntoView {
         let shown = event.target().and_then(|target| target.dyn_into::<web_sys::Element>().ok());
         send(SecondSideEvent::Show { on: shown.is_some_and(|shown| shown.has_attribute("open")) });
     };
-    let placed =
-        move || line.status.with(|status| status.as_ref().is_some_and(|status| status.zero_mm.is_some()));
+    let trusted = move || {
+        line.status.with(|status| status.as_ref().is_some_and(|status| status.trust == Trust::Trusted))
+    };
+    let placed = move || {
+        trusted() && line.status.with(|status| status.as_ref().is_some_and(|status| status.zero_mm.is_some()))
+    };
+    let missing = move || match (trusted(), placed()) {
+        (false, _) => Some(say!("page.second.no_place")),
+        (true, false) => Some(say!("page.second.no_zero")),
+        (true, true) => None,
+    };
+    let forgotten = move || {
+        let why = Diagnostic::warning("align.forgotten");
+        let said = move || {
+            p().class("refused").attr("role", "alert").child(format!("{} {}", message(&why), advice(&why)))
+        };
+        line.holes_forgotten.get().then(said)
+    };
     let by_tip = |_| send(SecondSideEvent::Take { by_camera: false });
     let found = move || {
         let aimed = line.aimed.get();
@@ -40,6 +57,7 @@ pub(super) fn second_side(line: Link) -> impl IntoView {
         summary().child(t!("page.second.title")),
         p().child(t!("page.second.is")),
         camera(line),
+        forgotten,
         move || {
             let rows = line.sought.get().into_iter().enumerate();
             let rows = rows.map(|(index, hole)| row(line, index, hole)).collect_view();
@@ -50,7 +68,7 @@ pub(super) fn second_side(line: Link) -> impl IntoView {
             push_if("button small quiet", found, t!("page.second.forget"), |_| send(SecondSideEvent::Forget)),
             push_if("button small quiet", any, t!("page.second.other"), |_| send(SecondSideEvent::Other)),
         )),
-        move || (!placed()).then(|| p().class("quiet").child(t!("page.second.no_zero"))),
+        move || missing().map(|why| p().class("quiet").child(why)),
         move || lies(&line.sought.get(), line.board_fit.get(), zero_mm(line)),
         along(line),
     ))
