@@ -17,6 +17,7 @@ mod jobs;
 mod judge;
 mod level;
 mod sender;
+mod other;
 mod stops;
 mod tools;
 mod whole;

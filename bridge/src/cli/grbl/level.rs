@@ -22,8 +22,9 @@ use std::time::SystemTime;
 
 /// Touches a board and keeps its map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
-    let programs = super::aligned(program::read(&args.job, &args.more)?, &args.how)?;
+    let programs = super::aligned(program::read(&args.job, &args.more, &ledger())?, &args.how)?;
     let mut operator = Operator::new(&args.how, &ledger(), (AttendedJob::default(), None), json)?;
+    operator.mill = super::mill(&args.job);
     operator.meets()?;
     let map = operator.measure_board(&programs, &args.touches)?;
     Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })
