@@ -3,7 +3,7 @@
 //! Comes in: settings, the job, where the work zero is. Goes out: diagnostics; with an error among them nothing is started. Lengths in
 //! mm. Does not know what moves.
 
-use super::routine::{Course, Routine, RoutineAction, RoutineMove, Spindle};
+use super::routine::{Bow, Course, Routine, RoutineAction, RoutineMove, Spindle, TipPlace};
 use super::settings::{self, Values};
 use crate::diagnostic::Diagnostic;
 
@@ -11,7 +11,7 @@ use crate::diagnostic::Diagnostic;
 pub const MOST_STEPS_PER_S: f64 = 30_000.0;
 /// How far past the end of its travel a place may be said: a step, and rounding.
 const SLACK_MM: f64 = 0.02;
-/// How much above the fastest of an axis a feed may be before it is worth a word.
+/// How much above the fastest of an axis its part of a feed may be before it is worth a word.
 const FEED_SLACK_FACTOR: f64 = 1.01;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
@@ -93,23 +93,54 @@ fn travel(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     found
 }
 
+/// Each axis that cuts ask for more than it can: the controller slows the whole move down to it.
 fn feeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let Some(rates) = settings::axes(machine.values, 110) else { return Vec::new() };
-    let fastest = rates.iter().fold(0.0_f64, |most, rate| most.max(*rate));
-    let cuts = moves(routine).filter(|step| step.course != Course::Rapid);
-    let feed = cuts.map(|step| step.feed_mm_per_min).fold(0.0_f64, f64::max);
-    if feed <= fastest * FEED_SLACK_FACTOR {
-        return Vec::new();
-    }
-    let note = Diagnostic::warning("grbl.slower_than_asked").with("feed", round(feed));
-    vec![note.with("fastest", round(fastest))]
+    let asked = fastest_asked(routine);
+    (0..3)
+        .filter(|axis| asked[*axis] > rates[*axis] * FEED_SLACK_FACTOR)
+        .map(|axis| {
+            let found = Diagnostic::warning("grbl.slower_than_asked").with("axis", AXES[axis]);
+            let found = found.with("feed", round(asked[axis])).with("number", 110 + axis);
+            found.with("fastest", round(rates[axis]))
+        })
+        .collect()
 }
 
-fn moves(routine: &Routine) -> impl Iterator<Item = &RoutineMove> {
-    routine.sections.iter().flat_map(|section| &section.actions).filter_map(|action| match action {
-        RoutineAction::Go(step) => Some(step),
-        _ => None,
-    })
+/// The fastest that cuts want each axis to go, mm/min.
+fn fastest_asked(routine: &Routine) -> [f64; 3] {
+    let mut asked = [0.0_f64; 3];
+    let mut at: Option<TipPlace> = None;
+    for section in &routine.sections {
+        for (index, action) in section.actions.iter().enumerate() {
+            if index == section.approach {
+                at = Some(section.entry);
+            }
+            let RoutineAction::Go(step) = action else { continue };
+            if let Some(from) = at.filter(|_| step.course != Course::Rapid) {
+                let shares = shares(from, step);
+                (0..3).for_each(|axis| asked[axis] = asked[axis].max(step.feed_mm_per_min * shares[axis]));
+            }
+            at = Some(step.to);
+        }
+        at = Some(section.end());
+    }
+    asked
+}
+
+/// The part of a feed that each axis has at most, 0 to 1. Somewhere on an arc it is all of it along X, or along Y.
+fn shares(from: TipPlace, step: &RoutineMove) -> [f64; 3] {
+    let way: [f64; 3] = core::array::from_fn(|axis| libm::fabs((step.to[axis] - from[axis]).mm()));
+    let (plane, is_arc) = match step.course {
+        Course::Arc { centre, ccw } => (Bow::of(from, step.to, centre, ccw).length(), true),
+        Course::Rapid | Course::Line => (libm::hypot(way[0], way[1]), false),
+    };
+    let length = libm::hypot(plane, way[2]);
+    if length <= 0.0 {
+        return [0.0; 3];
+    }
+    let [x, y] = if is_arc { [plane; 2] } else { [way[0], way[1]] };
+    [x / length, y / length, way[2] / length]
 }
 
 fn speeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
@@ -128,4 +159,41 @@ fn speeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
 
 fn round(value: f64) -> f64 {
     libm::round(value * 100.0) / 100.0 + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::gcode::read;
+    use super::*;
+
+    /// What is said of a job's feeds where Z goes at 300 mm/min at most, X at 1,000 and Y at 2,000.
+    fn said(text: &str) -> Vec<String> {
+        let values: Values = [(110, 1_000.0), (111, 2_000.0), (112, 300.0)].into_iter().collect();
+        let routine =
+            read("a", &[("a.nc".to_owned(), format!("G21 G90 G94\nG0 Z2\nM3 S1\n{text}\nG0 Z2\nM2\n"))]);
+        let machine =
+            MachineRange { values: &values, zero_mm: [0.0; 3], homed: false, positive: false, small: false };
+        let found = feeds(&routine.unwrap(), &machine).into_iter();
+        found
+            .map(|found| found.args.into_iter().map(|(_, value)| value).collect::<Vec<_>>().join(" "))
+            .collect()
+    }
+
+    #[test]
+    fn each_axis_is_asked_for_its_own_part_of_a_feed() {
+        for (text, expected) in [
+            ("G0 X1 Y1\nG1 Z-1 F300", vec![]),
+            // A plunge that only X and Y could do.
+            ("G0 X1 Y1\nG1 Z-1 F600", vec!["Z 600 112 300"]),
+            ("G0 X1 Y1\nG1 Z-1 F300\nG1 Y9 F1900", vec![]),
+            ("G0 X1 Y1\nG1 Z-1 F300\nG1 X9 F1900", vec!["X 1900 110 1000"]),
+            // At 45 degrees X has its part of it alone.
+            ("G0 X1 Y1\nG1 Z-1 F300\nG1 X9 Y9 F1400", vec![]),
+            ("G0 X1 Y1\nG1 Z-1 F300\nG2 X9 Y1 I4 J0 F1400", vec!["X 1400 110 1000"]),
+            // A helix that is steep.
+            ("G0 X1 Y1\nG1 Z-0.1 F300\nG1 X2 Z-1.1 F600", vec!["Z 424.26 112 300"]),
+        ] {
+            assert_eq!(said(text), expected, "{text}");
+        }
+    }
 }

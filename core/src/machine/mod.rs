@@ -13,6 +13,7 @@ mod drive;
 pub mod dynamics;
 mod foot;
 mod magazine;
+mod mills;
 mod parallel;
 pub mod phases;
 mod presets;
@@ -31,6 +32,7 @@ pub use converter::Converter;
 pub use drive::{DownLimits, DriveKind, Dynamics, Law, MotionLaws, Overlap, PhaseTable};
 pub use foot::Foot;
 pub use magazine::{MOST_PLACES, Magazine};
+pub use mills::{MILL_KEY, MILLS, MillProfile, mill};
 pub use parallel::Parallel;
 pub use presets::{
     VIRTUAL_NAME, hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill,

@@ -4,6 +4,7 @@
 //! Goes out: complete, valid [`Machine`]s. Knows no files.
 
 use super::boards;
+use super::mills::{MILLS, mill};
 use super::{
     AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, Foot, HomeEnd, Law, Machine,
     Magazine, MotionLaws, Output, Overlap, Parallel, PhaseTable, Process, RackTool, Scale, StrokeEnd,
@@ -307,13 +308,15 @@ pub fn preset_name(called: &str) -> &str {
     CALLED.iter().find(|(word, _)| *word == called).map_or(called, |(_, name)| name)
 }
 
-/// Every word that stands for a preset.
+/// Every word that stands for a preset, or for a mill as it is sold.
 pub fn preset_words() -> impl Iterator<Item = &'static str> {
-    presets().into_iter().map(|(name, _)| name).chain(CALLED.map(|(word, _)| word))
+    let presets = presets().into_iter().map(|(name, _)| name).chain(CALLED.map(|(word, _)| word));
+    presets.chain(MILLS.iter().map(|mill| mill.name))
 }
 
-/// The preset called `name`.
+/// The preset called `name`, or the mill.
 pub fn preset(name: &str) -> Option<Machine> {
     let name = preset_name(name);
-    presets().into_iter().find(|(known, _)| *known == name).map(|(_, machine)| machine)
+    let own = presets().into_iter().find(|(known, _)| *known == name).map(|(_, machine)| machine);
+    own.or_else(|| mill(name).map(|mill| mill.machine()))
 }

@@ -442,6 +442,9 @@ pub enum Tell {
     /// A stroke of the job in work ended on a sensor.
     Touched {
         /// Its leg.
+        /// The mill that a person said it is ([`crate::machine::mill`]).
+        #[serde(default)]
+        mill: Option<String>,
         leg: u32,
         /// Height of the tip over the work zero, µm.
         height_um: f64,

@@ -12,6 +12,8 @@
 mod asks;
 mod attended;
 mod before;
+mod expected;
+mod host;
 mod job_tools;
 mod ledger;
 mod level;
@@ -24,5 +26,6 @@ mod tests;
 mod tools;
 
 pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
+pub use expected::unlike_mill;
 pub use job_tools::{JobTools, SectionWear};
 pub use station::Station;

@@ -2,12 +2,14 @@
 //!
 //! Comes in: the engine's state, the job in work. Goes out: tells. Changes nothing but what was told.
 
+use super::expected;
 use super::station::{Station, Work};
 use crate::files::Files;
 use annulus_core::control::{State, Trust};
 use annulus_core::controller::{EnginePhase, Info, settings};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::{Input, Mark};
-use annulus_core::machine::{self, AXES, Machine, Value};
+use annulus_core::machine::{self, AXES, MILL_KEY, Machine, MillProfile, Value};
 use annulus_core::pins::SpindleState;
 use annulus_core::steps::Stage;
 use annulus_core::wire::{Status, Tell};
@@ -69,20 +71,47 @@ fn said(info: &Info) -> Vec<(String, Value)> {
     said
 }
 
-/// The machine that jobs are planned for: what a person set, and what the controller says of itself where that makes a machine.
+/// The mill that a person said it is.
+fn mill_of(kept: &[(String, Value)]) -> Option<&'static MillProfile> {
+    kept.iter().find_map(|(key, value)| match value {
+        Value::Text(name) if key == MILL_KEY => machine::mill(name),
+        _ => None,
+    })
+}
+
+/// The machine that jobs are planned for: the mill that a person said it is, what the controller says of itself where that makes a
+/// machine, and what a person set.
 fn machine_of(kept: &[(String, Value)], info: &Info) -> Machine {
     let name: String = format!("{} {}", info.flavour(), info.version).chars().take(60).collect();
-    let base = Machine { name, description: String::new(), ..machine::hobby_3018() };
+    let mill = mill_of(kept).map_or_else(machine::hobby_3018, MillProfile::machine);
+    let base = Machine { name, description: String::new(), ..mill };
     let said = said(info);
     let base = machine::apply(&base, &said).unwrap_or(base);
-    machine::apply(&base, kept).unwrap_or(base)
+    let set: Vec<_> = kept.iter().filter(|(key, _)| key != MILL_KEY).cloned().collect();
+    machine::apply(&base, &set).unwrap_or(base)
 }
 
 impl<F: Files> Station<F> {
     /// Makes the machine of what is known now.
     pub(super) fn describe(&mut self) {
         let kept = self.ledger.settings();
+        self.mill = mill_of(&kept);
         self.machine = machine_of(&kept, &self.attended.controller().info);
+    }
+
+    /// Where the controller is not as the mill that a person said it is.
+    pub(super) fn unlike_mill(&self) -> Vec<Diagnostic> {
+        let info = &self.attended.controller().info;
+        let unlike = self.mill.map(|mill| expected::unlike_mill(mill, info.flavour(), &info.values));
+        unlike.unwrap_or_default()
+    }
+
+    /// Who the controller is.
+    pub(super) fn controller_tell(&self) -> Tell {
+        let info = &self.attended.controller().info;
+        let (flavour, version) = (info.flavour().to_owned(), info.version.clone());
+        let values = info.values.iter().map(|(number, value)| (*number, *value)).collect();
+        Tell::Controller { flavour, version, values, mill: self.mill.map(|mill| mill.name.to_owned()) }
     }
 
     pub(super) fn machine_tell(&self) -> Tell {

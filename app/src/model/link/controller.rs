@@ -37,6 +37,8 @@ pub struct Who {
     pub version: String,
     /// Its numbered settings.
     pub values: Vec<(u16, f64)>,
+    /// The mill that a person said it is.
+    pub mill: Option<String>,
 }
 
 /// The controller, as far as the page has one.

@@ -79,9 +79,12 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             }
             link.magazine = Some(Arc::new(*report));
         }
-        Tell::Touched { .. } => {}
-        Tell::Controller { flavour, version, values } => {
-            link.controller.who = Some(Arc::new(Who { flavour, version, values }));
+        Tell::Touched { leg, height_um } => {
+            let job = link.status.as_ref().and_then(|status| status.job.as_deref()).unwrap_or_default();
+            Arc::make_mut(&mut link.contacts).touched(job, leg, height_um);
+        }
+        Tell::Controller { flavour, version, values, mill } => {
+            return controller::greeted(model, Who { flavour, version, values, mill });
         }
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}

@@ -344,7 +344,8 @@ impl Line {
             "who" => tell(Tell::Controller {
                 flavour: "GRBL".to_owned(),
                 version: "1.1h".to_owned(),
-                values: vec![(110, 5_000.0)],
+                values: vec![(110, if word == "who" { 5_000.0 } else { 4_000.0 })],
+                mill: None,
             }),
             "armed-mill" => armed("own", "", false, None),
             "armed" => armed("own", "digest", false, None),

@@ -6,6 +6,7 @@
 mod clock;
 mod field;
 mod keys;
+mod mill;
 mod tools;
 
 use crate::i18n::{self, key, message, say, t};
@@ -79,6 +80,7 @@ pub(crate) fn settings() -> impl IntoView {
             h2().child(move || i18n::text(section_name(shown.get()), &[])),
             p().class("quiet").child(t!("page.settings.about")),
             refused_by_bridge(),
+            move || (shown.get() == "machine").then(mill::mill),
             move || (shown.get() == "rack").then(|| tools::tools(refused)),
             div().class("setting-grid").child(fields),
             move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),

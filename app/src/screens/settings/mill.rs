@@ -1,0 +1,44 @@
+//! Which mill a controller at a port of this computer is said to be: what it says of itself is compared with that before a job (N19).
+//!
+//! Comes in: the controller, the mills as they are sold. Goes out: the wish to keep one. Changes nothing in the controller.
+
+use crate::i18n::{say, t};
+use crate::page::link;
+use crate::widgets::menu_word;
+use annulus_core::machine::{MILL_KEY, MILLS, Value};
+use annulus_core::wire::Ask;
+use leptos::ev;
+use leptos::html::{label, p, select, span};
+use leptos::prelude::*;
+
+/// The choice; nothing where no controller plans its own motion.
+pub(super) fn mill() -> impl IntoView {
+    let line = link::link();
+    let plans = Memo::new(move |_| line.controller.with(link::Controller::plans));
+    let now =
+        move || line.controller.with(|controller| controller.who.as_ref()?.mill.clone()).unwrap_or_default();
+    let choose = |event: web_sys::Event| {
+        let name = Value::Text(event_target_value(&event));
+        link::ask(Ask::Configure { changes: vec![(MILL_KEY.to_owned(), name)] });
+    };
+    let words = move || {
+        let none = menu_word("", move || now().is_empty(), move || say!("page.settings.mill_none"));
+        let mills = MILLS.iter().map(|mill| {
+            menu_word(mill.name, move || now() == mill.name, move || mill.title.to_owned()).into_any()
+        });
+        std::iter::once(none.into_any()).chain(mills).collect::<Vec<_>>()
+    };
+    move || {
+        plans.get().then(|| {
+            label().class("field").child((
+                span().child(t!("page.settings.mill")),
+                select()
+                    .attr("name", "mill")
+                    .prop("disabled", move || !line.may_act() || line.busy())
+                    .on(ev::change, choose)
+                    .child(words()),
+                p().class("quiet").child(t!("page.settings.mill_about")),
+            ))
+        })
+    }
+}
