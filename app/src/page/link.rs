@@ -7,7 +7,7 @@ use super::{send, signals as all};
 pub use crate::health::{Freshness, Ousted};
 use crate::lab::log::Log;
 pub use crate::model::link::{
-    Armed, Control, Controller, Hand, Interrupted, JobEnded, LinkPhase, MachineQueue, Notice,
+    Armed, Contacts, Control, Controller, Hand, Interrupted, JobEnded, LinkPhase, MachineQueue, Notice,
 };
 use crate::model::start::Preflight;
 use crate::model::{Eye, Job, LinkEvent, PlannedMap, SettingsDraft, SoughtHole, TouchOff};
@@ -67,7 +67,9 @@ pub struct Link {
     pub height_map: ReadSignal<Arc<HeightMapReport>>,
     /// What lies in the magazine; none on a machine without one.
     pub magazine: ReadSignal<Option<Arc<MagazineReport>>>,
-    /// Its dialog is open.
+    /// Where strokes ended on their sensor.
+    pub contacts: ReadSignal<Arc<Contacts>>,
+    /// The dialog of the height map is open.
     pub levels: ReadSignal<bool>,
     /// How far apart the board would be touched, mm.
     pub spacing_mm: ReadSignal<u8>,
@@ -137,6 +139,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         levels: slots.part(|model| &model.level.open),
         spacing_mm: slots.part(|model| &model.level.spacing_mm),
         planned_map: slots.part(|model| &model.level.planned),
+        contacts: slots.kept(|model| &model.link.contacts),
         touch_off: slots.part(|model| &model.touch_off),
         sought: slots.part(|model| &model.second_side.holes),
         aimed: slots.part(|model| &model.second_side.aimed),

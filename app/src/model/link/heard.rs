@@ -141,6 +141,11 @@ fn told(model: &mut Model, status: Status) {
     if had_alarm && status.alarm.is_none() {
         link.refused = None;
     }
+    // A job that begins from its first hole makes all of them anew.
+    let idle = link.status.as_ref().is_none_or(|before| before.job.is_none());
+    if idle && status.job.is_some() && status.holes_done == 0 {
+        link.contacts = Arc::default();
+    }
     if link.log.is_news(&status) {
         Arc::make_mut(&mut link.log).seen(model.clock.wall_ms, &status);
     }

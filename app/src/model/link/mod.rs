@@ -8,6 +8,7 @@
 //! Comes in: messages of `wire`, wishes, the beat of the clock. Goes out: what is shown, messages to be sent. Does not know the
 //! socket.
 
+pub mod contacts;
 pub mod controller;
 pub mod drilled;
 pub mod hand;
@@ -27,6 +28,7 @@ use annulus_core::wire::{
     Ask, HeightMapReport, MagazineReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell,
     ToolsReport,
 };
+pub use contacts::Contacts;
 pub use controller::{Controller, ControllerEvent, Support};
 pub use hand::{Hand, HandEvent};
 use jog::Jog;
@@ -169,6 +171,8 @@ pub struct Link {
     pub magazine: Option<Arc<MagazineReport>>,
     /// Who this page is to the bridge.
     pub(super) session: Option<Paired>,
+    /// Where the strokes of the job in work, or of the last one, ended on their sensor.
+    pub contacts: Arc<Contacts>,
     /// Tries since the line was open last.
     attempt: u32,
     /// Counts what was tried and what is to be: a try that is due is done only where nothing was tried since.

@@ -10,6 +10,7 @@ mod story;
 mod anew_rows;
 mod board_rows;
 mod controller_rows;
+mod contacts_rows;
 mod draw_rows;
 mod drawn_files_rows;
 mod files_rows;

@@ -9,6 +9,7 @@
 
 mod banner;
 mod connect;
+mod contacts;
 mod controller;
 mod ended;
 mod job;
@@ -79,7 +80,12 @@ pub fn machine() -> impl IntoView {
         met.get().then(|| {
             (
                 operate(),
-                div().class("panel right job").child((job::job(), magazine::magazine(), sensors::sensors())),
+                div().class("panel right job").child((
+                    job::job(),
+                    magazine::magazine(),
+                    contacts::contacts(),
+                    sensors::sensors(),
+                )),
             )
         })
     };
