@@ -75,7 +75,7 @@ impl Controller {
         }
     }
 
-    fn step_mm(&self) -> f64 {
+    pub(super) fn step_mm(&self) -> f64 {
         let scale = settings::axes(&self.info.values, 100).unwrap_or([USUAL_STEPS; 3]);
         scale.into_iter().fold(0.0_f64, |most, steps| most.max(1.0 / steps))
     }

@@ -1,0 +1,99 @@
+//! Moves by hand on the firmware itself, which are sent in pieces: whether they are even, and how far they go on when the cable is out.
+//! Read from the step pins.
+
+use super::edge::Desk;
+use super::firmware::{Board, STEPS, instrument, settings};
+use super::judge::edge;
+use annulus_core::controller::{EngineAsk, EnginePhase};
+
+const START: [f64; 3] = [-40.0, -40.0, -20.0];
+/// As fast as the page moves by hand, mm/min and mm/s.
+const MM_PER_MIN: f64 = 1_000.0;
+const MM_PER_S: f64 = MM_PER_MIN / 60.0;
+const WAY_MM: f64 = 60.0;
+/// What the board may have at most: 0.2 s of the way, a piece, and what it took to report and to hear, seconds of the way.
+const MOST_S: f64 = 0.6;
+
+fn jog() -> EngineAsk {
+    EngineAsk::Jog { axis: 0, um: (-WAY_MM * 1e3) as i32, mm_per_min: MM_PER_MIN }
+}
+
+/// A board of this acceleration, mm/s².
+fn board(acceleration: f64, options: &[&str]) -> Option<Board> {
+    let mut settings = settings(false);
+    settings.retain(|(number, _)| !(120..=122).contains(number));
+    settings.extend([120, 121, 122].map(|number| (number, acceleration)));
+    Some(Board::new(instrument()?, &settings, START, options))
+}
+
+/// When the steps of X were, seconds of the board.
+fn times(board: &Board) -> Vec<f64> {
+    let text = std::fs::read_to_string(board.edges()).unwrap();
+    text.lines().filter_map(edge).filter(|(axis, ..)| *axis == 0).map(|(_, _, cycle)| cycle / 16e6).collect()
+}
+
+#[test]
+fn a_move_by_hand_is_as_fast_and_even_as_one_of_a_single_line() {
+    for acceleration in [500.0, 100.0, 10.0] {
+        let Some(mut board) = board(acceleration, &[]) else { return };
+        let mut desk = Desk::at(&board);
+        desk.until("a place", |desk| desk.now.as_ref().is_some_and(|now| now.place_mm.is_some()));
+        desk.ask(jog());
+        desk.until("rest", |desk| desk.phase() == Some(EnginePhase::Ready));
+        let lines = desk.sent.iter().filter(|line| line.starts_with("$J=")).count();
+        board.end();
+        let times = times(&board);
+        assert_eq!(times.len(), (WAY_MM * STEPS) as usize);
+        // The speed over every tenth of a millimetre that is not the way up to speed and down from it.
+        let brake_mm = MM_PER_S * MM_PER_S / (2.0 * acceleration);
+        let (span, skip) = ((STEPS / 10.0) as usize, ((brake_mm + 0.2) * STEPS) as usize);
+        let speeds = (skip..times.len() - skip - span).map(|at| 0.1 / (times[at + span] - times[at]));
+        let (slow, all) = speeds.fold((0_u32, 0_u32), |(slow, all), speed| {
+            (slow + u32::from(speed < 0.97 * MM_PER_S), all + 1)
+        });
+        println!("{acceleration} mm/s²: {lines} lines, {slow} of {all} places slower than they should be");
+        // A computer that has other things to do may be late now and then.
+        assert!(slow * 20 <= all && lines > 10, "{acceleration} mm/s²: {slow} of {all}, {lines} lines");
+    }
+}
+
+#[test]
+fn a_button_at_the_board_ends_a_move_by_hand() {
+    let Some(board) = board(500.0, &[]) else { return };
+    let mut desk = Desk::at(&board);
+    desk.until("a place", |desk| desk.now.as_ref().is_some_and(|now| now.place_mm.is_some()));
+    desk.ask(jog());
+    let since = std::time::Instant::now();
+    desk.until("some way", |_| since.elapsed().as_millis() > 600);
+    // It does there what a jog cancel does.
+    desk.presses(0x85);
+    desk.until("rest", |desk| desk.phase() == Some(EnginePhase::Ready));
+    let rests_mm = -(board.rests()[0] as f64) / STEPS;
+    println!("held after some {} mm it rests at {rests_mm} mm", 1.2 * MM_PER_S);
+    assert!(rests_mm < WAY_MM - 5.0, "{rests_mm} mm");
+}
+
+#[test]
+fn a_cable_that_slips_out_ends_a_move_by_hand() {
+    for acceleration in [500.0, 10.0] {
+        let Some(mut board) = board(acceleration, &["--no-dtr-reset"]) else { return };
+        let mut desk = Desk::at(&board);
+        desk.until("a place", |desk| desk.now.as_ref().is_some_and(|now| now.place_mm.is_some()));
+        let from_mm = desk.now.as_ref().and_then(|now| now.place_mm).unwrap()[0];
+        let gone_mm = |desk: &Desk| {
+            desk.now.as_ref().and_then(|now| now.place_mm).map_or(0.0, |place| from_mm - place[0])
+        };
+        desk.ask(jog());
+        desk.until("some way", |desk| gone_mm(desk) > 30.0);
+        board.plug(false);
+        let sent = desk.sent.iter().filter_map(|line| line.strip_prefix("$J=G91G21X-")?.split_once('F'));
+        let sent_mm: f64 = sent.filter_map(|(mm, _)| mm.parse::<f64>().ok()).sum();
+        let rests_mm = -(board.rests()[0] as f64) / STEPS;
+        board.end();
+        let brake_mm = MM_PER_S * MM_PER_S / (2.0 * acceleration);
+        println!("{acceleration} mm/s²: at {} mm by its last report, rests at {rests_mm} mm", gone_mm(&desk));
+        assert!(rests_mm <= sent_mm + 0.01 && rests_mm < WAY_MM - 1.0, "{rests_mm} of {sent_mm} mm");
+        let went_on_mm = rests_mm - gone_mm(&desk);
+        assert!(went_on_mm <= MOST_S * MM_PER_S + brake_mm, "{acceleration} mm/s²: {went_on_mm} mm");
+    }
+}

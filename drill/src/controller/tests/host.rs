@@ -1,0 +1,138 @@
+//! The computer stands still: a page that carries no bytes, a worker that has no time. And the page's hand on a move by hand.
+
+use super::{Bench, Memory, NOW, holes};
+use crate::controller::tests::Automaton;
+use annulus_core::control::{Ending, State, Trust};
+use annulus_core::wire::{Ask, Tell};
+use std::time::Duration;
+
+impl Bench {
+    fn board_alone(&mut self, ms: u64) -> Vec<u8> {
+        let mut said = Vec::new();
+        for _ in 0..ms {
+            NOW.set(NOW.get() + Duration::from_millis(1));
+            self.board.tick();
+            said.extend(self.board.said());
+        }
+        said
+    }
+
+    /// For so long the page hears nobody and carries nothing; the worker has its time.
+    fn stuck(&mut self, ms: u64) {
+        let (mut said, mut written) = (Vec::new(), Vec::new());
+        for _ in 0..ms / 10 {
+            said.extend(self.board_alone(10));
+            self.station.advance();
+            written.push(self.station.written());
+        }
+        for bytes in written.iter().filter(|bytes| !bytes.is_empty()) {
+            self.board.hear(bytes);
+            self.station.carried();
+        }
+        self.station.bytes(said);
+        self.turn();
+        // It was silent for so long that nobody has control.
+        self.ask(&Ask::TakeControl { force: false });
+    }
+
+    /// For so long neither has any time.
+    fn asleep(&mut self, ms: u64) {
+        let said = self.board_alone(ms);
+        self.station.bytes(said);
+        self.turn();
+        self.ask(&Ask::TakeControl { force: false });
+    }
+
+    fn said(&self, code: &str) -> usize {
+        let is = |tell: &&Tell| matches!(tell, Tell::Refused { why } if why.code == code);
+        self.heard.iter().filter(is).count()
+    }
+
+    /// In the middle of a job.
+    fn running() -> (Self, annulus_core::job::Program) {
+        let program = holes(10);
+        let mut bench = Self::ready(&Memory::default());
+        let key = bench.upload(&program);
+        bench.start(&key, 0);
+        bench.state(State::ToolChange);
+        assert_eq!(bench.refused(&Ask::ToolChanged), None);
+        bench.until(|status| status.holes_done == 2);
+        (bench, program)
+    }
+}
+
+#[test]
+fn a_computer_that_stood_still_for_long_holds_the_job_and_it_goes_on_where_it_was() {
+    for (ms, stuck) in [(6_000, true), (6_000, false), (60_000, true), (3_600_000, false)] {
+        let (mut bench, program) = Bench::running();
+        if stuck { bench.stuck(ms) } else { bench.asleep(ms) }
+        let status = bench.state(State::Paused);
+        assert_eq!((status.trust, status.alarm), (Trust::Trusted, None), "{ms} ms, stuck {stuck}");
+        assert_eq!(bench.said("grbl.computer_stood"), 1);
+        let place = bench.board.place();
+        (0..3_000).for_each(|_| bench.millisecond());
+        assert_eq!(bench.board.place(), place, "nothing moves before a person wants it");
+        assert_eq!(bench.refused(&Ask::Resume), None);
+        assert_eq!(bench.finish(), (Ending::Done, 10));
+        assert_eq!(bench.made(&program), (vec![1; 10], 0));
+    }
+}
+
+#[test]
+fn a_computer_that_was_late_is_no_board_that_is_silent_or_too_quick() {
+    for stuck in [true, false] {
+        let (mut bench, program) = Bench::running();
+        for ms in [1_500, 2_500, 3_500] {
+            (0..777).for_each(|_| bench.millisecond());
+            if stuck { bench.stuck(ms) } else { bench.asleep(ms) }
+        }
+        assert_eq!(bench.finish(), (Ending::Done, 10), "stuck {stuck}");
+        assert_eq!((bench.made(&program), bench.said("grbl.computer_stood")), ((vec![1; 10], 0), 0));
+    }
+}
+
+#[test]
+fn a_board_that_is_silent_beside_a_computer_that_is_not_is_gone() {
+    let (mut bench, _) = Bench::running();
+    for _ in 0..600 {
+        bench.board_alone(10);
+        bench.station.advance();
+        if !bench.station.written().is_empty() {
+            bench.station.carried();
+        }
+    }
+    bench.turn();
+    assert!(bench.station.is_over());
+    assert_eq!((bench.said("grbl.unplugged"), bench.said("grbl.computer_stood")), (1, 0));
+    assert_eq!(bench.status().map(|status| status.trust), Some(Trust::Lost));
+}
+
+#[test]
+fn a_move_by_hand_ends_soon_without_its_cable_and_is_not_taken_up_by_a_word_that_was_late() {
+    let mut bench = Bench::plug(&Memory::default(), Automaton::new([-20.0, -30.0, -10.0]));
+    bench.ask(&Ask::Home);
+    bench.state(State::Ready);
+    // 300 mm/min: 0.25 s of it.
+    bench.ask(&Ask::Jog { axis: 2, distance_um: -2_000_000 });
+    (0..100).for_each(|_| bench.millisecond());
+    let from = bench.board.place()[2];
+    bench.station.unplugged();
+    bench.board_alone(30_000);
+    let way = from - bench.board.place()[2];
+    assert!((0.1..1.25).contains(&way), "it went on for {way} mm");
+    // The page wants it again, too late: the worker was late too.
+    let mut bench = bench.replug();
+    bench.ask(&Ask::Home);
+    bench.state(State::Ready);
+    bench.ask(&Ask::Jog { axis: 2, distance_um: -2_000_000 });
+    (0..50).for_each(|_| bench.millisecond());
+    let said = bench.board_alone(200);
+    bench.ask(&Ask::JogOn);
+    bench.station.bytes(said);
+    (0..100).for_each(|_| bench.millisecond());
+    bench.ask(&Ask::JogOn);
+    let rests = bench.state(State::Ready).machine_mm[2];
+    (0..1_000).for_each(|_| bench.millisecond());
+    assert_eq!(bench.status().map(|status| status.machine_mm[2]), Some(rests));
+    assert!((-3.5..-1.0).contains(&rests), "{rests}");
+}
