@@ -123,13 +123,16 @@ impl Owner {
         let Some(change) = &mut self.tools.change else { return Ok(()) };
         let before = self.tools.stock.spindle.clone();
         let is_done = change.done(&self.machine, &mut self.tools.stock, report.inputs)?;
+        if is_done {
+            // Over before it is told: who hears last that it changes waits for it.
+            self.tools.change = None;
+        }
         if is_done || self.tools.stock.spindle != before {
             self.keep_stock();
         }
         if !is_done {
             return self.change_step();
         }
-        self.tools.change = None;
         self.pending.push_back(Event::Changed);
         Ok(())
     }

@@ -80,6 +80,11 @@ pub fn phase(phase: LinkPhase) -> Look {
     }
 }
 
+/// Whether the machine fetches a tool by itself just now; it waits for a person where the tool in its spindle is worn.
+fn fetches(line: Link) -> bool {
+    line.magazine.with(|magazine| magazine.as_ref().is_some_and(|report| report.changes))
+}
+
 /// How things stand: the machine's state, or that it is not known.
 pub fn of(line: Link) -> Look {
     if line.phase.get() != LinkPhase::Open || line.freshness.get() == Freshness::Lost {
@@ -90,7 +95,7 @@ pub fn of(line: Link) -> Look {
         Some(State::Running) if mills(line) => {
             Look { word: key!("page.state.milling"), ..state(State::Running) }
         }
-        Some(State::ToolChange) if line.magazine.with(Option::is_some) => {
+        Some(State::ToolChange) if fetches(line) => {
             Look { meaning: key!("page.magazine.changing"), ..state(State::ToolChange) }
         }
         Some(now) => state(now),

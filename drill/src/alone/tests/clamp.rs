@@ -4,6 +4,7 @@ use super::*;
 use annulus_core::job::Input;
 use annulus_core::machine::{RackTool, apply};
 use annulus_core::magazine::{Held, StockedTool};
+use annulus_core::wire::MagazineReport;
 
 const TOOL: &str = "T4 drill 0.8 life 2";
 
@@ -17,12 +18,16 @@ fn is_open(bench: &Bench) -> bool {
     bench.status().inputs & Input::ClampOpen.bit() != 0
 }
 
-/// What the spindle holds, as far as was told.
-fn held(bench: &Bench) -> Held {
+/// What was told of the magazine last.
+fn told(bench: &Bench) -> MagazineReport {
     let told = bench.heard.iter().rev();
     let mut told =
         told.filter_map(|tell| if let Tell::Magazine(report) = tell { Some(report) } else { None });
-    told.next().unwrap().stock.spindle.clone()
+    told.next().unwrap().as_ref().clone()
+}
+
+fn held(bench: &Bench) -> Held {
+    told(bench).stock.spindle
 }
 
 /// A job whose tool is worn after two holes, at life's own speed: the person is asked just now.
@@ -55,4 +60,11 @@ fn it_stays_closed_until_the_spindle_stands() {
     bench.ask(&Ask::OpenClamp);
     bench.until(|status| status.inputs & Input::ClampOpen.bit() != 0);
     assert_eq!(held(&bench), Held::Unknown);
+}
+
+#[test]
+fn a_change_that_is_over_is_told_so_and_who_asks_for_a_new_tool_is_seen_to_wait() {
+    let bench = worn();
+    let report = told(&bench);
+    assert_eq!((report.changes, report.stock.change), (false, None), "it fetches nothing for a worn tool");
 }
