@@ -199,3 +199,40 @@ test("the clamp of a magazine whose change stopped is opened from the page, aske
     await end();
   }
 });
+
+test("a worn tool is taken out of the clamp and a new one put in by its dialog; meanwhile nobody goes on", async () => {
+  const { page, problems, end } = await at('[rack]\nchange = "magazine"\ntools = ["T1 drill 0.4 life 3"]\n');
+  try {
+    await sample(page);
+    await drillOnly(page);
+    await tab(page, "Machine").click();
+    const magazine = page.getByRole("region", { name: "Magazine" });
+    await magazine.getByText("Say what lies where").click();
+    await press(page, magazine.getByRole("button", { name: "As the job needs it" }));
+    const { start } = await startJob(page);
+    await start.click();
+    const dialog = page.getByRole("alertdialog");
+    await dialog.getByText(/T1 .* has drilled 3 holes of 3/).or(dialog.getByText(/T1/)).first().waitFor();
+    assert.ok(await go_on(page).isEnabled());
+    // While the spindle comes to rest it is refused; whoever waits is let.
+    const falls = dialog.getByText(/^T1 .* falls out of the spindle when the clamp opens/);
+    const open = dialog.getByText(/^The clamp is open\./);
+    await until(async () => {
+      const first = dialog.getByRole("button", { name: "Open the clamp…" });
+      if (await first.isVisible()) await first.click({ timeout: 2000 }).catch(() => {});
+      if (await falls.isVisible()) await dialog.getByRole("button", { name: "I hold it: open the clamp" }).click({ timeout: 2000 }).catch(() => {});
+      return open.isVisible();
+    }, "an open clamp");
+    assert.equal(await go_on(page).isEnabled(), false, "with the clamp open the job does not go on");
+    await page.screenshot({ path: picture("worn-in-magazine-1024") });
+    await press(page, dialog.getByRole("button", { name: "Close the clamp" }));
+    await until(() => go_on(page).isEnabled(), "a tool that is held");
+    await go_on(page).click();
+    await page.getByText(/^Hole [4-9] of/).first().waitFor();
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "worn-in-magazine-failed", error);
+  } finally {
+    await end();
+  }
+});

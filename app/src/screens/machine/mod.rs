@@ -22,6 +22,7 @@ mod readouts;
 mod second_side;
 mod sensors;
 mod set_up;
+mod spindles;
 mod tool_change;
 mod touch_off;
 mod way_back;
