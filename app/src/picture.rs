@@ -10,10 +10,14 @@
 //! that 32-bit numbers are as fine as 30 nm. Does not know who looks.
 
 use crate::toolpaths::{ToolpathPiece, Toolpaths, Travel};
-use crate::view::{Colour, Disc, HoleState, Line, Palette, Plate, Scene, SceneSlot, UNORDERED, Width};
+use crate::view::{
+    Colour, Cutting, Disc, HoleState, Line, Palette, Plate, Scene, SceneSlot, UNORDERED, Width,
+};
 use annulus_core::board::changes::{BoardChanges, Fate};
 use annulus_core::board::{Board, Hole, Slot};
+use annulus_core::cam::work::{OperationKind, Work};
 use annulus_core::geometry::{Bounds, Path, Point};
+use annulus_core::job::{Bit, Cutter};
 use annulus_core::units::Length;
 use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
 
@@ -34,6 +38,8 @@ const FINDING_PX: f32 = 8.0;
 /// Radius of the ring round the finding on show, and in how many strokes it is drawn.
 const RING_MM: f32 = 0.9;
 const RING_STEPS: u16 = 40;
+/// As most drills for boards are ground, degrees.
+const USUAL_POINT_DEG: f64 = 130.0;
 /// How much of its own colour a swath has; the rest is the board's, which is what is left there.
 const SWATH_SHARE: f32 = 0.45;
 
@@ -248,10 +254,41 @@ pub fn finding(place: [f32; 2], shown: bool, colour: Colour, palette: &Palette) 
     marks
 }
 
+/// A tool in the picture, with its tip there. A drill is pointed as its operation says of it, else as most for boards are ground.
+pub fn cutting(bit: &Bit, work: Option<&Work>, tip_mm: [f32; 3]) -> Cutting {
+    let radius_mm = 0.5 * bit.diameter.mm();
+    // How much higher the edge is for every mm further out, by the whole angle of the point.
+    let slope = |degrees: f64| 1.0 / libm::tan((0.5 * degrees).to_radians()).max(1e-6);
+    let (end_mm, slope) = match bit.cutter {
+        Cutter::Mill => (radius_mm, 0.0),
+        Cutter::Drill => match work.and_then(|work| point_deg(work, bit.diameter)).unwrap_or(USUAL_POINT_DEG)
+        {
+            degrees if degrees >= 180.0 => (radius_mm, 0.0),
+            degrees => (0.0, slope(degrees)),
+        },
+        Cutter::Vee { tip, angle_mdeg } => (0.5 * tip.mm(), slope(f64::from(angle_mdeg) * 1e-3)),
+    };
+    Cutting { tip_mm, end_mm: end_mm as f32, radius_mm: radius_mm as f32, slope: slope as f32 }
+}
+
+/// The whole angle of the point of a drill: its own, else that of all drills of an operation that drills.
+fn point_deg(work: &Work, diameter: Length) -> Option<f64> {
+    let drills = || {
+        work.operations.iter().filter(|one| one.on).filter_map(|one| match &one.action {
+            OperationKind::Drill(drill) => Some(drill),
+            _ => None,
+        })
+    };
+    let own = drills().flat_map(|drill| &drill.points).find(|(size, _)| *size == diameter);
+    own.map(|(_, degrees)| *degrees).or_else(|| drills().next().map(|drill| drill.point_deg))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use annulus_core::cam::work::Operation;
     use annulus_core::geometry::{Island, Region};
+    use annulus_core::job::Handling;
 
     fn seen(board: &Board) -> Scene {
         scene(board, body(board), &Palette::DARK)
@@ -278,6 +315,41 @@ mod tests {
                 line: 9,
             }],
             ..Board::default()
+        }
+    }
+
+    #[test]
+    fn a_drill_is_pointed_as_it_is_said_to_be() {
+        let machine = annulus_core::machine::virtual_drill();
+        let mut operation = Operation::usual("drill", annulus_core::board::Face::Top, &machine).unwrap();
+        let OperationKind::Drill(drill) = &mut operation.action else { panic!() };
+        (drill.point_deg, drill.points) =
+            (90.0, vec![(Length::from_um(1_000), 180.0), (Length::from_um(600), 120.0)]);
+        let work = Work { operations: vec![operation], ..Work::default() };
+        let bit = |um: i64, cutter: Cutter| Bit {
+            diameter: Length::from_um(um),
+            name: String::new(),
+            cutter,
+            handling: Handling::default(),
+        };
+        let rows = [
+            ("as all drills", bit(800, Cutter::Drill), Some(&work), (0.0, 1.0)),
+            ("its own", bit(600, Cutter::Drill), Some(&work), (0.0, 0.577_35)),
+            ("flat", bit(1_000, Cutter::Drill), Some(&work), (0.5, 0.0)),
+            ("nothing said", bit(800, Cutter::Drill), None, (0.0, 0.466_307_66)),
+            ("a cylinder", bit(2_000, Cutter::Mill), Some(&work), (1.0, 0.0)),
+        ];
+        for (name, bit, work, (end_mm, slope)) in rows {
+            let found = cutting(&bit, work, [1.0, 2.0, 3.0]);
+            assert!(
+                (found.end_mm - end_mm).abs() < 1e-5 && (found.slope - slope).abs() < 1e-5,
+                "{name}: {found:?}"
+            );
+            assert_eq!(
+                (found.tip_mm, found.radius_mm),
+                ([1.0, 2.0, 3.0], bit.diameter.mm() as f32 / 2.0),
+                "{name}"
+            );
         }
     }
 

@@ -9,12 +9,13 @@
 
 use crate::engine::messages::UnderTile;
 use crate::keys::Tab;
-use crate::page::{frame, open_board, play};
+use crate::page::{frame, open_board, open_job, play};
+use crate::picture;
 use crate::screens::canvas::{Picture, with_view};
 use crate::screens::shown::Shown;
 use crate::view::{Cutting, PATCH, Patch, Relief};
 use annulus_core::board::COPPER_THICKNESS;
-use annulus_core::job::{Bit, Cutter};
+use annulus_core::job::Bit;
 use annulus_core::sim::{Stock, TILE, Tile};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -104,18 +105,8 @@ fn cutting(shown: Memo<Option<Arc<Shown>>>) -> Option<Cutting> {
     let [x, y, z] = now.position_mm;
     let at = shown.with(|shown| Some(shown.as_ref()?.picture_of_work([x, y])))?;
     let shape = |bit: &Bit| {
-        let radius_mm = 0.5 * bit.diameter.mm();
-        let (end_mm, slope) = match bit.cutter {
-            Cutter::Mill => (radius_mm, 0.0),
-            // As most drills for boards are ground: 130°.
-            Cutter::Drill => (0.0, 0.466),
-            Cutter::Vee { tip, angle_mdeg } => {
-                let half_rad = (f64::from(angle_mdeg) * 0.5e-3).to_radians();
-                (0.5 * tip.mm(), 1.0 / libm::tan(half_rad).max(1e-6))
-            }
-        };
         let tip_mm = [at[0], at[1], z as f32];
-        Cutting { tip_mm, end_mm: end_mm as f32, radius_mm: radius_mm as f32, slope: slope as f32 }
+        open_job().work.with(|work| picture::cutting(bit, work.as_deref(), tip_mm))
     };
     open_board().program.with(|program| Some(shape(program.as_ref()?.bits.get(now.bit? as usize)?)))
 }
