@@ -62,6 +62,11 @@ impl LayerKind {
         }
     }
 
+    /// Whether something of it can be caught in the picture.
+    pub const fn can_be_locked(self) -> bool {
+        matches!(self, Self::CopperTop | Self::CopperBottom | Self::Holes | Self::Outline)
+    }
+
     /// Whether it is seen until somebody says otherwise.
     const fn first_seen(self) -> bool {
         matches!(self, Self::CopperTop | Self::CopperBottom | Self::Holes | Self::Outline)
@@ -122,6 +127,8 @@ pub struct LayerLook {
     pub opacity: u8,
     /// A colour of the person's own.
     pub colour: Option<Colour>,
+    /// Nothing of it is caught or changed.
+    pub locked: bool,
 }
 
 /// Groups of layers shown with one press.
@@ -142,7 +149,7 @@ pub enum Preset {
 impl LayerLook {
     /// A layer as it is seen first.
     pub fn new(name: String, kind: LayerKind, side: LayerSide, mesh: Option<usize>) -> Self {
-        Self { name, kind, side, mesh, eye: kind.first_seen(), opacity: 100, colour: None }
+        Self { name, kind, side, mesh, eye: kind.first_seen(), opacity: 100, colour: None, locked: false }
     }
 
     /// The colour it is drawn in.
@@ -175,7 +182,10 @@ impl LayerLook {
 /// What the person chose before is kept for layers that are still there.
 pub fn kept(fresh: Vec<LayerLook>, before: &[LayerLook]) -> Vec<LayerLook> {
     let keep = |look: LayerLook| match before.iter().find(|old| old.name == look.name) {
-        Some(old) => LayerLook { eye: old.eye, opacity: old.opacity, colour: old.colour, ..look },
+        Some(old) => {
+            let LayerLook { eye, opacity, colour, locked, .. } = *old;
+            LayerLook { eye, opacity, colour, locked, ..look }
+        }
         None => look,
     };
     fresh.into_iter().map(keep).collect()
@@ -247,10 +257,12 @@ mod tests {
         let mut before = looks();
         before[1].eye = false;
         before[1].opacity = 40;
+        before[1].locked = true;
         let mut fresh = looks();
         fresh.swap(0, 1);
         let kept = kept(fresh, &before);
         assert_eq!((kept[0].name.as_str(), kept[0].eye, kept[0].opacity), ("bottom", false, 40));
+        assert_eq!([kept[0].locked, kept[1].locked], [true, false]);
         assert_eq!((kept[1].name.as_str(), kept[1].eye), ("top", true));
     }
 

@@ -2,9 +2,9 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { data, downloaded, findings, picture, planned, settled, stand, tab, until } from "./harness.mjs";
+import { data, downloaded, findings, picture, planned, settled, show, stand, tab, until } from "./harness.mjs";
 
-const { fresh } = stand();
+const { fresh, opened } = stand();
 
 /** A page on the Draw screen. */
 async function draw(options) {
@@ -256,6 +256,58 @@ test("in the tree things go into groups and out of them, by pointer and by keys,
     await page.keyboard.press("Alt+ArrowLeft");
     await until(async () => (await depth(hole(60))) === top, "out of it again");
     assert.deepEqual(await findings(page), [], "Draw");
+  } finally {
+    await context.close();
+  }
+});
+
+test("what the open files draw is chosen by keys from a list, by kind, and a locked layer is left alone", async () => {
+  const { page, context } = await opened();
+  try {
+    await show(page, "Draw");
+    const block = page.getByRole("region", { name: "Objects of the files" });
+    await block.waitFor();
+    const chosen = block.getByRole("listbox").getByRole("option", { selected: true });
+    const list = (name) => block.getByRole("listbox", { name });
+    const taken = page.getByRole("option", { name: /^\s*Taken out: / });
+    await list("Holes").focus();
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.press("ArrowDown");
+    await until(async () => /^Hole /.test((await chosen.allInnerTexts()).join().trim()), "a hole");
+    await page.getByRole("heading", { name: "1 selected" }).waitFor();
+    assert.deepEqual(await findings(page), [], "Draw");
+    await page.screenshot({ path: picture("draw-files-1440") });
+    await page.keyboard.press("Delete");
+    await taken.first().waitFor();
+    assert.equal(await taken.count(), 1, "it is taken out");
+    await page.keyboard.press("Control+z");
+    await until(async () => (await taken.count()) === 0, "and there again");
+    await block.getByRole("combobox", { name: "Which of them" }).selectOption({ label: "Pads" });
+    await list("Pads").focus();
+    await page.keyboard.press("PageDown");
+    await until(async () => /^Pad [\d.]+/.test((await chosen.allInnerTexts()).join().trim()), "a pad");
+    // The holes are locked: they are chosen neither here nor on the board, and none is taken out.
+    await show(page, "Board");
+    await page.getByRole("button", { name: "Lock Holes" }).click();
+    const unlock = page.getByRole("button", { name: "Unlock Holes" });
+    await unlock.waitFor();
+    const said = page.locator(".stage > .unseen[role=status]");
+    await page.locator("canvas").first().focus();
+    await page.keyboard.press("ArrowRight");
+    await show(page, "Draw");
+    await block.getByRole("combobox", { name: "Which of them" }).selectOption({ label: "Holes" });
+    await list("Holes").focus();
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.press("Delete");
+    await page.getByText(/^That lies on a locked layer/).waitFor();
+    assert.equal(await taken.count(), 0);
+    await show(page, "Board");
+    assert.equal(await said.innerText(), "", "no hole was chosen in the picture");
+    assert.deepEqual(await findings(page), [], "Board");
+    await unlock.click();
+    await page.locator("canvas").first().focus();
+    await page.keyboard.press("ArrowRight");
+    await until(async () => /^Hole \d+/.test(await said.innerText()), "a hole in words");
   } finally {
     await context.close();
   }

@@ -14,6 +14,8 @@ mod act;
 pub mod fields;
 mod imported;
 pub mod keys;
+pub mod kinds;
+mod locked;
 pub mod marks;
 pub mod pieces;
 pub mod scene;
@@ -23,11 +25,12 @@ pub mod typed;
 
 pub use act::Act;
 pub use keys::DrawKey;
+pub use locked::Locked;
 pub use marks::{Chosen, Marks};
 pub use pieces::DrawnPieces;
 pub use tools::{Doing, Pointer, Tool};
 
-use crate::said::Text;
+use crate::said::{Text, key};
 use annulus_core::board::drawing::{
     Catch, Drawing, DrawingFigures, Edit, Finder, History, Id, Imported, Layer, PadShape, Smallest, Snap,
     Thing,
@@ -120,6 +123,8 @@ pub struct Editor {
     pub grid: Grid,
     /// What lies on other layers than the one that is drawn on is faint.
     pub dim: bool,
+    /// What is not caught, and not changed.
+    pub locked: Locked,
     /// Where the tool aims.
     pub aim: Snap,
     /// What is being done.
@@ -163,6 +168,7 @@ impl Editor {
             pen: Pen::default(),
             grid: Grid { on: true, step: Length::from_um(500) },
             dim: false,
+            locked: Locked::default(),
             aim: Snap::Free(Point::default()),
             doing: Doing::Nothing,
             pressed: None,
@@ -180,6 +186,7 @@ impl Editor {
             grid: self.grid,
             tool: self.tool,
             dim: self.dim,
+            locked: self.locked.clone(),
             clip: self.clip.clone(),
             changes: self.changes + 1,
             ..Self::new(history, imported)
@@ -234,6 +241,10 @@ impl Editor {
 
     /// Makes an edit; what cannot be is said. Whether it was made.
     pub fn make(&mut self, edit: &Edit) -> bool {
+        if self.locked.refuses(self.history.now(), &self.finder, edit) {
+            self.said = Some(Text::of(key!("page.draw.locked")));
+            return false;
+        }
         match self.history.make(edit) {
             Ok(touched) => {
                 self.follow(&touched, edit.name.is_some());
@@ -250,7 +261,16 @@ impl Editor {
     /// Makes an edit in place of the one that is being made under a held pointer.
     fn make_instead(&mut self, edit: impl FnOnce(&Drawing) -> Edit) {
         let held = std::mem::take(&mut self.held);
-        match self.history.make_instead(edit) {
+        let (locked, finder, mut refused) = (&self.locked, &self.finder, false);
+        let made = self.history.make_instead(|drawing| {
+            let edit = edit(drawing);
+            refused = locked.refuses(drawing, finder, &edit);
+            if refused { Edit::default() } else { edit }
+        });
+        if refused {
+            self.said = Some(Text::of(key!("page.draw.locked")));
+        }
+        match made {
             Ok(touched) => {
                 self.follow(&touched, false);
                 self.held = touched;
@@ -336,6 +356,6 @@ impl Editor {
         let drawn = drawing.top().filter(|id| bare(id) && !said(id)).map(Catch::Drawn);
         let imported = (0..self.finder.imported().len() as u32).map(Catch::Imported);
         let there = imported.filter(|catch| self.finder.body(*catch).is_some());
-        self.chosen = drawn.chain(there).collect();
+        self.chosen = drawn.chain(there).filter(|catch| !self.is_locked(*catch)).collect();
     }
 }

@@ -287,7 +287,8 @@ impl Editor {
 
     /// The first thing at a place, with its outermost group unless one thing alone is meant.
     pub fn hit(&self, at: Point, reach: Length, single: bool) -> Option<Catch> {
-        let hit = self.finder.at(self.drawing(), at, reach).first().copied()?;
+        let mut near = self.finder.at(self.drawing(), at, reach).into_iter();
+        let hit = near.find(|catch| !self.is_locked(*catch))?;
         Some(if single { hit } else { self.outermost(hit) })
     }
 
@@ -410,6 +411,7 @@ impl Editor {
         };
         let found: Vec<Catch> =
             self.finder.within(bounds, to.x < from.x).into_iter().filter(wanted).collect();
+        let found: Vec<Catch> = found.into_iter().filter(|catch| !self.is_locked(*catch)).collect();
         let found: Vec<Catch> = found.into_iter().map(|catch| self.outermost(catch)).collect();
         self.chosen.extend(found);
     }

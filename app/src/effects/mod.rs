@@ -119,6 +119,7 @@ fn run(running: &Running, effect: Effect) {
         Effect::Colours { word } => colours::show(word),
         Effect::KeepSigns { on } => signs::keep(on),
         Effect::KeepOwnKeys { text } => signs::keep_own(&text),
+        Effect::KeepPanels { text } => signs::keep_panels(&text),
         Effect::StayAwake { on } => awake.want(on),
         Effect::Camera { on } => camera.want(on),
         Effect::KeepCamera { offset_mm } => camera::keep(offset_mm),

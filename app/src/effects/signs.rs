@@ -1,4 +1,5 @@
-//! Whether keys that type something do anything alone, and which of them a person moved, kept for the next time.
+//! Whether keys that type something do anything alone, which of them a person moved, and how wide the panels are, kept for the next
+//! time.
 //!
 //! Comes in: the choices. Goes out: those choices into the store; those of last time, as events. Does not know what the keys do.
 
@@ -8,6 +9,7 @@ use crate::page::send;
 
 const OFF: &str = "annulus.signs_off";
 const OWN: &str = "annulus.own_keys";
+const PANELS: &str = "annulus.panels";
 
 /// Begins as it was chosen last time.
 pub(super) fn begin() {
@@ -17,6 +19,9 @@ pub(super) fn begin() {
     }
     if let Some(text) = kept(OWN) {
         send(FrameEvent::OwnKeysKept { text });
+    }
+    if let Some(text) = kept(PANELS) {
+        send(FrameEvent::PanelsKept { text });
     }
 }
 
@@ -28,6 +33,11 @@ pub(super) fn keep(on: bool) {
 /// Keeps which were moved.
 pub(super) fn keep_own(text: &str) {
     put(OWN, text);
+}
+
+/// Keeps how wide the panels are.
+pub(super) fn keep_panels(text: &str) {
+    put(PANELS, text);
 }
 
 /// Keeps a text, or nothing where it is empty.

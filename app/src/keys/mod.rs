@@ -6,11 +6,13 @@
 //!
 //! Comes in: a key press as plain data. Goes out: an [`KeyAction`]. Knows no browser.
 
+mod address;
 mod by_hand;
 mod latin;
 mod own;
 mod table;
 
+pub use address::{AddressPart, named};
 pub use by_hand::{HAND_KEYS, HandKey, HandKeyRow, by_hand};
 pub use latin::latin;
 pub use own::{OwnKeys, is_of_ones_own};

@@ -59,16 +59,20 @@ impl Document {
 
     /// What a person has to see first, of errors whose codes are not among those `accepted`.
     pub fn unseen(&self, accepted: &BTreeSet<String>) -> Option<Unseen> {
-        let open = |diagnostic: &&Diagnostic| {
-            diagnostic.severity == Severity::Error && !accepted.contains(&diagnostic.code)
-        };
-        let errors = self.diagnostics().filter(open);
-        let kinds = errors.map(|diagnostic| match diagnostic.code.as_str() {
+        let kinds = self.unseen_errors(accepted).map(|diagnostic| match diagnostic.code.as_str() {
             "board.several" => Unseen::Several,
             code if code.starts_with("board.") => Unseen::Board,
             _ => Unseen::Unread,
         });
         kinds.min()
+    }
+
+    /// Errors whose codes are not among those `accepted`.
+    pub fn unseen_errors(&self, accepted: &BTreeSet<String>) -> impl Iterator<Item = &Diagnostic> {
+        let open = move |diagnostic: &&Diagnostic| {
+            diagnostic.severity == Severity::Error && !accepted.contains(&diagnostic.code)
+        };
+        self.diagnostics().filter(open)
     }
 
     /// Whether there is anything of a board in the files.

@@ -144,6 +144,11 @@ pub enum Effect {
         /// They, as text; empty for none.
         text: String,
     },
+    /// Keep how wide the panels are.
+    KeepPanels {
+        /// As text; empty for as they are by themselves.
+        text: String,
+    },
     /// Keep whether keys that type something do anything alone.
     KeepSigns {
         /// They do.

@@ -5,46 +5,13 @@
 use super::{Effect, Event, Model};
 use crate::engine::messages::LayerRow;
 use crate::format::Unit;
-use crate::keys::{KeyAction, OwnKeys, Shortcut, Tab};
+use crate::keys::{AddressPart, KeyAction, OwnKeys, Shortcut, Tab};
 use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
-use crate::model::Document;
+use crate::model::{Document, Panels, Theme};
 use crate::said::{Text, key};
 use crate::view::{Camera, Colour};
 use annulus_core::locale;
-
-/// Colours of the page.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Theme {
-    /// As the system says.
-    #[default]
-    Auto,
-    /// Bright.
-    Light,
-    /// Dim.
-    Dark,
-    /// Black and white with full contrast.
-    Contrast,
-}
-
-impl Theme {
-    /// All of them, in the order of the menu.
-    pub const ALL: [Self; 4] = [Self::Auto, Self::Light, Self::Dark, Self::Contrast];
-
-    /// Its word in the style sheet and in the storage.
-    pub const fn word(self) -> &'static str {
-        match self {
-            Self::Auto => "auto",
-            Self::Light => "light",
-            Self::Dark => "dark",
-            Self::Contrast => "contrast",
-        }
-    }
-
-    /// The one called `word`, else as the system says.
-    pub fn called(word: &str) -> Self {
-        Self::ALL.into_iter().find(|theme| theme.word() == word).unwrap_or_default()
-    }
-}
+use annulus_core::machine::SECTIONS;
 
 /// What a short word offers to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -123,6 +90,12 @@ pub struct Frame {
     pub awake: Option<bool>,
     /// The machine alone, large: for whoever stands at it.
     pub operator: bool,
+    /// The section of the settings on show.
+    pub section: &'static str,
+    /// What the address named and is not there yet.
+    pub named: Option<AddressPart>,
+    /// How wide the panels are.
+    pub panels: Panels,
     /// How each layer is seen.
     pub layers: Vec<LayerLook>,
     /// What lies over the screen.
@@ -165,7 +138,10 @@ impl Default for Frame {
             grid: true,
             awake: None,
             operator: false,
+            section: SECTIONS[0].0,
+            named: None,
             overlay: None,
+            panels: Panels::default(),
             layers: Vec::new(),
             flipped: false,
             cursor_mm: None,
@@ -188,6 +164,16 @@ pub enum FrameEvent {
     Show {
         /// Which.
         tab: Tab,
+    },
+    /// The person went to an address.
+    Go {
+        /// Which.
+        address: String,
+    },
+    /// Another section of the settings.
+    Section {
+        /// Its word.
+        section: &'static str,
     },
     /// Another unit.
     Units {
@@ -267,8 +253,25 @@ pub enum FrameEvent {
         /// From below; none for the other side.
         below: Option<bool>,
     },
+    /// A panel of the screen on show is drawn wider or narrower.
+    Panel {
+        /// The right one.
+        right: bool,
+        /// CSS pixels; 0 for its own width.
+        px: u16,
+    },
+    /// The widths of last time.
+    PanelsKept {
+        /// They, as text.
+        text: String,
+    },
     /// One layer is seen or not seen: the other of the two.
     LayerEye {
+        /// Its line in the panel.
+        index: usize,
+    },
+    /// Nothing of one layer is caught or changed, or it is: the other of the two.
+    LayerLock {
         /// Its line in the panel.
         index: usize,
     },
@@ -388,7 +391,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
     match event {
         FrameEvent::Show { tab } => {
             frame.operator &= tab == Tab::Machine;
-            frame.tab = tab;
+            (frame.tab, frame.named) = (tab, None);
         }
         FrameEvent::Units { unit } => {
             let other = if frame.unit == Unit::Millimetre { Unit::Inch } else { Unit::Millimetre };
@@ -403,6 +406,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Spoken { there: false, .. } => {
             return vec![toast(model, Text::of(key!("page.language_missing")), None)];
         }
+        FrameEvent::Section { section } => frame.section = section,
         FrameEvent::Select { hole } => frame.selected = hole,
         FrameEvent::Before { on } => frame.show_before = on,
         FrameEvent::Travel { on } => frame.show_travel = on,
@@ -410,7 +414,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Operator { on } => {
             frame.operator = on;
             if on {
-                frame.tab = Tab::Machine;
+                (frame.tab, frame.named) = (Tab::Machine, None);
             }
         }
         FrameEvent::Signs { on } => {
@@ -426,12 +430,11 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Grid => frame.grid = !frame.grid,
         FrameEvent::Awake { held } => frame.awake = frame.awake_wanted.then_some(held),
         FrameEvent::Flip { below } => frame.flipped = below.unwrap_or(!frame.flipped),
-        FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
-        FrameEvent::LayerOpacity { index, percent } => look(frame, index, |look| look.opacity = percent),
-        FrameEvent::LayerColour { index, colour } => look(frame, index, |look| look.colour = colour),
-        FrameEvent::LayerPreset { preset } => {
-            frame.layers.iter_mut().for_each(|look| look.eye = look.in_preset(preset));
+        FrameEvent::Panel { right, px } => {
+            frame.panels.set(frame.tab, right, px);
+            return vec![Effect::KeepPanels { text: frame.panels.kept() }];
         }
+        FrameEvent::PanelsKept { text } => frame.panels = Panels::of_kept(&text),
         FrameEvent::Cursor { at_mm } => frame.cursor_mm = at_mm,
         FrameEvent::Moved { camera } => frame.camera = Some(camera),
         FrameEvent::Look { action } => frame.asked = (frame.asked.0 + 1, Some(action)),
@@ -445,10 +448,25 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
                 frame.update_ready = false;
             }
         }
-        // What a short word offers is done where all of the page is known.
-        FrameEvent::Taken { .. } => {}
+        // What a short word offers, and what an address names, is done where all of the page is known.
+        FrameEvent::Taken { .. } | FrameEvent::Go { .. } => {}
+        of_layers => change_layers(frame, &of_layers),
     }
     Vec::new()
+}
+
+/// One layer, or several, are seen otherwise.
+fn change_layers(frame: &mut Frame, event: &FrameEvent) {
+    match *event {
+        FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
+        FrameEvent::LayerLock { index } => look(frame, index, |look| look.locked = !look.locked),
+        FrameEvent::LayerOpacity { index, percent } => look(frame, index, |look| look.opacity = percent),
+        FrameEvent::LayerColour { index, colour } => look(frame, index, |look| look.colour = colour),
+        FrameEvent::LayerPreset { preset } => {
+            frame.layers.iter_mut().for_each(|look| look.eye = look.in_preset(preset));
+        }
+        _ => {}
+    }
 }
 
 /// A key is moved, or it stays and whose the sign is is told.

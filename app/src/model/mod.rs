@@ -9,6 +9,7 @@
 //! Comes in: events, in the order in which they happened; the clock is an event too. Goes out: the next state and effects.
 //! Does not know the browser, the screens or the signals they are made of.
 
+pub mod address;
 pub mod asked;
 pub mod board;
 mod carved;
@@ -23,6 +24,7 @@ pub mod lab;
 pub mod level;
 pub mod lines;
 pub mod link;
+pub mod panels;
 pub mod planning;
 pub mod play;
 pub mod rack;
@@ -30,6 +32,7 @@ pub mod second_side;
 pub mod settings;
 pub mod start;
 pub mod template;
+mod theme;
 pub mod touch_off;
 mod underside;
 mod worker;
@@ -44,19 +47,21 @@ pub use effect::{Effect, Lane};
 pub use export::{Export, ExportEvent};
 pub use files::anew::{Anew, AnewEvent, NewExports};
 pub use files::{BoardBefore, FilesEvent};
-pub use frame::{Frame, FrameEvent, Overlay, Theme, Toast, ToastAct};
+pub use frame::{Frame, FrameEvent, Overlay, Toast, ToastAct};
 pub use job::{JobEdit, JobEvent};
 pub use keeping::{KeepEvent, Keeping, Offer};
 pub use lab::{Lab, LabEvent};
 pub use level::{LevelEvent, Leveling, PlannedMap};
 pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
+pub use panels::Panels;
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
 pub use second_side::{Eye, SecondSide, SecondSideEvent, SoughtHole};
 pub use settings::{SettingsDraft, SettingsEvent};
 pub use start::{Start, StartEvent};
 pub use template::{Template, TemplateEvent};
+pub use theme::Theme;
 pub use touch_off::{TouchOff, TouchOffEvent, TouchTarget, TouchedPart};
 pub use underside::Underside;
 
@@ -299,6 +304,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         }
         Event::Begun => keeping::begun(),
         Event::Frame(FrameEvent::Taken { number }) => offered(model, number),
+        Event::Frame(FrameEvent::Go { address }) => address::go(model, &address),
         Event::Frame(event) => frame::update(model, event),
         Event::Files(event) => files::update(model, event),
         Event::Job(event) => job::update(model, event),
@@ -340,6 +346,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(keeping::follow(model));
     effects.extend(template::follow(model));
     effects.extend(play::follow(model));
+    effects.extend(address::follow(model));
     effects.extend(lines::follow(model));
     effects.extend(underside::follow(model));
     effects.extend(second_side::follow(model));

@@ -5,6 +5,7 @@
 use super::signals as all;
 use super::slots::Slots;
 use crate::engine::messages::{PlanReady, Proved, Timed};
+use crate::keys::Tab;
 use crate::model::board::{left_out, problems, unread};
 use crate::model::{BoardBefore, Document, Job, LaidBoard, NewExports, Offer, Unseen, WorkerTask};
 use crate::picture;
@@ -128,6 +129,21 @@ impl OpenBoard {
                 && self.accepted.with(|accepted| !accepted.contains(&diagnostic.code))
         };
         self.problems.with(|problems| problems.iter().any(unseen))
+    }
+
+    /// How much waits for a person on a screen: errors of the files that nobody has seen, and what is wrong with the job.
+    pub fn to_fix(self, tab: Tab) -> usize {
+        let accepted = self.accepted.get();
+        match tab {
+            Tab::Board => self.document.with(|document| {
+                document.as_ref().map_or(0, |document| document.unseen_errors(&accepted).count())
+            }),
+            Tab::Cam => {
+                let unseen = |why: &&Diagnostic| !accepted.contains(&why.code);
+                self.unread() + self.refused.with(|refused| refused.iter().filter(unseen).count())
+            }
+            _ => 0,
+        }
     }
 
     /// How many findings nobody has read yet, and how many errors of the plan nobody has seen.

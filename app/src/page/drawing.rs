@@ -9,7 +9,7 @@ use crate::drawing::tree::TreeRow;
 use crate::drawing::{Chosen, Doing, DrawnPieces, Grid, Marks, Pen, Tool};
 use crate::model::drawing::Earlier;
 use crate::said::Text;
-use annulus_core::board::drawing::{Catch, Smallest};
+use annulus_core::board::drawing::{Catch, Imported, Smallest};
 use annulus_core::geometry::Point;
 use leptos::prelude::*;
 use std::collections::BTreeSet;
@@ -30,6 +30,8 @@ pub struct Drawing {
     pub fields: ReadSignal<Arc<Vec<FieldRow>>>,
     /// What is chosen.
     pub chosen: ReadSignal<BTreeSet<Catch>>,
+    /// What the open files draw.
+    pub imported: ReadSignal<Arc<Vec<Imported>>>,
     /// The first of what is chosen: the tree shows its line.
     pub shown: ReadSignal<Option<Catch>>,
     /// The tool in hand.
@@ -79,6 +81,7 @@ pub(super) fn signals(slots: &mut Slots) -> Drawing {
         tree: slots.kept(|model| &model.draw.shown.tree),
         fields: slots.kept(|model| &model.draw.shown.fields),
         chosen: slots.part(|model| &model.draw.editor.chosen),
+        imported: slots.kept(|model| model.draw.editor.finder().imported()),
         shown: slots.made(|model| model.draw.editor.chosen.first().copied()),
         tool: slots.part(|model| &model.draw.editor.tool),
         pen: slots.part(|model| &model.draw.editor.pen),

@@ -7,7 +7,7 @@ use super::slots::Slots;
 use crate::format::Unit;
 use crate::keys::{KeyAction, OwnKeys, SHORTCUTS, Shortcut, Tab};
 use crate::layers::LayerLook;
-use crate::model::{Overlay, Theme, Toast};
+use crate::model::{Overlay, Panels, Theme, Toast, address};
 use crate::view::Camera;
 use leptos::prelude::*;
 
@@ -38,8 +38,14 @@ pub struct Frame {
     pub grid: ReadSignal<bool>,
     /// The browser keeps the screen lit; none where nobody asked it to.
     pub awake: ReadSignal<Option<bool>>,
+    /// The address of what is on show.
+    pub address: ReadSignal<String>,
+    /// The section of the settings on show.
+    pub section: ReadSignal<&'static str>,
     /// The machine alone, large.
     pub operator: ReadSignal<bool>,
+    /// How wide the panels are.
+    pub panels: ReadSignal<Panels>,
     /// How each layer is seen.
     pub layers: ReadSignal<Vec<LayerLook>>,
     /// What lies over the screen.
@@ -91,7 +97,10 @@ pub(super) fn signals(slots: &mut Slots) -> Frame {
         own_key_refused: slots.part(|model| &model.frame.own_key_refused),
         grid: slots.part(|model| &model.frame.grid),
         awake: slots.part(|model| &model.frame.awake),
+        address: slots.made(address::of),
+        section: slots.part(|model| &model.frame.section),
         operator: slots.part(|model| &model.frame.operator),
+        panels: slots.part(|model| &model.frame.panels),
         layers: slots.part(|model| &model.frame.layers),
         overlay: slots.part(|model| &model.frame.overlay),
         flipped: slots.part(|model| &model.frame.flipped),

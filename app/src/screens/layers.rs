@@ -101,6 +101,11 @@ pub(crate) fn panel() -> impl IntoView {
     ))
 }
 
+/// Whether nothing of this kind is caught in the picture.
+pub(crate) fn kind_locked(kind: LayerKind) -> bool {
+    frame().layers.with_untracked(|looks| looks.iter().any(|look| look.kind == kind && look.locked))
+}
+
 /// The name of a layer for people.
 fn name_of(look: &LayerLook) -> String {
     let side = match look.side {
@@ -169,5 +174,26 @@ fn line(index: usize) -> impl IntoView {
         picture_button(Icon::Eye, eye_name, move |_| send(FrameEvent::LayerEye { index })),
         span().class("grow").child(name),
         strength,
+        lock(index, look),
     ))
+}
+
+/// The lock of a layer of which something can be caught.
+fn lock(index: usize, look: Memo<Option<LayerLook>>) -> impl IntoView {
+    let locked = Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.locked)));
+    let name = move || {
+        let name = look.with(|look| look.as_ref().map(name_of).unwrap_or_default());
+        if locked.get() {
+            say!("page.layers.unlock", name = name)
+        } else {
+            say!("page.layers.lock", name = name)
+        }
+    };
+    let can_be =
+        Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.kind.can_be_locked())));
+    let class = move || if locked.get() { "lock" } else { "lock off" };
+    move || {
+        let press = move |_| send(FrameEvent::LayerLock { index });
+        can_be.get().then(|| span().class(class).child(picture_button(Icon::Lock, name, press)))
+    }
 }

@@ -18,6 +18,7 @@ mod settings;
 mod shell;
 mod shown;
 mod simulate;
+mod splitters;
 mod stage;
 mod status_bar;
 mod top_bar;

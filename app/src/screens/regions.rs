@@ -4,18 +4,18 @@
 
 use crate::i18n::{key, unit_word};
 use crate::keys::{self, KeyAction, KeyFocus, Press, Tab};
-use crate::lab::LabPanel;
 use crate::model::LabEvent;
 use crate::model::LinkEvent;
 use crate::model::{DrawEvent, ExportEvent, FilesEvent, FrameEvent, Overlay, PlayEvent};
 use crate::page::link;
 use crate::page::{frame, send};
-use crate::page::{open_board, open_drawing, open_lab};
+use crate::page::{open_board, open_drawing};
 use crate::said::Text;
 use crate::screens::{cam, drawing, lab, machine, simulate};
 use crate::widgets::{dialog_is_open, toast};
 use leptos::ev;
 use leptos::prelude::*;
+use std::time::Duration;
 use wasm_bindgen::{JsCast, JsValue};
 use web_sys::{HtmlElement, KeyboardEvent};
 
@@ -32,32 +32,71 @@ pub(crate) fn listen() {
             act(action);
         }
     });
-    let address = window_event_listener(ev::hashchange, |_| follow_address());
+    let address = window_event_listener(ev::hashchange, |_| {
+        let address = address_now();
+        let is_ours = Tab::of_address(&address).is_some();
+        send(FrameEvent::Go { address });
+        if is_ours {
+            // What it named may not be there.
+            put_address(&frame().address.get_untracked(), false);
+        }
+    });
     on_cleanup(move || {
         keys.remove();
         address.remove();
     });
-    follow_address();
-    Effect::new(|_| {
-        let address = match frame().tab.get() {
-            Tab::Lab => format!("#/{}/{}", Tab::Lab.word(), open_lab().sheet.get().word()),
-            tab if frame().operator.get() => format!("#/{}?view=operator", tab.word()),
-            tab => format!("#/{}", tab.word()),
-        };
-        if let Ok(history) = window().history() {
-            let _ = history.replace_state_with_url(&JsValue::NULL, "", Some(&address));
+    send(FrameEvent::Go { address: address_now() });
+    write_address();
+}
+
+fn address_now() -> String {
+    window().location().hash().unwrap_or_default()
+}
+
+/// Browsers take in a hundred changes of the address in half a minute, not more: a slider that is drawn makes as many in a second.
+const ADDRESS_RESTS: Duration = Duration::from_millis(400);
+
+/// The address follows what is on show. Another screen is a place to come back to, what is seen of a screen is not.
+fn write_address() {
+    let waits = StoredValue::new(false);
+    Effect::new(move |before: Option<String>| {
+        let next = frame().address.get();
+        let now = address_now();
+        let (from, to) = (Tab::of_address(&now), Tab::of_address(&next));
+        if from.is_some() && from != to {
+            // The place that is left is the one that was seen last, though it may not be written yet.
+            if let Some(last) = before.filter(|last| Tab::of_address(last) == from) {
+                put_address(&last, false);
+            }
+            put_address(&next, true);
+        } else if to != Some(Tab::Simulate) || from.is_none() {
+            put_address(&next, false);
+        } else if !waits.get_value() {
+            waits.set_value(true);
+            let rested = move || {
+                waits.set_value(false);
+                let next = frame().address.get_untracked();
+                if Tab::of_address(&next) == Tab::of_address(&address_now()) {
+                    put_address(&next, false);
+                }
+            };
+            set_timeout(rested, ADDRESS_RESTS);
         }
+        next
     });
 }
 
-fn follow_address() {
-    let hash = window().location().hash().unwrap_or_default();
-    if let Some(tab) = Tab::of_address(&hash) {
-        send(FrameEvent::Show { tab });
-        send(FrameEvent::Operator { on: tab == Tab::Machine && hash.contains("view=operator") });
+fn put_address(address: &str, is_new: bool) {
+    if address == address_now() {
+        return;
     }
-    if let Some(sheet) = LabPanel::of_address(&hash) {
-        send(LabEvent::Show { sheet });
+    if let Ok(history) = window().history() {
+        let (state, address) = (&JsValue::NULL, Some(address));
+        let _too_many_is_no_harm = if is_new {
+            history.push_state_with_url(state, "", address)
+        } else {
+            history.replace_state_with_url(state, "", address)
+        };
     }
 }
 

@@ -3,8 +3,8 @@
 //! Comes in: the state. Goes out: the page. Knows no screen's content.
 
 use super::{
-    board, cam, drawing, help, lab, machine, palette, review, settings, simulate, stage, status_bar, top_bar,
-    welcome,
+    board, cam, drawing, help, lab, machine, palette, review, settings, simulate, splitters, stage,
+    status_bar, top_bar, welcome,
 };
 use crate::keys::Tab;
 use crate::page::{frame, open_board};
@@ -27,6 +27,8 @@ pub(crate) fn shell() -> impl IntoView {
         Tab::Cam => cam::cam().into_any(),
         Tab::Simulate => simulate::simulate().into_any(),
     };
+    let panel = move |right: bool| frame().panels.with(|panels| panels.px(tab.get(), right));
+    let width = move |right: bool| panel(right).map_or_else(|| "initial".to_owned(), |px| format!("{px}px"));
     let view = move || frame().operator.get().then_some("operator");
     div().class("shell").attr("data-view", view).child((
         div().class("head").child((top_bar::top_bar(), machine::alarm(), machine::elsewhere())),
@@ -35,9 +37,18 @@ pub(crate) fn shell() -> impl IntoView {
             .attr("id", "work")
             .attr("tabindex", "-1")
             .attr("data-screen", move || tab.get().word())
+            .attr("data-left", move || panel(false).map(|_| ""))
+            .attr("data-right", move || panel(true).map(|_| ""))
+            .style(("--left", move || width(false)))
+            .style(("--right", move || width(true)))
             .attr("data-stale", move || open_board().stale.get().then_some(""))
             .attr("aria-label", move || top_bar::name_of(tab.get()))
-            .child((h1().class("unseen").child(move || top_bar::name_of(tab.get())), stage::stage(), screen)),
+            .child((
+                h1().class("unseen").child(move || top_bar::name_of(tab.get())),
+                stage::stage(),
+                screen,
+                splitters::splitters(),
+            )),
         status_bar::status_bar(),
         machine::tool_change(),
         help::help(),

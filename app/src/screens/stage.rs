@@ -107,6 +107,9 @@ fn walk(view: &View, shown: Memo<Option<Arc<Shown>>>, [x, y]: [i8; 2]) {
     let Some(shown) = shown.get_untracked() else { return };
     let corner = picture::origin(shown.body);
     let place = |hole: &Hole| picture::place(corner, hole.at).map(f64::from);
+    if layers::kind_locked(LayerKind::Holes) {
+        return;
+    }
     let holes = &shown.board.holes;
     let chosen = frame().selected.get_untracked().and_then(|hole| holes.get(hole as usize)).map(place);
     let camera = view.camera();
@@ -176,8 +179,8 @@ const FINDING_MM: f64 = 6.0;
 
 fn listen(view: &View, shown: Memo<Option<Arc<Shown>>>) {
     view.on_press(move |pressed| {
-        let hole =
-            pressed.disc.and_then(|disc| shown.with_untracked(|shown| shown.as_ref()?.hole_of_disc(disc)));
+        let disc = pressed.disc.filter(|_| !layers::kind_locked(LayerKind::Holes));
+        let hole = disc.and_then(|disc| shown.with_untracked(|shown| shown.as_ref()?.hole_of_disc(disc)));
         send(FrameEvent::Select { hole });
         if frame().tab.get_untracked() == Tab::Simulate {
             let place = shown.with_untracked(|shown| Some(shown.as_ref()?.work_of_picture(pressed.at_mm)));

@@ -62,9 +62,16 @@ fn tabs() -> impl IntoView {
     let tab = frame().tab;
     let buttons = Tab::ALL.into_iter().enumerate().map(|(index, this)| {
         let chosen = move || tab.get() == this;
+        let to_fix = Memo::new(move |_| Some(open_board().to_fix(this)).filter(|count| *count > 0));
+        // The number is drawn by the style sheet, beside the word.
+        let spoken =
+            move || to_fix.get().map(|count| say!("page.tab.to_fix", name = name_of(this), count = count));
         button()
             .attr("type", "button")
             .class("tab")
+            .attr("data-count", move || to_fix.get().map(|count| count.to_string()))
+            .attr("aria-label", spoken)
+            .attr("title", spoken)
             .attr("aria-current", move || chosen().then_some("page"))
             .on(ev::click, move |_| send(FrameEvent::Show { tab: this }))
             .child((

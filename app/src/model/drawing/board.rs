@@ -10,14 +10,16 @@
 
 use super::lying::over_files;
 use super::{Draw, Editor, kept};
+use crate::drawing::Locked;
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToRead};
 use crate::keys::Tab;
+use crate::layers::{LayerKind, LayerLook};
 use crate::model::planning::{OnTheWay, Wanted};
 use crate::model::{Document, Effect, Lane, Model, export, files, frame};
 use crate::said::{Text, key};
 use annulus_core::artwork;
-use annulus_core::board::drawing::{self, History};
+use annulus_core::board::drawing::{self, History, Layer};
 use annulus_core::project::saved::SaidOfFiles;
 use std::sync::Arc;
 
@@ -136,6 +138,10 @@ pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
         effects.extend(other_document(model, now));
         model.draw.refresh();
     }
+    let locked = locked(&model.frame.layers);
+    if model.draw.editor.locked != locked {
+        model.draw.editor.locked = locked;
+    }
     if !matches!(model.on_the_way, OnTheWay::Reading { .. }) {
         // It could not be read, or was called off.
         model.draw.with_board.using = None;
@@ -150,6 +156,21 @@ pub(in crate::model) fn follow(model: &mut Model) -> Vec<Effect> {
     }
     effects.extend(kept::follow(model));
     effects
+}
+
+/// What is locked in the layers panel, as the editor knows it.
+fn locked(looks: &[LayerLook]) -> Locked {
+    let mut locked = Locked::default();
+    for look in looks.iter().filter(|look| look.locked) {
+        match look.kind {
+            LayerKind::CopperTop => locked.layers.push(Layer::Top),
+            LayerKind::CopperBottom => locked.layers.push(Layer::Bottom),
+            LayerKind::Outline => locked.layers.push(Layer::Edge),
+            LayerKind::Holes => locked.holes = true,
+            _ => {}
+        }
+    }
+    locked
 }
 
 /// Another document is open, or none.

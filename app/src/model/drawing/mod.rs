@@ -145,6 +145,11 @@ pub enum DrawEvent {
         /// Beside what is chosen.
         adding: bool,
     },
+    /// An object of a file is chosen.
+    ChooseImported {
+        /// Its place in the list of those.
+        of: u32,
+    },
     /// A group of the tree is opened or closed.
     Open {
         /// Which.
@@ -330,7 +335,8 @@ fn group_name(model: &Model) -> String {
 
 /// Takes one event in.
 pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
-    let hovers = matches!(event, DrawEvent::Point { touch: Touch::Hover | Touch::Move, .. });
+    // What was said of a press stays when it is let go.
+    let hovers = matches!(event, DrawEvent::Point { touch: Touch::Hover | Touch::Move | Touch::Up, .. });
     let of_store = matches!(event, DrawEvent::Rested | DrawEvent::Kept { .. });
     if !hovers && !of_store {
         model.draw.editor.said = None;
@@ -396,6 +402,7 @@ fn edit(model: &mut Model, event: DrawEvent) {
             editor.take(Tool::Select);
             editor.choose(catch, adding);
         }
+        DrawEvent::ChooseImported { of } => editor.choose_imported(of),
         DrawEvent::Open { id } => turn_group(editor, id),
         DrawEvent::Find { least } => draw.find(least),
         DrawEvent::Act { act } => editor.act(act),

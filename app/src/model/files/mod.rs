@@ -302,7 +302,11 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
         let known = known.is_some_and(|open| !anew::has_new_warnings(&open.document, &document));
         let reviewing = document.doubtful() && !known;
         model.before = before_review(model, open.clone()).filter(|_| reviewing);
-        (model.board.reviewing, model.frame.tab) = (reviewing, Tab::Board);
+        model.board.reviewing = reviewing;
+        // Who came by an address that names something of the board finds that.
+        if model.frame.named.is_none() {
+            model.frame.tab = Tab::Board;
+        }
     }
     planning::clear(model);
     if !again || other_board || !model.job.edited() {

@@ -4,11 +4,13 @@ use super::draw_rows::DrawnBoard;
 use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
+use crate::layers::LayerKind;
 use crate::model::drawing::{DrawingExport, Earlier};
 use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, KeepEvent, Model};
 use crate::said::Text;
-use annulus_core::board::drawing;
+use annulus_core::board::drawing::{self, Catch};
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::units::Length;
 
 /// A request done as the worker does it.
 fn alone(request: Request) -> Result<Answer, Vec<Diagnostic>> {
@@ -106,6 +108,67 @@ fn what_files_draw_is_not_cut_as_it_cannot_be_pasted() {
     assert_eq!(editor.said, Some(Text::of("page.draw.not_copied")));
     assert!(editor.clip.is_some(), "the pad is kept to be pasted");
     assert_eq!([sheet.of("pad").len(), sheet.of("imported").len()], [0, 0], "what files draw stays");
+}
+
+#[test]
+fn what_lies_on_a_locked_layer_is_not_caught_nor_changed() {
+    let mut sheet = over_files();
+    let line = |sheet: &DrawnBoard, kind| {
+        sheet.model.frame.layers.iter().position(|look| look.kind == kind).expect("its line in the panel")
+    };
+    let (copper, holes) = (line(&sheet, LayerKind::CopperTop), line(&sheet, LayerKind::Holes));
+    let chosen = |sheet: &DrawnBoard| sheet.model.draw.editor.chosen.len();
+    sheet.word("at:1,1.4");
+    assert_eq!(chosen(&sheet), 1, "a pad");
+    sheet.event(FrameEvent::LayerLock { index: copper });
+    sheet.word("key:Delete");
+    assert_eq!(sheet.of("imported"), [], "it is not taken out");
+    assert_eq!(sheet.model.draw.editor.said, Some(Text::of("page.draw.locked")));
+    sheet.event(DrawEvent::Escape);
+    sheet.word("at:3,5");
+    assert_eq!(chosen(&sheet), 0, "a track of it is not caught");
+    sheet.word("drag:8,8>0,0");
+    assert_eq!(chosen(&sheet), 2, "a box takes the holes");
+    sheet.event(FrameEvent::LayerLock { index: holes });
+    sheet.word("key:Ctrl+a");
+    assert_eq!(chosen(&sheet), 0, "nothing is left to be chosen");
+    for word in ["key:p", "at:20,20", "key:o", "at:25,25"] {
+        sheet.word(word);
+        assert!(sheet.drawing().is_empty(), "nothing comes onto it: {word}");
+    }
+    assert_eq!(sheet.model.draw.editor.said, Some(Text::of("page.draw.locked")), "and that is said");
+    for index in [copper, holes] {
+        sheet.event(FrameEvent::LayerLock { index });
+    }
+    sheet.word("at:25,25");
+    assert!(!sheet.drawing().is_empty());
+}
+
+#[test]
+fn a_locked_layer_holds_what_hangs_on_its_nodes() {
+    let mut sheet = DrawnBoard::tell("key:p at:5,5 key:v at:5,5");
+    sheet.model.draw.editor.locked.holes = true;
+    let before = sheet.drawing().clone();
+    let ids = sheet.drawing().things().map(|(id, _)| Catch::Drawn(id)).collect();
+    sheet.model.draw.editor.chosen = ids;
+    sheet.model.draw.editor.nudge((1, 0), Length::from_um(500));
+    assert_eq!(*sheet.drawing(), before, "the pad would take its hole with it");
+    sheet.model.draw.editor.locked.holes = false;
+    sheet.model.draw.editor.nudge((1, 0), Length::from_um(500));
+    assert_ne!(*sheet.drawing(), before);
+}
+
+#[test]
+fn an_object_of_a_file_is_chosen_by_its_place_in_the_list() {
+    let mut sheet = over_files();
+    sheet.event(DrawEvent::ChooseImported { of: 1 });
+    let editor = &sheet.model.draw.editor;
+    assert_eq!(editor.chosen, [Catch::Imported(1)].into());
+    assert_eq!(Some(editor.aim.at()), editor.place_of(Catch::Imported(1)), "the cross-hair stands on it");
+    sheet.word("key:Delete");
+    assert_eq!(sheet.of("imported").len(), 1);
+    sheet.event(DrawEvent::ChooseImported { of: 1 });
+    assert!(sheet.model.draw.editor.chosen.is_empty(), "what was taken out is not chosen");
 }
 
 fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {

@@ -7,6 +7,7 @@
 mod line;
 mod story;
 
+mod address_rows;
 mod anew_rows;
 mod board_rows;
 mod controller_rows;

@@ -15,7 +15,7 @@ fn um(um: i64) -> Length {
 }
 
 /// A model that plays for ten seconds, at this second and speed.
-fn playing(at_s: f64, speed: f64) -> Model {
+pub(super) fn playing(at_s: f64, speed: f64) -> Model {
     let mut model = Model::default();
     model.board.timed = Some(Arc::new(Timed::default()));
     update(&mut model, PlayEvent::Speed { speed }.into());

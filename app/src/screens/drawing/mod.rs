@@ -14,6 +14,7 @@ mod actions;
 mod array;
 mod board;
 mod fields;
+mod imported;
 mod inputs;
 mod picture;
 mod readout;
@@ -36,7 +37,12 @@ pub(crate) fn drawing() -> impl IntoView {
     (
         div().class("panel left draw-left").child((tools::tools(), tree::tree())),
         div().class("bottom draw-bottom").child(readout::readout()),
-        div().class("panel right draw-right").child((fields::fields(), actions::actions(), board::board())),
+        div().class("panel right draw-right").child((
+            fields::fields(),
+            imported::imported(),
+            actions::actions(),
+            board::board(),
+        )),
         array::array(),
     )
 }

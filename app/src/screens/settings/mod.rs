@@ -49,7 +49,7 @@ fn changes() -> Vec<(String, Value)> {
 
 /// The screen.
 pub(crate) fn settings() -> impl IntoView {
-    let shown = RwSignal::new(SECTIONS[0].0);
+    let shown = frame().section;
     let refused = Memo::new(move |_| {
         let machine = open_board().machine.get();
         link::link().draft.with(|draft| draft.refusals(&machine))
@@ -60,7 +60,7 @@ pub(crate) fn settings() -> impl IntoView {
             .attr("type", "button")
             .class("button quiet")
             .attr("aria-current", move || (shown.get() == this).then_some("true"))
-            .on(ev::click, move |_| shown.set(this))
+            .on(ev::click, move |_| send(FrameEvent::Section { section: this }))
             .child(move || i18n::text(section_name(this), &[]))
     });
     let fields = move || {

@@ -1,0 +1,66 @@
+//! Layers that are locked: what lies on them is not caught, and no edit changes it.
+//!
+//! Comes in: which layers, an edit. Goes out: whether it may be. Does not know who locks.
+
+use super::Editor;
+use annulus_core::board::drawing::{Catch, Drawing, Edit, Finder, Layer, Thing};
+
+/// What is locked.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Locked {
+    /// Layers.
+    pub layers: Vec<Layer>,
+    /// All holes.
+    pub holes: bool,
+}
+
+impl Locked {
+    fn is_empty(&self) -> bool {
+        self.layers.is_empty() && !self.holes
+    }
+
+    fn has_layer(&self, layer: Layer) -> bool {
+        self.layers.iter().any(|locked| locked.meets(layer))
+    }
+
+    /// A thing that lies on a locked layer, or speaks of an object of a file that does.
+    fn has(&self, finder: &Finder, thing: &Thing) -> bool {
+        match thing {
+            Thing::Hole { .. } => self.holes,
+            Thing::Imported { file, object, .. } => {
+                finder.imported_at(file, *object).is_some_and(|of| self.has_imported(finder, of))
+            }
+            thing => thing.layer().is_some_and(|layer| self.has_layer(layer)),
+        }
+    }
+
+    fn has_imported(&self, finder: &Finder, of: u32) -> bool {
+        let one = finder.imported().get(of as usize);
+        one.is_some_and(|one| one.layer.map_or(self.holes, |layer| self.has_layer(layer)))
+    }
+
+    /// Whether an edit changes something that is locked, or puts something there.
+    pub(super) fn refuses(&self, drawing: &Drawing, finder: &Finder, edit: &Edit) -> bool {
+        if self.is_empty() {
+            return false;
+        }
+        let has = |thing: &Thing| self.has(finder, thing);
+        let touched = drawing.touched(edit);
+        let mut comes = edit.changes.iter().filter_map(|(_, entry)| entry.as_ref());
+        touched.iter().filter_map(|id| drawing.thing(*id)).any(has) || comes.any(|entry| has(&entry.thing))
+    }
+}
+
+impl Editor {
+    /// Whether it lies on a locked layer; a node, where something that hangs on it does.
+    pub fn is_locked(&self, catch: Catch) -> bool {
+        let (locked, drawing, finder) = (&self.locked, self.drawing(), self.finder());
+        let has = |id| drawing.thing(id).is_some_and(|thing| locked.has(finder, thing));
+        match catch {
+            _ if locked.is_empty() => false,
+            Catch::Imported(of) => locked.has_imported(finder, of),
+            Catch::Drawn(id) if drawing.at(id).is_some() => drawing.hanging(id).any(has),
+            Catch::Drawn(id) => has(id),
+        }
+    }
+}

@@ -1,0 +1,79 @@
+//! The address of what is on show: the screen, and what of it.
+//!
+//! ```text
+//! #/board   #/cam/op/2   #/simulate?t=12.5   #/lab/phases   #/settings/rack   #/machine?view=operator
+//! ```
+//!
+//! Comes in: an address that the person went to; the model. Goes out: what the address names, shown; the address of what is shown.
+//! What is named and not there yet, as on a board that is still being read, is shown once it is there, unless the person went
+//! elsewhere meanwhile. Does not know the browser.
+
+use super::{Effect, LabEvent, Model, lab, play};
+use crate::keys::{AddressPart, Tab, named};
+use crate::lab::LabPanel;
+use crate::workbench::edit;
+use annulus_core::machine::SECTIONS;
+
+/// The section of the settings that `address` names.
+fn section(address: &str) -> Option<&'static str> {
+    let word = address.strip_prefix("#/settings/")?;
+    SECTIONS.iter().map(|(section, _)| *section).find(|section| *section == word)
+}
+
+/// The person went to an address; one that names no screen changes nothing.
+pub(super) fn go(model: &mut Model, address: &str) -> Vec<Effect> {
+    let Some(tab) = Tab::of_address(address) else { return Vec::new() };
+    let frame = &mut model.frame;
+    frame.tab = tab;
+    frame.operator = tab == Tab::Machine && address.contains("view=operator");
+    frame.named = named(address);
+    frame.section = section(address).unwrap_or(frame.section);
+    let sheet = LabPanel::of_address(address);
+    sheet.map_or_else(Vec::new, |sheet| lab::update(model, LabEvent::Show { sheet }))
+}
+
+/// What is named is shown once it is there.
+pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
+    match model.frame.named {
+        Some(AddressPart::Operation { number }) => {
+            let Some(work) = &model.job.work else { return Vec::new() };
+            let places = edit::of_face(work, work.setup.face);
+            if let Some(at) = number.checked_sub(1).and_then(|index| places.get(index)) {
+                model.job.chosen = *at;
+            }
+        }
+        Some(AddressPart::Second { at_s }) if model.play.playback.is_some() => {
+            play::hold(&mut model.play, at_s);
+            model.frame.named = None;
+            return play::follow(model);
+        }
+        _ => return Vec::new(),
+    }
+    model.frame.named = None;
+    Vec::new()
+}
+
+/// The number of the chosen operation in the list.
+fn chosen(model: &Model) -> Option<usize> {
+    let work = model.job.work.as_ref()?;
+    let places = edit::of_face(work, work.setup.face);
+    places.iter().position(|at| *at == model.job.chosen).map(|index| index + 1)
+}
+
+/// The address of what is on show. While it plays, the second on show is no place to come back to.
+pub fn of(model: &Model) -> String {
+    let frame = &model.frame;
+    let operation = |number: usize| format!("/op/{number}");
+    let second = |at_s: f64| format!("?t={}", (at_s * 100.0).round() / 100.0);
+    let rest = match (frame.tab, frame.named) {
+        (Tab::Cam, Some(AddressPart::Operation { number })) => operation(number),
+        (Tab::Cam, _) => chosen(model).map_or_else(String::new, operation),
+        (Tab::Simulate, Some(AddressPart::Second { at_s })) => second(at_s),
+        (Tab::Simulate, _) if model.play.at_s > 0.0 && !model.play.running => second(model.play.at_s),
+        (Tab::Lab, _) => format!("/{}", model.lab.sheet.word()),
+        (Tab::Settings, _) => format!("/{}", frame.section),
+        (Tab::Machine, _) if frame.operator => "?view=operator".to_owned(),
+        _ => String::new(),
+    };
+    format!("#/{}{rest}", frame.tab.word())
+}

@@ -1,0 +1,93 @@
+//! Addresses by rows: where the person goes, and what the address says then.
+
+use super::story::{Story, work};
+use crate::keys::{Stride, Tab};
+use crate::lab::LabPanel;
+use crate::model::{FrameEvent, JobEvent, Model, PlayEvent, address, update};
+use annulus_core::board::Face;
+
+fn go(model: &mut Model, address: &str) -> String {
+    update(model, FrameEvent::Go { address: address.to_owned() }.into());
+    address::of(model)
+}
+
+#[test]
+fn what_an_address_names_is_on_show_and_named_again() {
+    let mut model = Model::default();
+    let rows = [
+        ("#/draw", "#/draw", Tab::Draw),
+        ("#/board", "#/board", Tab::Board),
+        ("#/settings", "#/settings/machine", Tab::Settings),
+        ("#/settings/rack", "#/settings/rack", Tab::Settings),
+        ("#/settings/nothing", "#/settings/rack", Tab::Settings),
+        ("#/lab/servo", "#/lab/servo", Tab::Lab),
+        ("#/lab", "#/lab/servo", Tab::Lab),
+        ("#/machine?view=operator", "#/machine?view=operator", Tab::Machine),
+        ("#/machine", "#/machine", Tab::Machine),
+        ("#/cam", "#/cam", Tab::Cam),
+        ("#/cam/op/3", "#/cam/op/3", Tab::Cam),
+        ("#/simulate?t=2.5", "#/simulate?t=2.5", Tab::Simulate),
+        ("#/simulate", "#/simulate", Tab::Simulate),
+        ("#nowhere", "#/simulate", Tab::Simulate),
+    ];
+    for (wanted, expected, tab) in rows {
+        assert_eq!((go(&mut model, wanted).as_str(), model.frame.tab), (expected, tab), "{wanted}");
+    }
+    assert_eq!((model.lab.sheet, model.frame.section), (LabPanel::Servo, "rack"));
+}
+
+#[test]
+fn an_operation_has_the_number_that_stands_before_it() {
+    let mut model = Model::default();
+    let mut job = work();
+    job.operations[0].face = Face::Bottom;
+    model.job.open(job);
+    assert_eq!(go(&mut model, "#/cam"), "#/cam/op/1");
+    assert_eq!(model.job.chosen, 1, "the first of the side that is up");
+    assert_eq!(go(&mut model, "#/cam/op/2"), "#/cam/op/2");
+    assert_eq!(model.job.chosen, 2);
+    assert_eq!(go(&mut model, "#/cam/op/9"), "#/cam/op/2", "there is no such one");
+    update(&mut model, JobEvent::Choose { at: 1 }.into());
+    assert_eq!(address::of(&model), "#/cam/op/1");
+}
+
+#[test]
+fn what_is_not_there_yet_is_shown_when_it_is() {
+    let mut story = Story::default();
+    go(&mut story.model, "#/cam/op/3");
+    story.tell("open");
+    story.tell("certain");
+    assert_eq!((story.model.frame.tab, story.model.job.chosen), (Tab::Cam, 2));
+    assert_eq!(address::of(&story.model), "#/cam/op/3");
+    // Without such an address, or where the person went elsewhere, a board is looked at first.
+    for elsewhere in [false, true] {
+        let mut story = Story::default();
+        if elsewhere {
+            go(&mut story.model, "#/cam/op/3");
+            update(&mut story.model, FrameEvent::Show { tab: Tab::Simulate }.into());
+        }
+        story.tell("open");
+        story.tell("certain");
+        assert_eq!((story.model.frame.tab, story.model.job.chosen), (Tab::Board, 0), "{elsewhere}");
+    }
+}
+
+#[test]
+fn a_second_is_shown_once_there_is_a_plan_and_named_while_it_holds() {
+    let mut model = super::play_rows::playing(0.0, 1.0);
+    let playback = model.play.playback.take();
+    assert_eq!(go(&mut model, "#/simulate?t=2.5"), "#/simulate?t=2.5");
+    assert!(model.play.at_s.abs() < 1e-9);
+    model.play.playback = playback;
+    update(&mut model, FrameEvent::Grid.into());
+    let total_s = model.play.total_s();
+    assert!((model.play.at_s - total_s.min(2.5)).abs() < 1e-9 && model.frame.named.is_none());
+    model.play.at_s = 3.456_7;
+    assert_eq!(address::of(&model), "#/simulate?t=3.46");
+    model.play.running = true;
+    assert_eq!(address::of(&model), "#/simulate");
+    update(&mut model, PlayEvent::Step { stride: Stride::Hole { onwards: true } }.into());
+    assert!(!model.play.running);
+    update(&mut model, PlayEvent::Hold { at_s: 0.0 }.into());
+    assert_eq!(address::of(&model), "#/simulate");
+}
