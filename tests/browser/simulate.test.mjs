@@ -90,6 +90,33 @@ test("a graphics card that is lost again and again leaves a flat picture that sa
   }
 });
 
+test("the operations with their times are a menu, and choosing one goes to its beginning", async () => {
+  const { page, context } = await held.opened();
+  try {
+    await show(page, "Simulate");
+    await page.getByRole("checkbox", { name: "Flat picture" }).check();
+    const menu = page.getByRole("combobox", { name: "Operation" });
+    const rows = await until(async () => {
+      const found = await menu.locator("option").allTextContents();
+      return found.length > 2 && found;
+    }, "operations");
+    for (const row of rows) assert.match(row, /^.+, \d+:\d\d to \d+:\d\d$/);
+    const begins = (row) => / (\d+:\d\d) to /.exec(row)[1];
+    await menu.focus();
+    await page.keyboard.press("ArrowDown");
+    await until(async () => (await clock(page)) === begins(rows[1]), "the second one, from its beginning");
+    await menu.selectOption({ index: rows.length - 1 });
+    await until(async () => (await clock(page)) === begins(rows.at(-1)), "the last one");
+    // The one in work is the one that is chosen.
+    await page.getByRole("slider", { name: "Time", exact: true }).focus();
+    await page.keyboard.press("Home");
+    await until(async () => (await menu.evaluate((one) => one.selectedIndex)) === 0, "the first one");
+    assert.deepEqual(await findings(page), []);
+  } finally {
+    await context.close();
+  }
+});
+
 /** Copper on both sides and two holes. */
 function twoSided() {
   const copper = (side) => ({
@@ -135,7 +162,7 @@ test("the side that was done before lies carved under the one that is up", async
 });
 
 /** The picture of the canvas in so many columns and rows: the mean colour of each. */
-async function grid(page, columns = 48, rows = 30) {
+async function grid(page, columns = 96, rows = 60) {
   const shot = (await page.locator("canvas").first().screenshot()).toString("base64");
   const blank = await page.context().newPage();
   try {
@@ -218,8 +245,8 @@ for (const gpu of ["webgl2", "webgpu"]) {
         }
         assert.ok(existsSync(golden), golden);
         const off = distance(last, JSON.parse(readFileSync(golden, "utf8")));
-        // Two interfaces round edges otherwise: a little here and there, nothing anywhere.
-        assert.ok(off.mean < 1.5 && off.most < 40, `${view} by ${gpu}: ${JSON.stringify(off)}`);
+        // In software both interfaces draw alike to the last bit; other versions of them may round an edge otherwise.
+        assert.ok(off.mean < 0.25 && off.most < 12, `${view} by ${gpu}: ${JSON.stringify(off)}`);
         await page.screenshot({ path: picture(`carved-${view}-${gpu}`) });
       }
     } finally {

@@ -8,7 +8,7 @@
 //! Comes in: the playback, the job. Goes out: bands, marks that can be pressed. Does not know the second on show.
 
 use crate::format::clock;
-use crate::i18n::{self, language, say};
+use crate::i18n::{self, language, say, t};
 use crate::model::PlayEvent;
 use crate::page::{Play, open_board, open_job, send};
 use crate::view::Palette;
@@ -16,7 +16,7 @@ use annulus_core::cam::work::{Operation, OperationKind};
 use annulus_core::job::Mark;
 use annulus_core::sim::{Fault, Warning};
 use leptos::ev;
-use leptos::html::{button, div, span};
+use leptos::html::{button, div, label, option, select, span};
 use leptos::prelude::*;
 
 /// A stretch of the time with one operation and one tool.
@@ -87,17 +87,55 @@ fn bands(play: Play) -> Vec<Band> {
     })
 }
 
+/// What people call a stretch: its operation and its tool.
+fn word(band: &Band) -> String {
+    let tool = open_board()
+        .job
+        .with(|job| Some(job.as_ref()?.program.bits.get(band.bit? as usize)?.title(&language())));
+    match (band.operation.and_then(name), tool) {
+        (Some(operation), Some(tool)) => say!("page.simulate.band", operation = operation, tool = tool),
+        (operation, tool) => operation.or(tool).unwrap_or_default(),
+    }
+}
+
+/// The same stretches with their times as a menu, for those who do not see the bands: the one in work stands there, another one that
+/// is chosen is gone to.
+pub(super) fn menu(play: Play) -> impl IntoView {
+    let is_called = |band: &Band| band.operation.is_some() || band.bit.is_some();
+    let all = Memo::new(move |_| bands(play).into_iter().filter(is_called).collect::<Vec<_>>());
+    let now = Memo::new(move |_| {
+        let at_s = play.at_s.get();
+        all.with(|all| all.iter().rposition(|band| band.from_s <= at_s).unwrap_or(0))
+    });
+    let one = move |index: usize, band: &Band| {
+        let (from_s, end_s) = (band.from_s, band.from_s + band.length_s);
+        let words =
+            say!("page.simulate.band_times", band = word(band), from = clock(from_s), end = clock(end_s));
+        option()
+            .attr("value", index.to_string())
+            .prop("selected", move || now.get() == index)
+            .child(words)
+            .into_any()
+    };
+    let options = move || {
+        all.with(|all| all.iter().enumerate().map(|(index, band)| one(index, band)).collect::<Vec<_>>())
+    };
+    let go = move |event| {
+        let index = event_target_value(&event).parse::<usize>().ok();
+        let from_s = index.and_then(|index| all.with_untracked(|all| all.get(index).map(|band| band.from_s)));
+        from_s.into_iter().for_each(|at_s| send(PlayEvent::Hold { at_s }));
+    };
+    label().class("row operation-menu").child((
+        span().class("quiet").child(t!("page.simulate.operation")),
+        select().on(ev::change, go).child(options),
+    ))
+}
+
 /// The bands, as long as their times.
 pub(super) fn shown(play: Play) -> impl IntoView {
     let all = Memo::new(move |_| bands(play));
     let one = move |band: Band| {
-        let tool = open_board()
-            .job
-            .with(|job| Some(job.as_ref()?.program.bits.get(band.bit? as usize)?.title(&language())));
-        let word = match (band.operation.and_then(name), tool) {
-            (Some(operation), Some(tool)) => say!("page.simulate.band", operation = operation, tool = tool),
-            (operation, tool) => operation.or(tool).unwrap_or_default(),
-        };
+        let word = word(&band);
         let colour = band.operation.map(|index| Palette::DARK.operation(index).css());
         let (from_s, end_s) = (band.from_s, band.from_s + band.length_s);
         let now = move || (from_s..end_s).contains(&play.at_s.get());

@@ -18,7 +18,7 @@ pub(crate) use space::in_space;
 use crate::i18n::t;
 use crate::keys::KeyAction;
 use crate::model::PlayEvent;
-use crate::page::send;
+use crate::page::{play, send};
 use leptos::html::div;
 use leptos::prelude::*;
 
@@ -42,6 +42,10 @@ pub(crate) fn simulate() -> impl IntoView {
             .class("bottom timeline")
             .attr("role", "region")
             .attr("aria-label", t!("page.simulate.timeline"))
-            .child((player::controls(), scrub::coarse(), scrub::fine())),
+            .child((
+                player::controls(),
+                scrub::coarse(),
+                div().class("row").child((bands::menu(play()), scrub::fine())),
+            )),
     )
 }

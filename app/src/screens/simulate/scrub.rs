@@ -45,7 +45,7 @@ pub(super) fn fine() -> impl IntoView {
         let total_s = play.total_s();
         ((middle_s.get() - total_s * 0.01).max(0.0), (middle_s.get() + total_s * 0.01).min(total_s))
     };
-    label().class("row").child((
+    label().class("row grow").child((
         span().class("quiet").child(t!("page.simulate.fine_label")),
         div().class("grow").child(slider(play, t!("page.simulate.fine"), range)),
     ))
