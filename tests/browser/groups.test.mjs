@@ -6,7 +6,7 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
-import { atRest, data, downloaded, findings, picture, planned, stand, until } from "./harness.mjs";
+import { atRest, data, downloaded, findings, picture, planned, root, stand, until } from "./harness.mjs";
 
 const { fresh } = stand("none");
 const folder = mkdtempSync(join(tmpdir(), "annulus-groups-"));
@@ -171,6 +171,56 @@ test("of several boards the person chooses one", async () => {
     await until(() => use.isEnabled(), "one board");
     await use.click();
     await until(async () => Number(await data(page, "holes")) === 2, "the holes of one board");
+  } finally {
+    await context.close();
+  }
+});
+
+/** How many pixels of each picture are drawn. */
+const painted = (pictures) =>
+  pictures.evaluateAll((all) =>
+    all.map((one) => {
+      const { data } = one.getContext("2d").getImageData(0, 0, one.width, one.height);
+      return data.filter((value, at) => at % 4 === 3 && value > 0).length;
+    }),
+  );
+
+test("in the review every layer has a picture of its own, and so has the other way to read the numbers", async () => {
+  const { page, context } = await fresh();
+  try {
+    const places = [[10, 10], [20, 10], [30, 15], [12, 22], [25, 24]];
+    const flashes = places.map(([x, y]) => `X${um(x)}Y${um(y)}D03*`).join("\n");
+    const gerber = (name, role, body) => {
+      writeFileSync(join(folder, name), `%FSLAX33Y33*%\n%MOMM*%\n%TF.FileFunction,${role}*%\n%ADD10C,2*%\nD10*\n${body}\nM02*\n`);
+      return join(folder, name);
+    };
+    const edge = "G01*\nX0Y0D02*\nX40000Y0D01*\nX40000Y30000D01*\nX0Y30000D01*\nX0Y0D01*";
+    const digits = (mm) => String(um(mm)).padStart(6, "0");
+    const drilled = `%\nT01\n${places.map(([x, y]) => `X${digits(x)}Y${digits(y)}`).join("\n")}\nM30\n`;
+    writeFileSync(join(folder, "silent.drl"), drilled);
+    const files = [
+      gerber("l-F_Cu.gbr", "Copper,L1,Top", flashes),
+      gerber("l-B_Cu.gbr", "Copper,L2,Bot", flashes),
+      gerber("l-F_Mask.gbr", "Soldermask,Top", flashes),
+      gerber("l-F_Silk.gbr", "Legend,Top", "X5000Y5000D02*\nX35000Y5000D01*"),
+      gerber("l-Edge.gbr", "Profile,NP", edge),
+      join(folder, "silent.drl"),
+      join(root, "tests/data/synthetic/x10-html-error-page.drl"),
+    ];
+    const chooser = page.waitForEvent("filechooser");
+    await page.getByRole("button", { name: "Open files…" }).click();
+    await (await chooser).setFiles(files);
+    await page.getByRole("button", { name: "Use this board" }).waitFor();
+    const row = (name) => page.locator(".review tbody tr").filter({ hasText: name });
+    for (const name of ["l-F_Cu", "l-B_Cu", "l-F_Mask", "l-F_Silk", "l-Edge", "silent.drl"]) {
+      const [drawn] = await painted(row(name).locator("td > canvas.preview"));
+      assert.ok(drawn > 50, `${name}: ${drawn} pixels`);
+    }
+    const rival = row("silent.drl").locator("figure.rival canvas");
+    const [other] = await painted(rival);
+    assert.ok(other > 5, `the other reading: ${other} pixels`);
+    assert.equal(await row("x10-html-error-page.drl").locator("canvas").count(), 0, "what is no layer has none");
+    await page.screenshot({ path: picture("review-thumbnails-1440") });
   } finally {
     await context.close();
   }

@@ -157,7 +157,16 @@ test("with the system's colours buttons that matter are told apart, and no text 
           if (contrast < 4.5) rows.push(`${one.className}: ${style.color} on ${style.backgroundColor}, ${contrast.toFixed(2)}`);
           if (one.classList.contains("stop") && parseFloat(style.borderTopWidth) < 2) rows.push("STOP without a border");
         }
-        return rows;
+        // A dot of colour has an edge that is seen and a word beside it.
+        for (const one of document.querySelectorAll(".swatch, .chip .dot, .layer input[type=color], .lamp i")) {
+          if (!one.checkVisibility()) continue;
+          const style = getComputedStyle(one);
+          const isSeen = parseFloat(style.borderTopWidth) >= 1 && style.borderTopStyle !== "none";
+          const name = `${one.tagName}.${one.className} in ${one.parentElement.className}`;
+          if (!isSeen) rows.push(`${name} without a border`);
+          if (!one.parentElement.textContent.trim() && !one.ariaLabel) rows.push(`${name} without a word`);
+        }
+        return [...new Set(rows)];
       });
       assert.deepEqual(found, [], screen);
     }
