@@ -8,7 +8,7 @@ import { SCREENS, atRest, drillOnly, findings, openLinked, picture, root, show, 
 
 const held = stand("none");
 const { opened } = held;
-/** What sticks out of the window to the right and cannot be scrolled into it. */
+/** What sticks out of the window to the right and cannot be scrolled into it; or out of a dialog to the left. */
 const cutOff = (page) =>
   page.evaluate(() => {
     const found = [];
@@ -16,8 +16,10 @@ const cutOff = (page) =>
     for (const one of document.querySelectorAll("main *, header *, footer *, dialog[open] *")) {
       if (!one.checkVisibility({ visibilityProperty: true }) || one.closest(".unseen")) continue;
       const box = one.getBoundingClientRect();
-      if (box.width > 0 && box.right > innerWidth + 1 && !scrolls(one.parentElement)) {
-        found.push(`${one.tagName}.${one.className} to ${box.right.toFixed(0)} of ${innerWidth}`);
+      const left = one.closest("dialog[open]")?.getBoundingClientRect().left ?? -Infinity;
+      const out = box.left < left - 1 || (box.right > innerWidth + 1 && !scrolls(one.parentElement));
+      if (box.width > 0 && out) {
+        found.push(`${one.tagName}.${one.className} from ${box.left.toFixed(0)} to ${box.right.toFixed(0)} of ${innerWidth}`);
       }
     }
     return found;
@@ -50,6 +52,26 @@ test("nothing is cut off on the right, from a phone to a desktop, in the import 
       await page.screenshot({ path: picture(`review-${width}`) });
     }
     assert.deepEqual(found, []);
+  } finally {
+    await context.close();
+  }
+});
+
+test("every button of the height map is on a phone's screen", async () => {
+  const { page, context } = await opened({ width: 390, height: 844 });
+  try {
+    await show(page, "Machine");
+    await page.getByRole("button", { name: "Operate from this phone" }).click();
+    await page.getByRole("button", { name: "Height map…" }).click();
+    const found = [];
+    for (const width of [320, 390]) {
+      await page.setViewportSize({ width, height: 844 });
+      await atRest(page);
+      found.push(...(await cutOff(page)).map((one) => `${width}: ${one}`));
+      await page.screenshot({ path: picture(`height-map-${width}`) });
+    }
+    assert.deepEqual(found, []);
+    await page.getByRole("dialog").getByRole("button", { name: "Close", exact: true }).click({ timeout: 5000 });
   } finally {
     await context.close();
   }
