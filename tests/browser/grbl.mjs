@@ -138,6 +138,16 @@ export async function startBoard(tools, speed, surface) {
       rmSync(folder, { recursive: true, force: true });
       return dips;
     },
+    /** Turns it off, and leaves what it did to be read. */
+    off: async () => {
+      child.kill("SIGTERM");
+      await ended;
+    },
+    /** Seconds of the board at which an axis made a step, and where it was then, in steps; once it is off. */
+    moves: (axis) => {
+      const edges = readFileSync(at("edges"), "utf8").split("\n").filter(Boolean).map((line) => line.split(" "));
+      return edges.filter(([, own]) => own === axis || own === String("XYZ".indexOf(axis))).map(([cycle, , to]) => [Number(cycle) / 16e6, Number(to)]);
+    },
     kill: () => child.kill("SIGKILL"),
   };
 }
@@ -145,13 +155,19 @@ export async function startBoard(tools, speed, surface) {
 /** The USB number of the bridge chip on many boards. */
 const CH340 = { usbVendorId: 0x1a86, usbProductId: 0x7523 };
 
-/** Gives the pages of `context` a `navigator.serial` with this board at its only port. */
+/**
+ * Gives the pages of `context` a `navigator.serial` with this board at its port. Gives how often that was opened, and what the board
+ * heard. In the page `navigator.serial` can do more than a browser's: `disturb(name)` as a line does, `anew()` makes another object of
+ * the port as a replug does, `strange(info)` adds another port.
+ */
 export async function plugInto(context, board) {
   let port = null;
+  const told = { opens: 0, heard: [] };
   const close = () => (port?.close(), (port = null));
   await context.exposeFunction("boardOpens", () => {
     if (!board.plugged()) return false;
     close();
+    told.opens += 1;
     port = board.port();
     return true;
   });
@@ -160,10 +176,47 @@ export async function plugInto(context, board) {
     const bytes = await port?.read();
     return bytes ? [...bytes] : null;
   });
-  await context.exposeFunction("boardHears", (bytes) => port?.write(bytes));
+  await context.exposeFunction("boardHears", (bytes) => {
+    told.heard.push(...bytes);
+    port?.write(bytes);
+  });
   await context.exposeFunction("boardCloses", close);
-  await context.addInitScript((info) => {
-    const lost = () => new DOMException("The device has been lost.", "NetworkError");
+  await context.addInitScript(standIn, board.usb ?? CH340);
+  return told;
+}
+
+/** Runs in the page. */
+function standIn(usb) {
+  const lost = () => new DOMException("The device has been lost.", "NetworkError");
+  // Bytes that are waited for are those of whoever reads then: none is lost by a disturbance.
+  let waiting = null;
+  const next = () => {
+    if (waiting) return waiting;
+    const own = globalThis.boardReads().finally(() => {
+      if (waiting === own) waiting = null;
+    });
+    return (waiting = own);
+  };
+  /** What disturbs the first read of the port that is opened next. */
+  let early = null;
+  const make = (info) => {
+    let from = null;
+    const stream = () =>
+      new ReadableStream(
+        {
+          start: (to) => void (from = to),
+          async pull(to) {
+            if (early) return port.disturb(early);
+            const bytes = await next();
+            if (from !== to) return;
+            if (bytes) return to.enqueue(Uint8Array.from(bytes));
+            port.readable = null;
+            to.error(lost());
+          },
+          cancel: () => globalThis.boardCloses(),
+        },
+        { highWaterMark: 0 },
+      );
     const port = {
       readable: null,
       writable: null,
@@ -173,18 +226,8 @@ export async function plugInto(context, board) {
         if (!Number.isInteger(baudRate) || !(await globalThis.boardOpens())) {
           throw new DOMException("Failed to open serial port.", "NetworkError");
         }
-        port.readable = new ReadableStream(
-          {
-            async pull(to) {
-              const bytes = await globalThis.boardReads();
-              if (bytes) return to.enqueue(Uint8Array.from(bytes));
-              port.readable = null;
-              to.error(lost());
-            },
-            cancel: () => globalThis.boardCloses(),
-          },
-          { highWaterMark: 0 },
-        );
+        waiting = null;
+        port.readable = stream();
         port.writable = new WritableStream({ write: (bytes) => globalThis.boardHears([...bytes]) });
       },
       async close() {
@@ -192,16 +235,37 @@ export async function plugInto(context, board) {
         await globalThis.boardCloses();
         port.readable = port.writable = null;
       },
-    };
-    const granted = () => sessionStorage.getItem("port granted") !== null;
-    const serial = Object.assign(new EventTarget(), {
-      async requestPort() {
-        if (!navigator.userActivation.isActive) throw new DOMException("Must be handling a user gesture.", "SecurityError");
-        sessionStorage.setItem("port granted", "yes");
-        return port;
+      /** The stream ends with this error, and there is a new one: so it says in the specification of Web Serial. */
+      disturb(name) {
+        const before = from;
+        early = null;
+        port.readable = stream();
+        before.error(new DOMException("The line was disturbed.", name));
       },
-      getPorts: async () => (granted() && (await globalThis.boardPlugged()) ? [port] : []),
-    });
-    Object.defineProperty(navigator, "serial", { value: serial, configurable: true });
-  }, board.usb ?? CH340);
+    };
+    return port;
+  };
+  const granted = () => sessionStorage.getItem("port granted") !== null;
+  let ports = [make(usb)];
+  const strangers = [];
+  const serial = Object.assign(new EventTarget(), {
+    async requestPort() {
+      if (!navigator.userActivation.isActive) throw new DOMException("Must be handling a user gesture.", "SecurityError");
+      sessionStorage.setItem("port granted", "yes");
+      return ports[0];
+    },
+    getPorts: async () => [...strangers, ...(granted() && (await globalThis.boardPlugged()) ? ports : [])],
+    disturb: (name) => (ports[0].readable ? ports[0].disturb(name) : (early = name)),
+    anew: () => (ports = [make(usb)]),
+    /** Another port that this site may use; how often it was opened is counted. */
+    strange(info) {
+      const open = async () => {
+        serial.strange_opens += 1;
+        throw new DOMException("Failed to open serial port.", "NetworkError");
+      };
+      strangers.push({ readable: null, writable: null, getInfo: () => info, open, close: async () => {} });
+    },
+    strange_opens: 0,
+  });
+  Object.defineProperty(navigator, "serial", { value: serial, configurable: true });
 }

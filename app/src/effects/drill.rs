@@ -59,10 +59,13 @@ fn speed() -> f64 {
 pub(super) fn hire(name: &str, port: impl Fn(ForPort) + 'static) -> Option<Drill> {
     let worker = worker::hire(name).ok()?;
     let coming = Coming::default();
-    let answered = Rc::clone(&coming);
+    let (answered, own) = (Rc::clone(&coming), worker.clone());
     let message = Closure::<dyn FnMut(MessageEvent)>::new(move |event: MessageEvent| {
-        if let Some(for_port) = hear(&answered, &event.data()) {
-            port(for_port);
+        let Some(for_port) = hear(&answered, &event.data()) else { return };
+        let is_carried = matches!(for_port, ForPort::Bytes(_));
+        port(for_port);
+        if is_carried {
+            let _ = own.post_message(&false.into());
         }
     });
     let error = Closure::<dyn FnMut(ErrorEvent)>::new(|event: ErrorEvent| {

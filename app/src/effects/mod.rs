@@ -102,6 +102,7 @@ fn run(running: &Running, effect: Effect) {
         Effect::ConnectController => line.connect_controller(),
         Effect::LeavePort => line.leave_port(),
         Effect::KeepController { on } => session::keep_controller(on),
+        Effect::KeepBoard { greeting } => session::keep_board(&greeting),
         Effect::Guard { on } => line.serial.guard(on),
         Effect::HoldPort => line.serial.hold(),
         Effect::Send { text } => line.send(&text),

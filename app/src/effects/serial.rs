@@ -16,17 +16,19 @@ use crate::model::{ControllerEvent, LinkEvent, Support};
 use crate::page::send;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_drill::adapter::USB;
-use js_sys::{Array, Object, Reflect, Uint8Array};
+use js_sys::{Array, Object, Promise, Reflect, Uint8Array};
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use wasm_bindgen::prelude::*;
-use wasm_bindgen_futures::spawn_local;
+use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{Event, Worker};
 
 /// Speeds that are tried, in their order: most boards have the first.
 const BITS_PER_S: [u32; 4] = [115_200, 57_600, 9_600, 250_000];
 /// The feed hold of the whole family.
 const HOLD: u8 = b'!';
+/// The name of the error of a port that is gone; every other one is a disturbance of the line, after which it can be read again.
+const GONE: &str = "NetworkError";
 
 #[wasm_bindgen]
 extern "C" {
@@ -75,7 +77,7 @@ extern "C" {
     #[derive(Clone)]
     type Writer;
     #[wasm_bindgen(method, catch)]
-    async fn write(this: &Writer, bytes: &Uint8Array) -> Result<JsValue, JsValue>;
+    fn write(this: &Writer, bytes: &Uint8Array) -> Result<Promise, JsValue>;
     #[wasm_bindgen(method, js_name = releaseLock)]
     fn release_writer(this: &Writer);
 }
@@ -85,6 +87,17 @@ struct Open {
     port: Port,
     reader: Reader,
     writer: Writer,
+    /// How often it was disturbed.
+    disturbed: u32,
+}
+
+/// Which port is the one that this page is to have.
+enum Found {
+    /// This one; whether it is the very one that the person chose, or only the same by its USB number.
+    One(Port, bool),
+    Nobody,
+    /// There are several that it may be.
+    Several,
 }
 
 /// The port whose bytes this page carries.
@@ -101,11 +114,21 @@ pub(super) struct Serial {
     waits: RefCell<Option<Worker>>,
 }
 
+/// What a port says by its USB number of what is there: vendor and product.
+fn usb(port: &Port) -> [Option<f64>; 2] {
+    let info = port.info();
+    ["usbVendorId", "usbProductId"]
+        .map(|name| Reflect::get(&info, &name.into()).ok().and_then(|number| number.as_f64()))
+}
+
+/// The same in words.
+fn usb_words(port: &Port) -> String {
+    usb(port).map(|number| number.map_or_else(|| "-".to_owned(), |number| number.to_string())).join(":")
+}
+
 /// Whether what is at a port says by its USB number that it is an adapter.
 fn is_adapter(port: &Port) -> bool {
-    let info = port.info();
-    let number = |name: &str| Reflect::get(&info, &name.into()).ok().and_then(|number| number.as_f64());
-    [number("usbVendorId"), number("usbProductId")] == [Some(f64::from(USB.0)), Some(f64::from(USB.1))]
+    usb(port) == [Some(f64::from(USB.0)), Some(f64::from(USB.1))]
 }
 
 fn ports() -> Option<Ports> {
@@ -145,7 +168,7 @@ async fn known() -> Vec<Port> {
 /// Tells the model what there is, before the line begins; and later whether a port is known.
 pub(super) fn begin() {
     let support = support();
-    tell(ControllerEvent::Looked { support, kept: session::had_controller() });
+    tell(ControllerEvent::Looked { support, kept: session::had_controller(), before: session::kept_board() });
     if support == Support::Yes {
         spawn_local(async { tell(ControllerEvent::Known { any: !known().await.is_empty() }) });
     }
@@ -258,9 +281,11 @@ impl Serial {
 
     fn put(&self, bytes: &Uint8Array) {
         let Some(writer) = self.open.borrow().as_ref().map(|open| open.writer.clone()) else { return };
-        let bytes = bytes.clone();
-        // One that fails is one whose port is gone: reading says so.
-        spawn_local(async move { drop(writer.write(&bytes).await) });
+        // Written at once: a page that is being left comes to nothing later. One that fails is one whose port is gone: reading says so.
+        if let Ok(written) = writer.write(bytes) {
+            let written = JsFuture::from(written);
+            spawn_local(async move { drop(written.await) });
+        }
     }
 
     /// Lets go of the port that is open.
@@ -272,12 +297,23 @@ impl Serial {
         let _ = open.port.close().await;
     }
 
-    /// The port that was chosen, while it is there; else one that is known.
-    async fn find(&self) -> Option<Port> {
-        let known = known().await;
+    /// The port that was chosen, while it is there. Else one with its USB number: plugged in again, or after a reload, it may be another
+    /// object. Where nobody chose one in this tab, the one that is known.
+    async fn find(&self) -> Found {
+        let mut known = known().await;
         let chosen = self.chosen.borrow().clone();
-        let here = chosen.filter(|chosen| known.iter().any(|port| Object::is(port, chosen)));
-        here.or_else(|| known.into_iter().next())
+        let very = chosen.as_ref().and_then(|chosen| known.iter().position(|port| Object::is(port, chosen)));
+        if let Some(at) = very {
+            return Found::One(known.swap_remove(at), true);
+        }
+        if let Some(before) = chosen.as_ref().map(usb_words).or_else(session::kept_port) {
+            known.retain(|port| usb_words(port) == before);
+        }
+        match (known.pop(), known.is_empty()) {
+            (None, _) => Found::Nobody,
+            (Some(port), true) => Found::One(port, false),
+            (Some(_), false) => Found::Several,
+        }
     }
 
     /// The adapter whose cable was pulled; one that the browser takes for another only where there is no second.
@@ -297,12 +333,17 @@ impl Serial {
     /// Carries bytes from the port to the worker until the port is gone, or nobody wants them any more.
     async fn carry(&self, worker: Worker, count: u32) {
         self.close().await;
-        let Some(port) = self.find().await else { return send(LinkEvent::Closed) };
+        let found = self.find().await;
         if self.count.get() != count {
             return;
         }
+        let (port, very) = match found {
+            Found::One(port, very) => (port, very),
+            Found::Nobody => return send(LinkEvent::Closed),
+            Found::Several => return tell(ControllerEvent::Several),
+        };
         let adapter = is_adapter(&port);
-        let reader = match self.open(port).await {
+        let mut reader = match self.open(port).await {
             Ok(reader) => reader,
             Err(error) => {
                 return tell(ControllerEvent::Failed { why: failed("serial.not_opened", &error) });
@@ -311,15 +352,26 @@ impl Serial {
         if self.count.get() != count {
             return self.close().await;
         }
-        tell(ControllerEvent::Opened { adapter });
+        tell(ControllerEvent::Opened { adapter, very });
         if adapter {
             drill::begin_adapter(&worker);
         } else {
             drill::begin(&worker);
         }
-        while let Ok(read) = reader.read().await {
-            let done = Reflect::get(&read, &"done".into()).is_ok_and(|done| done.is_truthy());
-            if done || self.count.get() != count {
+        loop {
+            let read = reader.read().await;
+            if self.count.get() != count {
+                break;
+            }
+            let read = match read {
+                Ok(read) => read,
+                Err(error) => {
+                    let Some(again) = self.read_anew(&error) else { break };
+                    reader = again;
+                    continue;
+                }
+            };
+            if Reflect::get(&read, &"done".into()).is_ok_and(|done| done.is_truthy()) {
                 break;
             }
             if let Ok(bytes) = Reflect::get(&read, &"value".into()) {
@@ -333,6 +385,22 @@ impl Serial {
         }
     }
 
+    /// A disturbance ends what is read, and not the port: another reader goes on. None where the port is gone.
+    fn read_anew(&self, error: &JsValue) -> Option<Reader> {
+        let kind = name_of(error, "name");
+        let (reader, times) = {
+            let mut open = self.open.borrow_mut();
+            let open = open.as_mut().filter(|_| kind != GONE)?;
+            let stream = open.port.readable()?;
+            open.reader.release_lock();
+            open.reader = stream.get_reader().ok()?;
+            open.disturbed = open.disturbed.saturating_add(1);
+            (open.reader.clone(), open.disturbed)
+        };
+        tell(ControllerEvent::Disturbed { kind, times });
+        Some(reader)
+    }
+
     async fn open(&self, port: Port) -> Result<Reader, JsValue> {
         let options = Object::new();
         let bits_per_s = BITS_PER_S[self.speed.get()];
@@ -343,7 +411,8 @@ impl Serial {
         let reader = port.readable().ok_or_else(missing)?.get_reader()?;
         let writer = port.writable().ok_or_else(missing)?.get_writer()?;
         self.chosen.replace(Some(port.clone()));
-        self.open.replace(Some(Open { port, reader: reader.clone(), writer }));
+        session::keep_port(&usb_words(&port));
+        self.open.replace(Some(Open { port, reader: reader.clone(), writer, disturbed: 0 }));
         Ok(reader)
     }
 }

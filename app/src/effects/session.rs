@@ -75,6 +75,35 @@ pub(super) fn keep_controller(on: bool) {
     }
 }
 
+/// The USB number of the port that this tab had last.
+const PORT: &str = "annulus.port";
+/// How the board behind it greeted.
+const BOARD: &str = "annulus.board";
+
+/// Keeps which port this tab has, by its USB number.
+pub(super) fn keep_port(usb: &str) {
+    if let Some(storage) = tab_storage() {
+        let _ = storage.set_item(PORT, usb);
+    }
+}
+
+/// The USB number of the port that this tab had last.
+pub(super) fn kept_port() -> Option<String> {
+    tab_storage()?.get_item(PORT).ok()?
+}
+
+/// Keeps how the board greeted that this tab has.
+pub(super) fn keep_board(greeting: &str) {
+    if let Some(storage) = tab_storage() {
+        let _ = storage.set_item(BOARD, greeting);
+    }
+}
+
+/// How the board greeted that this tab had last.
+pub(super) fn kept_board() -> Option<String> {
+    tab_storage()?.get_item(BOARD).ok()?
+}
+
 /// Forgets it: the bridge does not know it any more.
 pub(super) fn forget() {
     if let Some(storage) = tab_storage() {

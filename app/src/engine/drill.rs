@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Comes in: what the page posts: first the speed, or `true` where an adapter is at the port; then frames as text, `[number, key]` and
-//! `[number, key, bytes]` for programs, bytes of the port, `null` when that is gone, `true` when it is there again. Goes out: bytes for the port; frames as text; `[number, reason, bytes]` for programs; `true`
+//! `[number, key, bytes]` for programs, bytes of the port, `false` when bytes for it were handed to it, `null` when it is gone, `true` when it is there again. Goes out: bytes for the port; frames as text; `[number, reason, bytes]` for programs; `true`
 //! where nothing is kept, `false` where nobody answers at the port, `null` when it is over. Does not know what a frame says.
 
 use super::files::{self, Store};
@@ -200,6 +200,9 @@ fn hear(room: &Shared, data: JsValue) {
         let Some(served) = &mut room.served else { return room.early.push(data) };
         match (data.as_string(), served) {
             (Some(text), served) => served.hear(&text),
+            (None, Served::Controller(station)) if data.as_bool() == Some(false) => station.carried(),
+            // An adapter says itself what it has.
+            (None, _) if data.as_bool() == Some(false) => return,
             (None, Served::Controller(station)) if data.is_null() => station.unplugged(),
             (None, Served::Controller(station)) if data.is_instance_of::<Uint8Array>() => {
                 station.bytes(Uint8Array::new(&data).to_vec());

@@ -82,6 +82,11 @@ pub enum Effect {
         /// It has one.
         on: bool,
     },
+    /// Keep over a reload how the board greeted that this tab has.
+    KeepBoard {
+        /// What it said of itself, as one text.
+        greeting: String,
+    },
     /// Have the browser ask before the page is left, or not.
     Guard {
         /// It asks.

@@ -56,6 +56,19 @@ pub struct Controller {
     pub who: Option<Arc<Who>>,
     /// The browser asks before the page is left.
     guarded: bool,
+    /// The port is the very one that the person chose.
+    very: bool,
+    /// How the board greeted that this tab had last.
+    before: Option<String>,
+    /// That its line is disturbed was said since the port was opened.
+    disturbed: bool,
+}
+
+impl Who {
+    /// What a board says of itself, by which it is known again.
+    fn greeting(&self) -> String {
+        format!("{} {} {:?}", self.flavour, self.version, self.values)
+    }
 }
 
 impl Controller {
@@ -79,6 +92,8 @@ pub enum ControllerEvent {
         support: Support,
         /// This tab had a controller when it was loaded last, and did not let go of it.
         kept: bool,
+        /// How the board greeted that it had last.
+        before: Option<String>,
     },
     /// Which ports a person let this page use is known.
     Known {
@@ -96,6 +111,17 @@ pub enum ControllerEvent {
     Opened {
         /// A USB step adapter is there, by its number.
         adapter: bool,
+        /// It is the very port that the person chose, and not only one like it.
+        very: bool,
+    },
+    /// Which of several ports is the one of before the browser does not say.
+    Several,
+    /// What came over the line was disturbed, and the port is open all the same.
+    Disturbed {
+        /// What the browser calls it.
+        kind: String,
+        /// How often that was since the port was opened.
+        times: u32,
     },
     /// The port could not be chosen or opened, or nobody answers.
     Failed {
@@ -117,8 +143,9 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
     let busy = model.link.busy();
     let controller = &mut model.link.controller;
     match event {
-        ControllerEvent::Looked { support, kept } => {
+        ControllerEvent::Looked { support, kept, before } => {
             (controller.support, controller.chosen) = (support, kept && support == Support::Yes);
+            controller.before = before;
             Vec::new()
         }
         ControllerEvent::Known { any } => {
@@ -128,8 +155,14 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
         ControllerEvent::Wanted { .. } if controller.support != Support::Yes || busy => Vec::new(),
         ControllerEvent::Wanted { ask: true } => vec![Effect::ChoosePort],
         ControllerEvent::Wanted { ask: false } | ControllerEvent::Chosen => turn_to(model, true),
-        ControllerEvent::Opened { adapter } => {
-            controller.is_adapter = adapter;
+        ControllerEvent::Opened { adapter, very } => {
+            (controller.is_adapter, controller.very, controller.disturbed) = (adapter, very, false);
+            Vec::new()
+        }
+        ControllerEvent::Several if controller.chosen => is_to_choose(model, "serial.several"),
+        ControllerEvent::Several => Vec::new(),
+        ControllerEvent::Disturbed { kind, times } => {
+            disturbed(&mut model.link, &kind, times);
             Vec::new()
         }
         ControllerEvent::Failed { why } if controller.chosen => {
@@ -162,6 +195,39 @@ pub(super) fn update(model: &mut Model, event: ControllerEvent) -> Vec<Effect> {
     }
 }
 
+/// A board said who it is. Behind another port than the one that the person chose only the board of before is spoken with.
+pub(super) fn greeted(model: &mut Model, who: Who) -> Vec<Effect> {
+    let (controller, greeting) = (&mut model.link.controller, who.greeting());
+    let is_other = controller.before.as_ref().is_some_and(|before| *before != greeting);
+    if is_other && !controller.very {
+        return is_to_choose(model, "serial.other_board");
+    }
+    controller.who = Some(Arc::new(who));
+    if controller.before.as_ref() == Some(&greeting) {
+        return Vec::new();
+    }
+    controller.before = Some(greeting.clone());
+    vec![Effect::KeepBoard { greeting }]
+}
+
+/// Which board it is to be only the person can say.
+fn is_to_choose(model: &mut Model, code: &str) -> Vec<Effect> {
+    let effects = turn_to(model, false);
+    model.link.refused = Some(Diagnostic::error(code));
+    effects
+}
+
+/// Says once that the line is disturbed, and counts while that is read. At a wrong speed a line is nothing but disturbance: nothing is
+/// said before somebody is there.
+fn disturbed(link: &mut Link, kind: &str, times: u32) {
+    const CODE: &str = "serial.disturbed";
+    let is_there = link.controller.who.is_some() || link.controller.is_adapter;
+    let is_read = link.refused.as_ref().is_some_and(|why| why.code == CODE);
+    if is_there && (is_read || !std::mem::replace(&mut link.controller.disturbed, true)) {
+        link.refused = Some(Diagnostic::warning(CODE).with("kind", kind).with("times", times));
+    }
+}
+
 /// The machine of the page is another one from now on: what was told of the one before is forgotten.
 fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     let before = std::mem::take(&mut model.link);
@@ -171,6 +237,7 @@ fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     let (session, log) = (before.session, before.log);
     model.link = Link { phase, session, log, controller, ..Link::default() };
     model.start.preflight = None;
+    second_side::forget(&mut model.second_side);
     let mut effects = vec![Effect::KeepController { on: chosen }];
     if !chosen {
         effects.push(Effect::LeavePort);
@@ -188,4 +255,3 @@ pub(in crate::model) fn follow(model: &mut Model) -> Option<Effect> {
     let changed = std::mem::replace(&mut model.link.controller.guarded, on) != on;
     changed.then_some(Effect::Guard { on })
 }
-    second_side::forget(&mut model.second_side);

@@ -2,7 +2,7 @@
 //!
 //! Comes in: a [`Tell`]. Goes out: what is shown, and answers that are due at once. Does not know how it travelled.
 
-use super::controller::Who;
+use super::controller::{self, Who};
 use super::{
     Armed, Control, Interrupted, JobEnded, Link, LinkPhase, MachineQueue, Noted, ask, claim, ping_if_due,
     stop,
@@ -148,6 +148,9 @@ fn told(model: &mut Model, status: Status) {
     }
     if link.log.is_news(&status) {
         Arc::make_mut(&mut link.log).seen(model.clock.wall_ms, &status);
+    }
+    if link.status.as_ref().and_then(|before| before.other_firmware) != status.other_firmware {
+        link.other_firmware = status.other_firmware;
     }
     link.status = Some(Arc::new(status));
 }

@@ -92,6 +92,55 @@ fn what_is_known_is_of_the_machine_that_is_spoken_with() {
 }
 
 #[test]
+fn behind_another_port_only_the_board_of_before_is_spoken_with() {
+    let said = |line: &Line| {
+        let refused = line.model.link.refused.as_ref().map_or("", |why| why.code.as_str());
+        format!("{} | {} | {refused}", line.phase(), line.out())
+    };
+    let left = "keep-controller:false leave-port";
+    compare(
+        &[
+            ("mill closed plugged opened-like-it challenge welcome who", "open |  | "),
+            (
+                "mill closed plugged opened-like-it challenge welcome who-else",
+                &format!("connecting | {left} connect | serial.other_board"),
+            ),
+            // What the person chose is what it is to be.
+            ("mill closed plugged opened challenge welcome who-else", "open | keep-board | "),
+            ("mill let-go chosen opened challenge welcome who-else", "open | keep-board | "),
+            // Over a reload.
+            ("serial-kept begin opened-like-it challenge welcome who", "open | keep-board | "),
+            (
+                "serial-other-kept begin opened-like-it challenge welcome who",
+                &format!("unpaired | {left} | serial.other_board"),
+            ),
+            ("serial begin chosen several", &format!("unpaired | {left} | serial.several")),
+            ("serial begin several", "unpaired |  | "),
+        ],
+        said,
+    );
+}
+
+#[test]
+fn a_disturbed_line_is_said_once_and_counted_while_that_is_read() {
+    compare(
+        &[
+            ("mill opened disturbed", "1"),
+            ("mill opened disturbed disturbed-again", "2"),
+            ("mill opened disturbed close:refused disturbed-again", ""),
+            ("mill opened disturbed close:refused closed plugged opened disturbed", "1"),
+            // At the wrong speed, before anybody is there.
+            ("serial begin chosen opened disturbed", ""),
+            ("serial begin chosen adapter disturbed", "1"),
+        ],
+        |line| {
+            let why = line.model.link.refused.as_ref().filter(|why| why.code == "serial.disturbed");
+            why.map_or_else(String::new, |why| why.argument(&["times"]).unwrap_or_default().to_owned())
+        },
+    );
+}
+
+#[test]
 fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_is() {
     compare(
         &[

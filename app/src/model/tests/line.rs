@@ -16,7 +16,8 @@ use annulus_core::level::ProbeGrid;
 use annulus_core::machine::Value;
 use annulus_core::units::Length;
 use annulus_core::wire::{
-    Ask, HeightMapReport, MissingReport, Paired, PreflightRow, RowVerdict, Status, Tell, program,
+    Ask, HeightMapReport, MissingReport, OtherFirmware, Paired, PreflightRow, RowVerdict, Status, Tell,
+    program,
 };
 use std::sync::Arc;
 
@@ -81,6 +82,7 @@ fn word(effect: &Effect) -> String {
         Effect::ConnectController => "connect-controller".to_owned(),
         Effect::LeavePort => "leave-port".to_owned(),
         Effect::KeepController { on } => format!("keep-controller:{on}"),
+        Effect::KeepBoard { .. } => "keep-board".to_owned(),
         Effect::Guard { on } => format!("guard:{on}"),
         Effect::HoldPort => "hold-port".to_owned(),
         Effect::Upload { .. } => "upload".to_owned(),
@@ -136,14 +138,22 @@ fn map() -> HeightMapReport {
 
 fn controller_event(word: &str) -> Option<ControllerEvent> {
     Some(match word {
-        "serial" => ControllerEvent::Looked { support: Support::Yes, kept: false },
-        "serial-kept" => ControllerEvent::Looked { support: Support::Yes, kept: true },
-        "no-serial" => ControllerEvent::Looked { support: Support::Missing, kept: true },
+        "serial" => ControllerEvent::Looked { support: Support::Yes, kept: false, before: None },
+        "serial-kept" => ControllerEvent::Looked { support: Support::Yes, kept: true, before: None },
+        "serial-other-kept" => {
+            ControllerEvent::Looked { support: Support::Yes, kept: true, before: Some("another".to_owned()) }
+        }
+        "no-serial" => ControllerEvent::Looked { support: Support::Missing, kept: true, before: None },
         "port-known" => ControllerEvent::Known { any: true },
         "want" => ControllerEvent::Wanted { ask: true },
         "want-known" => ControllerEvent::Wanted { ask: false },
         "chosen" => ControllerEvent::Chosen,
-        "adapter" => ControllerEvent::Opened { adapter: true },
+        "adapter" => ControllerEvent::Opened { adapter: true, very: true },
+        "opened" => ControllerEvent::Opened { adapter: false, very: true },
+        "opened-like-it" => ControllerEvent::Opened { adapter: false, very: false },
+        "several" => ControllerEvent::Several,
+        "disturbed" => ControllerEvent::Disturbed { kind: "FramingError".to_owned(), times: 1 },
+        "disturbed-again" => ControllerEvent::Disturbed { kind: "FramingError".to_owned(), times: 2 },
         "port-failed" => ControllerEvent::Failed { why: Diagnostic::error("serial.not_opened") },
         "other-speed" => ControllerEvent::OtherSpeed,
         "plugged" => ControllerEvent::Plugged,
@@ -291,6 +301,7 @@ impl Line {
             "close:ousted" => close(Notice::Ousted),
             "close:ended" => close(Notice::Ended),
             "close:stop" => close(Notice::Stop),
+            "close:firmware" => close(Notice::OtherFirmware),
             _ => return None,
         })
     }
@@ -320,6 +331,11 @@ impl Line {
                 tell(Tell::Challenge { proto: 1, min: 1, bridge: String::new(), nonce: "00".to_owned() })
             }
             "welcome" => tell(Tell::Welcome { viewer: 1 }),
+            "other-firmware" | "newer-firmware" => {
+                let found = if word == "other-firmware" { 0xA } else { 0xB };
+                let other_firmware = Some(OtherFirmware { found, wanted: 0xC });
+                tell(Tell::Status(Box::new(Status { other_firmware, ..status(State::Ready, None) })))
+            }
             "unknown" => refused("socket.session"),
             "refused" => refused("control.busy"),
             "taken" => refused("control.taken"),
@@ -341,7 +357,7 @@ impl Line {
                 toolpaths_total: 0,
             }),
             "machine" | "machine-same" => machine("f"),
-            "who" => tell(Tell::Controller {
+            "who" | "who-else" => tell(Tell::Controller {
                 flavour: "GRBL".to_owned(),
                 version: "1.1h".to_owned(),
                 values: vec![(110, if word == "who" { 5_000.0 } else { 4_000.0 })],
