@@ -1,10 +1,7 @@
 //! Sees to it that the folder of the built page exists, so that the bridge also compiles before the page was built. A released
-//! bridge carries the page within it and is built anew with it; any other reads it from its folder. Tells the bridge which firmware of
-//! the USB step adapter belongs to it.
+//! bridge carries the page within it and is built anew with it; any other reads it from its folder.
 
 use std::path::Path;
-
-include!("firmware/sources.rs");
 
 fn main() -> std::io::Result<()> {
     let page = Path::new(env!("CARGO_MANIFEST_DIR")).join("../target/www");
@@ -12,7 +9,5 @@ fn main() -> std::io::Result<()> {
     let carried = std::env::var("PROFILE").is_ok_and(|profile| profile == "release");
     let watched = if carried { page } else { "build.rs".into() };
     println!("cargo:rerun-if-changed={}", watched.display());
-    let firmware = Path::new(env!("CARGO_MANIFEST_DIR")).join("firmware");
-    println!("cargo:rustc-env=ANNULUS_FIRMWARE_SOURCES={}", firmware_sources(&firmware));
     Ok(())
 }

@@ -1,4 +1,4 @@
-// Which sources a firmware is made of, as one number. Read by the build scripts of the firmware, which says it, and of the bridge, which
+// Which sources a firmware is made of, as one number. Read by the build scripts of the firmware, which says it, and of the drill, which
 // compares. Comes in: the folder of the firmware. Goes out: CRC-32C of its sources, those of the link among them.
 
 fn firmware_sources(base: &std::path::Path) -> u32 {

@@ -1,11 +1,19 @@
 //! `annulus firmware flash`: what it refuses, and what it copies. The disk of a board is a folder here; a person is a terminal.
 
 use crate::server::client::{Running, annulus, output};
+use annulus_link::adapter::{Adapter, Inputs};
+use annulus_link::frame::ON_LINE;
+use annulus_link::message::Welcome;
+use annulus_link::store::Store;
 use serde_json::Value;
 use serialport::{SerialPort, TTYPort};
 use std::fs::{self, File};
-use std::io::Write;
+use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
 use tempfile::TempDir;
 
 /// A firmware of one block.
@@ -38,13 +46,18 @@ impl Desk {
 
     /// Somebody types `word` in a terminal: exit code, and the code of the refusal.
     fn typed(&self, word: &str, disk: &Path) -> (i32, Value) {
+        self.flashed(word, disk, &["--no-wait"])
+    }
+
+    /// The same with other arguments.
+    fn flashed(&self, word: &str, disk: &Path, more: &[&str]) -> (i32, Value) {
         let (mut person, terminal) = TTYPort::pair().unwrap();
         let name = terminal.name().unwrap();
         let input = File::options().read(true).write(true).open(name).unwrap();
         let file = self.file.display().to_string();
         let named = disk.display().to_string();
-        let arguments = ["firmware", "flash", &file, "--disk", &named, "--no-wait", "--json"];
-        let mut command = annulus(&self.home, &arguments);
+        let arguments = ["firmware", "flash", &file, "--disk", &named, "--json"];
+        let mut command = annulus(&self.home, &[&arguments[..], more].concat());
         writeln!(person, "{word}").unwrap();
         let output = command.stdin(input).output().unwrap();
         let object: Value = serde_json::from_slice(&output.stdout).unwrap_or_default();
@@ -58,6 +71,46 @@ impl Desk {
 
 fn code(object: &Value) -> &str {
     object["error"]["code"].as_str().unwrap_or_default()
+}
+
+/// An adapter that came back with some firmware, at a port.
+struct CameBack {
+    name: String,
+    ends: Arc<AtomicBool>,
+    thread: Option<JoinHandle<()>>,
+    _theirs: TTYPort,
+}
+
+impl CameBack {
+    fn with(firmware: u32) -> Self {
+        let (mut own, theirs) = TTYPort::pair().unwrap();
+        own.set_timeout(Duration::from_millis(5)).unwrap();
+        let ends = Arc::new(AtomicBool::new(false));
+        let over = Arc::clone(&ends);
+        let thread = thread::spawn(move || {
+            let (mut store, since) = (Box::<Store>::default(), Instant::now());
+            let mut adapter = Adapter::new(Welcome { firmware, ..Welcome::default() }, &mut store);
+            let (mut bytes, mut line) = ([0; 1024], [0; ON_LINE]);
+            while !over.load(Ordering::SeqCst) {
+                let count = own.read(&mut bytes).unwrap_or(0);
+                let now_us = since.elapsed().as_micros() as u32;
+                bytes[..count].iter().for_each(|byte| adapter.hear(*byte, now_us));
+                while adapter.obey_next() {}
+                adapter.attend(Inputs::default(), now_us);
+                while let Some(length) = adapter.tell(now_us, &mut line) {
+                    let _ = own.write_all(&line[..length]);
+                }
+            }
+        });
+        Self { name: theirs.name().unwrap(), ends, thread: Some(thread), _theirs: theirs }
+    }
+}
+
+impl Drop for CameBack {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::SeqCst);
+        let _ = self.thread.take().map(JoinHandle::join);
+    }
 }
 
 #[test]
@@ -105,4 +158,22 @@ fn nothing_is_touched_while_a_bridge_runs() {
     let (exit, object) = desk.typed("FLASH", &desk.disk);
     assert_eq!((exit, code(&object)), (3, "firmware.bridge_runs"));
     assert!(!desk.is_written());
+}
+
+#[test]
+fn whoever_comes_back_is_asked_which_firmware_it_has_now() {
+    let desk = Desk::new();
+    for (firmware, exit, wanted) in [(0x1234_5678, 0, ""), (0x1234_5679, 3, "firmware.not_taken")] {
+        let adapter = CameBack::with(firmware);
+        let found = desk.flashed("FLASH", &desk.disk, &["--port", &adapter.name]);
+        assert_eq!((found.0, code(&found.1)), (exit, wanted), "{}", found.1);
+        assert!(desk.is_written());
+        if exit == 0 {
+            assert_eq!(found.1["firmware"], "12345678");
+            assert_eq!(found.1["port"], adapter.name.as_str());
+        } else {
+            let said = found.1["error"]["message"].as_str().unwrap();
+            assert!(said.contains("12345679") && said.contains("12345678"), "{said}");
+        }
+    }
 }

@@ -282,3 +282,27 @@ fn gates_end_a_move_and_guards_stop_it() {
     let none = run(&machine, &seek, vec![], already, 0);
     assert_eq!((none.outcome, none.line.position), (Outcome::Gated(Steps::default()), Steps::default()));
 }
+
+#[test]
+fn on_the_way_to_a_sensor_no_step_comes_after_an_edge_where_the_motor_may_stand() {
+    let mut machine = virtual_drill();
+    // At 160 steps a second it may stand at once, at 12,000 it has to brake.
+    for (speed_mm_per_s, beyond) in [(2.0, 0..=0), (150.0, 100..=510)] {
+        machine.x.max_speed_mm_per_s = speed_mm_per_s;
+        let mut seek = travel(&machine, [-4_000, 0]);
+        let input = Input::XMin;
+        let gate = Gate { input, deadline_us: 60_000_000, otherwise: Otherwise::Alarm };
+        seek.gate = Some(gate);
+        let ticks: Vec<u64> = replay(&seek).map(|pulse| pulse.tick).collect();
+        // A motor needs time for its step: the switch closes between two of them.
+        let made = ticks.len() / 2;
+        let edge = (ticks[made - 1] + ticks[made]) / 2;
+        let pins = Recorder { script: vec![(edge, input.bit())], ..Recorder::default() };
+        let played = run(&machine, &seek, vec![], pins, 0);
+        let Outcome::Gated(at) = played.outcome else { panic!("{:?}", played.outcome) };
+        assert_eq!(at[0], -(made as i64), "where the edge was seen, at {speed_mm_per_s} mm/s");
+        let more = at[0] - played.line.position[0];
+        assert!(beyond.contains(&more), "{more} steps after it at {speed_mm_per_s} mm/s");
+        assert_eq!(played.pins.position, played.line.position);
+    }
+}

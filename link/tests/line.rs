@@ -401,6 +401,39 @@ fn a_path_is_not_begun_before_all_of_its_tail_is_here() {
 }
 
 #[test]
+fn of_a_path_that_is_refused_the_first_reason_stays_until_it_begins_anew() {
+    let mut world = World::new(27, 0.0);
+    world.begin();
+    let steady = [Run { count: 4_000, ..Run::one(true, 1_000) }];
+    let mut cutter = ChunkCutter::new([&steady, &[], &[], &[]], 4_000_000, 0, [0; AXES]);
+    let rule = Rule { ticks: 20_000, ..Rule::resting_within(100_000) };
+    let mut pieces = std::array::from_fn::<Piece, 8, _>(|_| cutter.cut(&rule).unwrap());
+    pieces[5].head.ticks = annulus_link::chunk::LONGEST + 1;
+    let numbers = pieces.each_ref().map(|piece| world.offer(piece).unwrap());
+    world.until(|world| world.sender.pending() == 0);
+    let reason = |status: Status| (status.refusal, status.refused, status.chunk);
+    let first = (Refusal::Counts, numbers[5], 5);
+    assert_eq!(reason(world.status.unwrap()), first, "those behind it have gaps before them");
+    assert_eq!(world.say(Begin {}).state, State::Running);
+    // It runs dry, and more comes that was on its way.
+    world.until(|world| world.status.unwrap().state == State::Starved);
+    world.offer(&pieces[6]).unwrap();
+    world.until(|world| world.sender.pending() == 0);
+    assert_eq!(
+        reason(world.status.unwrap()),
+        first,
+        "in no state for it, but that is not why it is not whole"
+    );
+    assert_eq!(world.say(Configure { pulse: 1, ..SETTINGS }).refusal, Refusal::State, "what else is told of");
+    assert_eq!(world.say(Clear {}).state, State::Ready);
+    assert_eq!(world.say(Begin {}).refusal, Refusal::State, "there is no path");
+    assert_eq!(world.say(Configure { pulse: 1, ..SETTINGS }).refusal, Refusal::Settings);
+    world.offer(&pieces[6]).unwrap();
+    world.until(|world| world.sender.pending() == 0);
+    assert_eq!(world.status.unwrap().refusal, Refusal::Gap);
+}
+
+#[test]
 fn what_stopped_it_by_force_can_be_cleared_by_the_next_session_too() {
     for (input, stop, state) in
         [(Some(1), false, State::Limit), (None, true, State::EmergencyStop), (None, false, State::Fault)]

@@ -4,7 +4,8 @@
 // Comes in: what happens to the cable. Goes out: a port, and where the carriage is. Steps. Knows nothing of pages.
 
 import { spawn } from "node:child_process";
-import { existsSync } from "node:fs";
+import { existsSync, mkdtempSync, readFileSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
 import { root } from "./harness.mjs";
@@ -21,6 +22,21 @@ export function firmware() {
   if (existsSync(built) && existsSync(join(root, "bridge/firmware/emulator/node_modules"))) return built;
   if (process.env.ANNULUS_NOTHING_SKIPPED) throw new Error(`no firmware at ${built}: cargo xtask test adapter builds it`);
   return null;
+}
+
+/** The same firmware under another number, as if it were built of other sources. */
+export function renumbered(built) {
+  const bytes = readFileSync(built);
+  const own = Number(/Annulus step adapter, sources (\d+)/.exec(bytes.toString("latin1"))[1]);
+  const [found, other] = [Buffer.alloc(4), Buffer.alloc(4)];
+  found.writeUInt32LE(own);
+  other.writeUInt32LE((own ^ 1) >>> 0);
+  let count = 0;
+  for (let at = bytes.indexOf(found); at >= 0; at = bytes.indexOf(found, at + 4), count++) other.copy(bytes, at);
+  if (!count) throw new Error(`the number ${own} is nowhere in ${built}`);
+  const file = join(mkdtempSync(join(tmpdir(), "annulus-")), "other-firmware");
+  writeFileSync(file, bytes);
+  return file;
 }
 
 /** An adapter with its power on, and its machine. */

@@ -15,7 +15,7 @@ use annulus_core::align::BoardFit;
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, HeightMapReport, MagazineReport, Outputs, Status, ToolsReport};
+use annulus_core::wire::{Ask, HeightMapReport, MagazineReport, OtherFirmware, Outputs, Status, ToolsReport};
 use leptos::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -51,6 +51,8 @@ pub struct Link {
     pub refused: ReadSignal<Option<Diagnostic>>,
     /// Why this page lost control.
     pub ousted: ReadSignal<Option<Ousted>>,
+    /// The adapter's firmware is another one, and nobody closed that it is.
+    pub other_firmware: ReadSignal<Option<OtherFirmware>>,
     /// There and back, ms.
     pub delay_ms: ReadSignal<Option<f64>>,
     /// STOP was pressed and nobody said that it was heard.
@@ -128,6 +130,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         timing: slots.handle(|model| &model.link.timing),
         refused: slots.part(|model| &model.link.refused),
         ousted: slots.part(|model| &model.link.ousted),
+        other_firmware: slots.part(|model| &model.link.other_firmware),
         delay_ms: slots.part(|model| &model.link.delay_ms),
         stop_unconfirmed: slots.part(|model| &model.link.stop_unconfirmed),
         log: slots.kept(|model| &model.link.log),

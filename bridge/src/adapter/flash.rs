@@ -30,12 +30,12 @@ const LOOKS: Duration = Duration::from_millis(200);
 /// What the file is called on the disk.
 const NAME: &str = "annulus-adapter.uf2";
 
-/// The first that `look` finds, as long as one may take to come.
-fn awaited<T>(mut look: impl FnMut() -> Option<T>) -> Option<T> {
+/// The first that `look` finds within so long.
+fn awaited<T>(patience: Duration, mut look: impl FnMut() -> Option<T>) -> Option<T> {
     let since = Instant::now();
     loop {
         let found = look();
-        if found.is_some() || since.elapsed() >= COMES {
+        if found.is_some() || since.elapsed() >= patience {
             return found;
         }
         thread::sleep(LOOKS);
@@ -65,6 +65,11 @@ fn line(name: &str, time: Time) -> Result<(String, AdapterLine), Diagnostic> {
 
 /// The disk of the adapter at the port called `name`, which is not asked while it moves: saying hello would stop it.
 pub(crate) fn boot_disk_of(name: &str) -> Result<PathBuf, Diagnostic> {
+    shown_by(name, COMES, boot_disks)
+}
+
+/// The first of the `disks` that come within so long after the adapter was asked for its own.
+fn shown_by(name: &str, patience: Duration, disks: impl Fn() -> Vec<PathBuf>) -> Result<PathBuf, Diagnostic> {
     let name = named(name)?;
     let unopened = |error: serialport::Error| {
         let why = Diagnostic::error("adapter.port_unopened").with("port", &name);
@@ -84,7 +89,8 @@ pub(crate) fn boot_disk_of(name: &str) -> Result<PathBuf, Diagnostic> {
     }
     drop(port);
     drop(serial::open(&name, BOOT_BITS_PER_S).map_err(unopened)?);
-    awaited(|| boot_disks().pop()).ok_or_else(|| Diagnostic::error("firmware.no_disk").with("port", &name))
+    awaited(patience, || disks().pop())
+        .ok_or_else(|| Diagnostic::error("firmware.no_disk").with("port", &name))
 }
 
 /// Copies the file. A board that has all of it lets go of its disk at once: that it is gone then is no failure.
@@ -104,7 +110,7 @@ pub(crate) fn copy(bytes: &[u8], disk: &Path) -> Result<(), Diagnostic> {
 /// Who came back; none where nobody did. It may come under another name than the one that it had, but under none of the `others`,
 /// which were there before: they may be at work, and are not asked.
 pub(crate) fn came_back(name: &str, others: &[String], time: Time) -> Option<(String, Welcome)> {
-    awaited(|| {
+    awaited(COMES, || {
         let asks = |there: &String| asked(there, time).ok();
         returned(name, others, adapters()).iter().find_map(asks)
     })
@@ -146,6 +152,21 @@ mod tests {
         });
         assert_eq!(boot_disk_of(&theirs.name().unwrap()).unwrap_err().code, "firmware.moves");
         says.join().unwrap();
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn an_adapter_that_rests_is_touched_at_1200_baud_and_its_disk_is_waited_for() {
+        use serialport::{SerialPort, TTYPort};
+        let (own, theirs) = TTYPort::pair().unwrap();
+        let name = theirs.name().unwrap();
+        let none = shown_by(&name, Duration::ZERO, Vec::new).unwrap_err();
+        assert_eq!(none.code, "firmware.no_disk");
+        let said = format!("{} {}", none.message("en"), none.advice("en"));
+        assert!(said.contains(&name) && said.contains("BOOTSEL") && !said.contains('{'), "{said}");
+        let disk = PathBuf::from("/media/RPI-RP2");
+        let shown = || if own.baud_rate().unwrap() == 1200 { vec![disk.clone()] } else { Vec::new() };
+        assert_eq!(shown_by(&name, Duration::ZERO, shown), Ok(disk.clone()));
     }
 
     #[test]

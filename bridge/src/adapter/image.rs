@@ -21,11 +21,6 @@ const TAIL: u32 = 0x0AB1_6F30;
 const FAMILY_OF_RP2040: u32 = 0xE48B_FF56;
 const FLASH: std::ops::Range<u32> = 0x1000_0000..0x1020_0000;
 
-/// The firmware that belongs to this bridge: CRC-32C of its sources.
-pub(crate) fn own() -> u32 {
-    env!("ANNULUS_FIRMWARE_SOURCES").parse().unwrap_or_default()
-}
-
 /// Which firmware of ours a file is; why it is none.
 pub(crate) fn firmware_of(bytes: &[u8]) -> Result<u32, Diagnostic> {
     let damaged = |block: usize| Diagnostic::error("firmware.damaged").with("block", block + 1);

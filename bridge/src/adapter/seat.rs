@@ -3,12 +3,11 @@
 //! Comes in: a machine. Goes out: a seat; reports, and at most once that the adapter is of no use any more. Nothing has to be made
 //! safe for it then: an adapter that hears nothing comes to rest and turns its outputs off by itself.
 
-use super::image;
 use super::port::Plug;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Machine;
 use annulus_core::pins::through;
-use annulus_drill::adapter::{AdapterLine, attend, greeted};
+use annulus_drill::adapter::{AdapterLine, attend, greeted, other_firmware};
 use annulus_drill::executor::{Heard, Instruction, Seat, Shared, Time};
 use annulus_drill::{Next, Orders};
 use std::sync::Arc;
@@ -39,9 +38,8 @@ pub(crate) fn start(
         welcome.firmware,
         welcome.version
     );
-    if welcome.firmware != image::own() {
-        let why = Diagnostic::warning("firmware.other").with("found", format!("{:08x}", welcome.firmware));
-        let why = why.with("wanted", format!("{:08x}", image::own()));
+    if let Some(other) = other_firmware(welcome) {
+        let why = other.warning();
         tracing::warn!("{} {}", why.message("en"), why.advice("en"));
     }
     let (machine, shared) = (machine.clone(), Arc::clone(shared));

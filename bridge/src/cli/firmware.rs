@@ -6,10 +6,12 @@
 use super::{Answer, Exit, Refusal, say};
 use crate::adapter::adapters;
 use crate::adapter::flash::{boot_disk_of, came_back, copy, report};
-use crate::adapter::image::{LONGEST, boot_disks, firmware_of, is_boot_disk, own};
+use crate::adapter::image::{LONGEST, boot_disks, firmware_of, is_boot_disk};
 use crate::executor::clock;
 use crate::server::runtime;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::OtherFirmware;
+use annulus_drill::adapter::own_firmware;
 use serde_json::json;
 use std::fs;
 use std::io::{self, BufRead, IsTerminal};
@@ -100,15 +102,15 @@ fn info(port: &str) -> Result<Answer, Refusal> {
 
 /// What the adapter at a port has, beside what belongs to this program.
 fn found(port: &str, firmware: u32) -> Answer {
-    let is_own = firmware == own();
+    let own = own_firmware();
+    let is_own = firmware == own;
     let note = if is_own {
-        Diagnostic::note("firmware.own").with("port", port)
+        Diagnostic::note("firmware.own").with("port", port).with("found", number(firmware))
     } else {
-        Diagnostic::warning("firmware.other").with("wanted", number(own()))
+        OtherFirmware { found: firmware, wanted: own }.warning()
     };
-    let note = note.with("found", number(firmware));
     Answer {
-        object: json!({ "port": port, "firmware": number(firmware), "own": number(own()), "is_own": is_own }),
+        object: json!({ "port": port, "firmware": number(firmware), "own": number(own), "is_own": is_own }),
         text: format!("{} {}", note.message("en"), note.advice("en")).trim_end().to_owned() + "\n",
         exit: Exit::Done,
     }
@@ -133,14 +135,20 @@ fn flash(args: &FlashArgs) -> Result<Answer, Refusal> {
             exit: Exit::Done,
         });
     }
-    match came_back(named, &others, clock::time) {
-        Some((port, welcome)) if welcome.firmware == firmware => Ok(found(&port, firmware)),
-        Some((port, welcome)) => {
+    let came = came_back(named, &others, clock::time);
+    let came = came.map(|(port, welcome)| (port, welcome.firmware));
+    taken(came, firmware).map_err(Refusal::surroundings)
+}
+
+/// Whether who came back, and with which firmware, says that `firmware` is in it.
+fn taken(came: Option<(String, u32)>, firmware: u32) -> Result<Answer, Diagnostic> {
+    match came {
+        Some((port, has)) if has == firmware => Ok(found(&port, firmware)),
+        Some((port, has)) => {
             let why = Diagnostic::error("firmware.not_taken").with("port", port);
-            let why = why.with("found", number(welcome.firmware)).with("wanted", number(firmware));
-            Err(Refusal::surroundings(why))
+            Err(why.with("found", number(has)).with("wanted", number(firmware)))
         }
-        None => Err(Refusal::surroundings(Diagnostic::error("firmware.not_seen"))),
+        None => Err(Diagnostic::error("firmware.not_seen")),
     }
 }
 
@@ -187,13 +195,46 @@ fn disk(args: &FlashArgs) -> Result<PathBuf, Diagnostic> {
         let refused = || Diagnostic::error("firmware.no_boot_disk").with("folder", disk.display());
         return is_boot_disk(disk).then(|| disk.clone()).ok_or_else(refused);
     }
-    let mut disks = boot_disks();
-    match disks.len() {
-        0 => boot_disk_of(&args.port.port),
-        1 => Ok(disks.swap_remove(0)),
-        _ => {
-            let names: Vec<String> = disks.iter().map(|disk| disk.display().to_string()).collect();
-            Err(Diagnostic::error("firmware.several_disks").with("disks", names.join(", ")))
-        }
+    only(boot_disks())?.map_or_else(|| boot_disk_of(&args.port.port), Ok)
+}
+
+/// The only one of some disks; none where there are none.
+fn only(mut disks: Vec<PathBuf>) -> Result<Option<PathBuf>, Diagnostic> {
+    if disks.len() < 2 {
+        return Ok(disks.pop());
+    }
+    let names: Vec<String> = disks.iter().map(|disk| disk.display().to_string()).collect();
+    Err(Diagnostic::error("firmware.several_disks").with("disks", names.join(", ")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The code of a refusal, whose sentence names all of these and no argument.
+    fn code<T>(result: Result<T, Diagnostic>, names: &[&str]) -> String {
+        let Err(why) = result else { return "none".to_owned() };
+        let said = format!("{} {}", why.message("en"), why.advice("en"));
+        assert!(names.iter().all(|name| said.contains(name)) && !said.contains('{'), "{said}");
+        why.code
+    }
+
+    #[test]
+    fn of_several_boards_in_their_boot_mode_none_is_chosen() {
+        let disks = |names: &[&str]| names.iter().map(PathBuf::from).collect::<Vec<_>>();
+        assert_eq!(only(disks(&[])), Ok(None), "the adapter is asked for its own");
+        assert_eq!(only(disks(&["/media/a"])), Ok(Some(PathBuf::from("/media/a"))));
+        let several = only(disks(&["/media/a", "/media/b"]));
+        assert_eq!(code(several, &["/media/a, /media/b", "--disk"]), "firmware.several_disks");
+    }
+
+    #[test]
+    fn it_is_in_the_adapter_only_where_that_says_so() {
+        let came = |firmware| Some(("ttyACM3".to_owned(), firmware));
+        let there = taken(came(0xABC), 0xABC).unwrap();
+        assert_eq!(there.object["firmware"], "00000abc");
+        let other = taken(came(0xABD), 0xABC);
+        assert_eq!(code(other, &["ttyACM3", "00000abd", "00000abc"]), "firmware.not_taken");
+        assert_eq!(code(taken(None, 0xABC), &["annulus firmware info"]), "firmware.not_seen");
     }
 }

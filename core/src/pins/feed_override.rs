@@ -143,6 +143,11 @@ impl FeedOverride {
         self.square = reached;
     }
 
+    /// Whether it would come to rest within `interval` ticks as planned, while `rates` move.
+    pub(super) fn rests_within(&self, interval: u64, rates: &[Rate]) -> bool {
+        self.square <= 2.0 * self.slope(true, rates) * interval.max(1) as f64
+    }
+
     /// |r′|: how fast the rate may change, per tick.
     fn slope(&self, falls: bool, rates: &[Rate]) -> f64 {
         let room = |rate: &Rate| {

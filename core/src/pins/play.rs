@@ -6,6 +6,9 @@
 //!              └──────────── brake ◀──────────┘
 //! ```
 //!
+//! On the way to a sensor the inputs are looked at once more before every step: a motor needs time for a step, so what it brought about
+//! shows only when the next one is due. That one is not made where the motors may stand without it.
+//!
 //! Where plane and spindles move together, the plane leaves when the plan predicts that the bit is clear of the board. Where a
 //! contact sensor still reports the board then, the plane waits for its edge while the spindles go on up, and what follows comes as
 //! much later; if it reports it with the spindles all the way up, the segment ends there. An edge that comes early changes
@@ -249,6 +252,7 @@ pub async fn play_by_turns(
         feed_override,
         moving: false,
         stepped: [(start, 0); AXES],
+        stepped_at: 0,
         // Milling is meant to move in the board, and an edge is touched and left again.
         plane: if matches!(segment.stage, Stage::Mill | Stage::Touch) { Plane::Done } else { Plane::Before },
         put_off: 0,
@@ -280,6 +284,8 @@ struct Play<'a> {
     moving: bool,
     /// Of every axis: when it stepped last, and how late it was by then.
     stepped: [(u64, u64); AXES],
+    /// Tick of the segment at which anything did.
+    stepped_at: u64,
     plane: Plane,
     /// So many ticks later than planned it left, because a tip was still in the board.
     put_off: u64,
@@ -321,6 +327,10 @@ impl Play<'_> {
             if let (Some(end), false) = (self.end, self.moving) {
                 return end;
             }
+            if let Some(end) = self.ends_before(pulse.tick, &pulses) {
+                return end;
+            }
+            self.stepped_at = pulse.tick;
             self.step(pulse);
             self.announce(&pulses);
             if pulse.axes & PLANE != 0 && pulses.pending() & PLANE == 0 {
@@ -348,6 +358,19 @@ impl Play<'_> {
         self.judge_lateness(pulse.axes);
         self.moving = true;
         self.look();
+    }
+
+    /// On the way to a sensor, when a step is due at tick `due` of the segment: what ends it without that step. None where nothing does, or
+    /// where the motors are too fast to stand: then the step is made, as the first of those in which they brake.
+    fn ends_before(&mut self, due: u64, later: &Replay<'_>) -> Option<Outcome> {
+        if self.segment.gate.is_none() || !self.moving || self.end.is_some() {
+            return None;
+        }
+        self.look();
+        let end = self.end?;
+        let interval = due.saturating_sub(self.stepped_at);
+        let rates = rates(later, &self.motors.braking_steps_per_tick2);
+        self.feed_override.rests_within(interval, &rates).then_some(end)
     }
 
     /// Tells the pins which steps come next.

@@ -28,7 +28,7 @@ pub use frames::understand;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 pub use level::HeightMapReport;
 pub use magazine::MagazineReport;
-pub use status::{DrilledReport, MissingReport, SlipReport, Status, ToolsReport};
+pub use status::{DrilledReport, MissingReport, OtherFirmware, SlipReport, Status, ToolsReport};
 
 use crate::control::{Ending, Timing};
 use crate::diagnostic::Diagnostic;

@@ -3,6 +3,7 @@
 //! Goes out: messages. Does not know who makes them.
 
 use crate::control::{Alarm, State, Trust};
+use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use crate::machine::ToolWear;
 use crate::pins::{ShortTouches, SpindleState};
@@ -44,6 +45,24 @@ pub struct MissingReport {
     pub job: String,
     /// The first leg and the one behind the last, run by run.
     pub legs: Vec<(u32, u32)>,
+}
+
+/// The firmware of a USB step adapter that is not the one of this program (N18).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+pub struct OtherFirmware {
+    /// What the adapter has: CRC-32C of its sources.
+    pub found: u32,
+    /// What belongs to this program.
+    pub wanted: u32,
+}
+
+impl OtherFirmware {
+    /// The same as a sentence.
+    pub fn warning(self) -> Diagnostic {
+        let number = |firmware: u32| format!("{firmware:08x}");
+        let why = Diagnostic::warning("firmware.other").with("found", number(self.found));
+        why.with("wanted", number(self.wanted))
+    }
 }
 
 /// What became of the tools of the rack (C3).
@@ -118,6 +137,9 @@ pub struct Status {
     /// Touches of each of [`Input::OF_AXES`] that were shorter than its filter; none where nothing is filtered and counted.
     #[serde(default)]
     pub touches: Option<[ShortTouches; Input::OF_AXES.len()]>,
+    /// The firmware of the USB step adapter, where it is another one than belongs to this program.
+    #[serde(default)]
+    pub other_firmware: Option<OtherFirmware>,
     /// Phase bytes put out to X, Y, Z.
     pub phases: [u8; 3],
     /// Where the virtual drill lost steps, since it was built.

@@ -10,6 +10,7 @@ use super::line::{AdapterLine, Lost};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{AdapterOutputs, Machine};
 use annulus_core::pins::give_way;
+use annulus_core::wire::OtherFirmware;
 use annulus_link::bytes::{Plain, Writer};
 use annulus_link::crc::crc32c;
 use annulus_link::message::{
@@ -158,6 +159,17 @@ pub async fn who(line: &mut AdapterLine) -> Result<Welcome, Diagnostic> {
             _ => give_way().await,
         }
     }
+}
+
+/// The firmware that belongs to this program: CRC-32C of its sources.
+pub fn own_firmware() -> u32 {
+    env!("ANNULUS_FIRMWARE_SOURCES").parse().unwrap_or_default()
+}
+
+/// That who is so has another one. It is obeyed as long as it speaks the same version.
+pub fn other_firmware(welcome: Welcome) -> Option<OtherFirmware> {
+    let (found, wanted) = (welcome.firmware, own_firmware());
+    (found != wanted).then_some(OtherFirmware { found, wanted })
 }
 
 /// How often the inputs of the adapter at the end of `line`, which said who it is, were touched for less than their filter; none where

@@ -129,9 +129,9 @@ impl AdapterLine {
         self.sender.offer(&ask.into())
     }
 
-    /// The same for a piece of path; whether there was room.
-    pub(super) fn offer_piece(&mut self, piece: &Piece) -> bool {
-        self.sender.offer_chunk(&piece.head, piece.slices()).is_some()
+    /// The same for a piece of path.
+    pub(super) fn offer_piece(&mut self, piece: &Piece) -> Option<u32> {
+        self.sender.offer_chunk(&piece.head, piece.slices())
     }
 
     /// Hears what came and sends what is due.

@@ -28,7 +28,7 @@ mod line;
 mod path;
 mod play;
 
-pub use greet::{touches, who};
+pub use greet::{other_firmware, own_firmware, touches, who};
 pub use hand::{attend, greeted};
 pub use line::{AdapterLine, Cable};
 

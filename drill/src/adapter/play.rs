@@ -19,6 +19,7 @@ use annulus_core::job::{Gate, Input, Otherwise};
 use annulus_core::machine::{Machine, Steps};
 use annulus_core::pins::{AxisSet, Motors, Order, ShortTouches, give_way};
 use annulus_core::steps::{Segment, Stage};
+use annulus_core::wire::OtherFirmware;
 use annulus_link::chunk::LONGEST;
 use annulus_link::message::{
     Ask, Begin, Clear, Guard, Outputs, Place, Rate, Refusal, State, Status, Stop, Trust,
@@ -51,6 +52,7 @@ pub(super) struct Adapter {
     pub(super) shared: Arc<Shared>,
     motors: Motors,
     settings_crc: u32,
+    other_firmware: Option<OtherFirmware>,
     /// Steps counted, machine coordinates.
     pub(super) position: Steps,
     /// Axes whose latest step counted down.
@@ -69,6 +71,7 @@ impl Adapter {
     /// An adapter behind `line`, which was greeted and set. It stands where nobody knows: at 0.
     pub(super) fn new(machine: &Machine, line: AdapterLine, shared: Arc<Shared>) -> Self {
         Self {
+            other_firmware: line.welcome.and_then(greet::other_firmware),
             machine: machine.clone(),
             line,
             shared,
@@ -217,6 +220,7 @@ impl Adapter {
             position: self.position,
             inputs: self.inputs(),
             touches: self.touches(),
+            other_firmware: self.other_firmware,
             rpm: self.rpm,
             spindle: before.spindle,
             stage: segment.map(|segment| segment.stage),
@@ -257,8 +261,8 @@ impl Adapter {
         }
         let paths: Vec<Path> = segments.iter().map(|segment| Path::of(segment, &self.motors)).collect();
         let (before, feed) = (self.ticks, Feed::new(&paths, &status));
-        let played =
-            Play { gate, watched, granted, feed, stopping: false, late: false, dry: false, begun: 0 };
+        let (stopping, late, dry, path, begun) = (false, false, false, None, 0);
+        let played = Play { gate, watched, granted, feed, stopping, late, dry, path, begun };
         let ended = self.run(played, segments).await?;
         if ended == Ended::Completed {
             let all = segments.iter().map(|segment| segment.duration_ticks);
@@ -304,15 +308,19 @@ impl Adapter {
         let status = self.status();
         let ahead = play.feed.tail + if status.state == State::Running { AHEAD } else { FIRST };
         let mut is_full = false;
-        while !play.stopping && status.resident < ahead && self.line.pending() < ON_THE_WAY {
+        // What follows a piece that was refused would be refused too.
+        let goes_on = !play.stopping && !play.is_refused(&status);
+        while goes_on && status.resident < ahead && self.line.pending() < ON_THE_WAY {
             if !play.feed.cut() {
                 return Err(trouble("adapter.too_dense", self.line.port()));
             }
             let Some(piece) = &play.feed.piece else { break };
-            is_full = !self.line.offer_piece(piece);
+            let number = self.line.offer_piece(piece);
+            is_full = number.is_none();
             if is_full {
                 break;
             }
+            play.path = play.path.or(number);
             play.feed.offered();
         }
         let is_enough = status.resident >= ahead || is_full || play.feed.is_over();
@@ -353,6 +361,9 @@ impl Adapter {
             },
             State::Stopped | State::Starved => {
                 self.clear().await?;
+                if play.is_refused(status) && !play.stopping {
+                    return Err(refused(&self.line, status, "Chunk"));
+                }
                 let is_dry = play.dry || status.state == State::Starved && !play.stopping;
                 if is_dry { self.ran_dry().await.map(Some) } else { Ok(Some(stopped)) }
             }
@@ -372,18 +383,16 @@ impl Adapter {
         if self.line.pending() > 0 {
             return Ok(None);
         }
-        match status.refusal {
-            Refusal::None | Refusal::State => {}
-            // A sensor turned on in the moment in which it was to begin.
-            Refusal::Input if status.refused == play.begun => {
-                let hit = first(play.watched & self.inputs());
-                if let Some(hit) = hit {
-                    self.say(Stop {}).await?;
-                    return Ok(Some(self.hit(hit, play.gate)));
-                }
-            }
-            Refusal::Input => {}
-            _ => return Err(refused(&self.line, status, "Chunk")),
+        if play.is_refused(status) {
+            return Err(refused(&self.line, status, "Chunk"));
+        }
+        // A sensor turned on in the moment in which it was to begin.
+        if status.refusal == Refusal::Input
+            && status.refused == play.begun
+            && let Some(hit) = first(play.watched & self.inputs())
+        {
+            self.say(Stop {}).await?;
+            return Ok(Some(self.hit(hit, play.gate)));
         }
         let is_over = status.resident == 0 && play.feed.is_over();
         if is_over && status.index == play.feed.index {
@@ -446,8 +455,18 @@ struct Play<'a> {
     late: bool,
     /// Nobody was heard for so long that the outputs went off.
     dry: bool,
-    /// Number of the frame with which it began.
+    /// Numbers of the frame that brought the first of its path, and of the one with which it began.
+    path: Option<u32>,
     begun: u32,
+}
+
+impl Play<'_> {
+    /// Whether an adapter that is so refused a piece of this path, or to begin it, for what it is. In which state it was, and which
+    /// sensors were on then, is looked at elsewhere.
+    fn is_refused(&self, status: &Status) -> bool {
+        let is_ours = self.path.is_some_and(|first| status.refused.wrapping_sub(first) as i32 >= 0);
+        is_ours && !matches!(status.refusal, Refusal::None | Refusal::State | Refusal::Input)
+    }
 }
 
 /// The first of some inputs.

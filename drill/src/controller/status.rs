@@ -244,6 +244,7 @@ impl<F: Files> Station<F> {
             bit_mm: bit.and_then(|bit| Some(program?.bits.get(bit as usize)?.diameter.mm())),
             spindle_rpm: self.rpm(),
             spindle: SpindleState::Untold,
+            other_firmware: None,
             feed_override_percent: feed as u8,
             inputs: report.map_or(0, |report| inputs(&report.pins)),
             touches: None,

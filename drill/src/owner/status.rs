@@ -165,6 +165,7 @@ impl Owner {
             feed_override_percent: self.feed_override_percent(),
             inputs: glimpse.inputs,
             touches: glimpse.touches,
+            other_firmware: glimpse.other_firmware,
             phases: [0, 1, 2].map(|axis| self.phase_byte(axis, glimpse.position[axis])),
             slips: self.slips(),
             drilled: self.judged.told,

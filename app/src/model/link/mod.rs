@@ -25,8 +25,8 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
 use annulus_core::wire::{
-    Ask, HeightMapReport, MagazineReport, Outputs, Paired, PreflightRow, QueuePhase, Status, Tell,
-    ToolsReport,
+    Ask, HeightMapReport, MagazineReport, OtherFirmware, Outputs, Paired, PreflightRow, QueuePhase, Status,
+    Tell, ToolsReport,
 };
 pub use contacts::Contacts;
 pub use controller::{Controller, ControllerEvent, Support};
@@ -153,6 +153,8 @@ pub struct Link {
     pub refused: Option<Diagnostic>,
     /// Why this page lost control.
     pub ousted: Option<Ousted>,
+    /// The adapter's firmware is another one, and nobody closed that it is.
+    pub other_firmware: Option<OtherFirmware>,
     /// There and back, ms.
     pub delay_ms: Option<f64>,
     /// STOP was pressed and nobody said that it was heard.
@@ -276,6 +278,8 @@ pub enum Notice {
     Ousted,
     /// How the last job ended.
     Ended,
+    /// That the adapter's firmware is another one.
+    OtherFirmware,
     /// That STOP was not confirmed.
     Stop,
 }
@@ -351,6 +355,7 @@ fn close(link: &mut Link, notice: Notice) {
         Notice::Refused => link.refused = None,
         Notice::Ousted => link.ousted = None,
         Notice::Ended => link.ended = None,
+        Notice::OtherFirmware => link.other_firmware = None,
         Notice::Stop => link.stop_unconfirmed = false,
     }
 }

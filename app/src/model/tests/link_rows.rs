@@ -68,6 +68,28 @@ fn what_is_old_is_told() {
 }
 
 #[test]
+fn that_the_adapter_has_another_firmware_is_told_until_that_was_read() {
+    compare(
+        &[
+            ("linked status:Ready", "none"),
+            ("linked other-firmware", "0000000a 0000000c"),
+            ("linked other-firmware other-firmware", "0000000a 0000000c"),
+            ("linked other-firmware close:firmware", "none"),
+            ("linked other-firmware close:firmware other-firmware", "none"),
+            ("linked other-firmware close:firmware newer-firmware", "0000000b 0000000c"),
+            ("linked other-firmware status:Ready", "none"),
+            ("linked other-firmware close:firmware status:Ready other-firmware", "0000000a 0000000c"),
+        ],
+        |line| {
+            let other = line.model.link.other_firmware.map(|other| other.warning());
+            other.map_or("none".to_owned(), |why| {
+                why.args.into_iter().map(|(_, number)| number).collect::<Vec<_>>().join(" ")
+            })
+        },
+    );
+}
+
+#[test]
 fn the_line_is_pinged_when_it_is_open_and_not_too_often() {
     compare(
         &[

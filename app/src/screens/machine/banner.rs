@@ -98,6 +98,7 @@ enum Told {
     Ousted,
     Ended,
     Interrupted,
+    OtherFirmware,
 }
 
 /// Which of them is on show; while an alarm says more than they do, only why a press came to nothing: that of its own button too.
@@ -109,14 +110,15 @@ fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<
             (Told::Ousted, line.ousted.with(Option::is_some)),
             (Told::Ended, ended::is_to_be_told(line, closed.get())),
             (Told::Interrupted, line.interrupted.with(Option::is_some)),
+            (Told::OtherFirmware, line.other_firmware.with(Option::is_some)),
         ];
         let told = rows.into_iter().find(|(_, is)| *is).map(|(told, _)| told);
         told.filter(|told| *told == Told::Refused || alarm.with(Option::is_none))
     })
 }
 
-/// Why control was lost, why the last wish was refused, how the last job ended, what can be taken up: they stay until somebody
-/// closes them.
+/// Why control was lost, why the last wish was refused, how the last job ended, what can be taken up, that the adapter's firmware is
+/// another one: they stay until somebody closes them.
 pub(crate) fn answers() -> impl IntoView {
     let line = link::link();
     let closed = RwSignal::new(None);
@@ -127,6 +129,7 @@ pub(crate) fn answers() -> impl IntoView {
             Told::Ousted => ousted(line).into_any(),
             Told::Ended => ended::ended(closed).into_any(),
             Told::Interrupted => offer::notice(line).into_any(),
+            Told::OtherFirmware => other_firmware(line).into_any(),
         })
     }
 }
@@ -161,6 +164,24 @@ fn ousted(line: Link) -> impl IntoView {
                 div().class("grow").child((strong().child(text(what)), p().child(text(cure)))),
                 push("button small quiet", t!("page.close"), |_| {
                     send(LinkEvent::Close { notice: Notice::Ousted });
+                }),
+            ))
+        })
+    }
+}
+
+/// The firmware of the adapter is not the one of this program, and how that one comes into it.
+fn other_firmware(line: Link) -> impl IntoView {
+    move || {
+        line.other_firmware.get().map(|other| {
+            let (what, cure) = (other.warning(), other.warning());
+            div().class("notice tone-pause").attr("role", "status").child((
+                icon(Icon::Warning),
+                div()
+                    .class("grow")
+                    .child((strong().child(move || message(&what)), p().child(move || advice(&cure)))),
+                push("button small quiet", t!("page.close"), |_| {
+                    send(LinkEvent::Close { notice: Notice::OtherFirmware });
                 }),
             ))
         })

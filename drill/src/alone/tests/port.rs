@@ -2,9 +2,11 @@
 
 use super::world::World;
 use super::*;
+use crate::adapter::own_firmware;
 use annulus_core::geometry::Point;
 use annulus_core::job::{Command, Cutter, Mark, Stage};
 use annulus_core::pins::ShortTouches;
+use annulus_core::wire::OtherFirmware;
 use annulus_link::bytes::Writer;
 use annulus_link::cobs::Unstuffer;
 use annulus_link::frame::{FRAME, Header, ON_LINE, open, seal};
@@ -407,6 +409,26 @@ fn a_firmware_that_knows_no_filters_is_refused_where_a_sensor_has_one() {
     let filters = Value::Numbers(vec![30.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
     bench.ask(&Ask::Configure { changes: vec![("adapter.filters".to_owned(), filters)] });
     assert_eq!(alarm(&mut bench), "adapter.no_filters");
+}
+
+#[test]
+fn that_the_adapter_has_another_firmware_is_told_with_the_status_and_it_works_all_the_same() {
+    let own = own_firmware();
+    for (found, wanted) in [(own, None), (7, Some(OtherFirmware { found: 7, wanted: own }))] {
+        let files = Memory::default();
+        let mut world = World::new(&machine(), &files);
+        world.flashed(found);
+        let mut bench = opened(&files, world, 1);
+        bench.until(|status| status.state == State::NotHomed);
+        bench.home();
+        let status = bench.status();
+        assert_eq!((status.state, status.other_firmware, &status.alarm), (State::Ready, wanted, &None));
+        if let Some(other) = wanted {
+            let said = format!("{} {}", other.warning().message("en"), other.warning().advice("en"));
+            let is_whole = ["00000007", &format!("{own:08x}"), "`annulus firmware flash`"];
+            assert!(is_whole.iter().all(|part| said.contains(part)) && !said.contains('{'), "{said}");
+        }
+    }
 }
 
 #[test]

@@ -4,6 +4,7 @@
 //! what is wanted.
 
 use super::{Memory, now};
+use crate::adapter::own_firmware;
 use crate::alone::Port;
 use crate::files::{File, Files};
 use crate::owner::board;
@@ -139,8 +140,9 @@ fn without_filters(bytes: &[u8]) -> Vec<u8> {
 /// What USB carries at once, in bytes.
 const PACKET: usize = 64;
 
-fn fresh() -> Adapter<'static> {
+fn fresh(firmware: u32) -> Adapter<'static> {
     let welcome = Welcome {
+        firmware,
         clock_hz: TICK_HZ * CYCLES_PER_TICK,
         window: WINDOW as u8,
         axes: AXES as u8,
@@ -165,7 +167,7 @@ impl World {
         Self {
             port,
             machine: machine.clone(),
-            adapter: fresh(),
+            adapter: fresh(own_firmware()),
             rings: Rings::default(),
             motion: Motion::Rest,
             begun_us: 0,
@@ -206,7 +208,12 @@ impl World {
 
     /// The adapter loses its power and gets it again.
     pub(super) fn power(&mut self) {
-        (self.adapter, self.rings, self.motion) = (fresh(), Rings::default(), Motion::Rest);
+        self.flashed(own_firmware());
+    }
+
+    /// The same with another firmware in it.
+    pub(super) fn flashed(&mut self, firmware: u32) {
+        (self.adapter, self.rings, self.motion) = (fresh(firmware), Rings::default(), Motion::Rest);
         self.drill.safe();
     }
 

@@ -12,19 +12,17 @@
 //! Comes in: bytes from the line, what the hardware found. Goes out: orders to the hardware, bytes for the line. Does not
 //! know registers; the time is handed in.
 
+mod obey;
+
 use crate::bytes::{Plain, Writer};
-use crate::chunk::{self, Before};
+use crate::chunk::Before;
 use crate::cobs::Unstuffer;
-use crate::crc::crc32c;
-use crate::filter::LONGEST_FILTER_US;
-use crate::frame::{FRAME, Header, ON_LINE, PAYLOAD, open, seal};
-use crate::message::{
-    Ask, Chunk, Configure, Hello, Place, Refusal, Refused, State, Status, Tell, Touches, Trust, Welcome,
-};
+use crate::frame::{FRAME, Header, ON_LINE, open, seal};
+use crate::message::{Ask, Configure, Hello, Refusal, Refused, State, Status, Tell, Touches, Trust, Welcome};
 use crate::phases;
 use crate::player::{End, Player, Words};
 use crate::receiver::Receiver;
-use crate::store::{AROUND, ROOM, Store};
+use crate::store::{ROOM, Store};
 use crate::{AXES, FULL_RATE, INPUTS, NEWEST, OLDEST};
 
 /// When nothing of the session was heard for so many µs, what moves comes to rest on the path, and outputs go off at rest.
@@ -107,6 +105,8 @@ pub struct Adapter<'a> {
     before: [Before; AXES],
     refusal: Refusal,
     refused: u32,
+    /// Whether the next piece of the path was refused: what comes behind it is refused because of that.
+    is_torn: bool,
     /// Orders that wait, one bit each.
     orders: u8,
     answer: Option<(Header, Tell)>,
@@ -145,6 +145,7 @@ impl<'a> Adapter<'a> {
             before: [Before { since: 0, forward: false, shown: false }; AXES],
             refusal: Refusal::None,
             refused: 0,
+            is_torn: false,
             orders: 0,
             answer: None,
             is_status_due: false,
@@ -256,7 +257,8 @@ impl<'a> Adapter<'a> {
         self.ended[0] = self.session;
         self.session = session;
         self.receiver.restart();
-        (self.chunk, self.bytes, self.refusal, self.refused) = (0, 0, Refusal::None, 0);
+        (self.chunk, self.bytes) = (0, 0);
+        (self.refusal, self.refused, self.is_torn) = (Refusal::None, 0, false);
         (self.settings_crc, self.is_off) = (0, false);
         (self.filters_us, self.is_asked) = ([0; INPUTS], false);
         self.player.want(FULL_RATE);
@@ -280,162 +282,6 @@ impl<'a> Adapter<'a> {
         self.accepted = self.player.index();
         let forward = self.player.forward();
         self.before = forward.map(Before::at_rest);
-    }
-
-    fn numbered(&mut self, header: Header, payload: &[u8]) {
-        self.is_status_due = true;
-        self.receiver.keep(header.number, header.kind, payload);
-    }
-
-    /// Obeys the next frame of the session; whether there was one. One at a time: it takes its time to look at a chunk, and words are
-    /// to be made between two of them, of which a lost frame that comes at last brings many.
-    pub fn obey_next(&mut self) -> bool {
-        if !self.receiver.is_here() {
-            return false;
-        }
-        let (number, mut payload) = (self.receiver.next(), [0; PAYLOAD]);
-        let Some((kind, length)) = self.receiver.take(&mut payload) else { return false };
-        self.is_status_due = true;
-        self.obey(number, kind, payload.get(..length).unwrap_or_default());
-        true
-    }
-
-    #[inline(never)]
-    fn obey(&mut self, number: u32, kind: u8, payload: &[u8]) {
-        let done = match Ask::take(kind, payload) {
-            Some((Ask::Chunk(head), runs)) => {
-                self.bytes = self.bytes.wrapping_add((payload.len() + AROUND) as u32);
-                self.chunk(&head, runs, payload)
-            }
-            Some((ask, [])) => self.ask(&ask, payload),
-            _ => Err(Refusal::Form),
-        };
-        if let Err(refusal) = done {
-            (self.refusal, self.refused) = (refusal, number);
-        }
-    }
-
-    fn ask(&mut self, ask: &Ask, payload: &[u8]) -> Result<(), Refusal> {
-        let at_rest = matches!(self.state, State::Unset | State::Ready);
-        match *ask {
-            // What stopped it by force stays until it is cleared; the settings are those of the session.
-            Ask::Configure(settings) if at_rest || self.is_forced() => self.configure(settings, payload)?,
-            Ask::Begin(_) if self.state == State::Ready && !self.store.is_empty() && !self.is_off => {
-                if self.inputs.stop || self.inputs.on & self.limits != 0 {
-                    return Err(Refusal::Input);
-                }
-                if !self.player.is_covered(self.store) {
-                    return Err(Refusal::Tail);
-                }
-                self.state = State::Running;
-                self.player.ready();
-                self.orders |= 1 << Order::Begin as u8;
-            }
-            Ask::Rate(rate) => self.player.want(rate.wanted),
-            Ask::Stop(_) if self.state == State::Running => self.player.stop(),
-            Ask::Stop(_) if at_rest => self.forget(),
-            Ask::Outputs(outputs) if self.settings_crc != 0 && self.state != State::EmergencyStop => {
-                (self.outputs, self.is_off) = (outputs.on, false);
-            }
-            Ask::Clear(_) => self.clear()?,
-            Ask::Place(Place { index }) if self.state == State::Ready && self.store.is_empty() => {
-                self.player.place(index);
-                self.trust = Trust::Trusted;
-                self.forget();
-            }
-            Ask::Windings(table) if at_rest || self.is_forced() => {
-                if !self.player.wind(&table) {
-                    return Err(Refusal::Settings);
-                }
-            }
-            Ask::Guard(guard) if self.state != State::Running && self.settings_crc != 0 => {
-                if guard.limits & !inputs_of(&self.settings) != 0 {
-                    return Err(Refusal::Settings);
-                }
-                self.limits = guard.limits;
-                self.orders |= 1 << Order::Settle as u8;
-            }
-            Ask::Filters(filters) if self.state != State::Running && self.settings_crc != 0 => {
-                let there = inputs_of(&self.settings);
-                let is_right = |(input, least_us): (usize, &u16)| {
-                    *least_us == 0 || *least_us <= LONGEST_FILTER_US && there >> input & 1 == 1
-                };
-                if !filters.least_us.iter().enumerate().all(is_right) {
-                    return Err(Refusal::Settings);
-                }
-                self.filters_us = filters.least_us;
-                self.orders |= 1 << Order::Settle as u8;
-            }
-            _ => return Err(Refusal::State),
-        }
-        Ok(())
-    }
-
-    fn configure(&mut self, settings: Configure, payload: &[u8]) -> Result<(), Refusal> {
-        if !(2..=33).contains(&settings.pulse) || u32::from(settings.setup) > chunk::LONGEST {
-            return Err(Refusal::Settings);
-        }
-        let is_phases = settings.phases != 0;
-        let is_other = is_phases && settings.phases != self.player.tables_crc();
-        if is_other || (settings.limits | settings.low_inputs) & !inputs_of(&settings) != 0 {
-            return Err(Refusal::Settings);
-        }
-        if is_phases != (self.settings.phases != 0) {
-            // What was read was at other pins, what was said of inputs as well.
-            (self.inputs, self.filters_us) = (Inputs::default(), [0; INPUTS]);
-        }
-        self.player.drive(is_phases);
-        self.settings = settings;
-        self.settings_crc = crc32c(payload).max(1);
-        self.limits = settings.limits;
-        if !self.is_forced() {
-            self.state = State::Ready;
-        }
-        self.orders |= 1 << Order::Settle as u8;
-        self.forget();
-        Ok(())
-    }
-
-    /// Whether it was stopped by force and nobody cleared that: no pulse may go, whatever is settled meanwhile.
-    pub fn is_forced(&self) -> bool {
-        matches!(self.state, State::Limit | State::EmergencyStop | State::Fault)
-    }
-
-    fn clear(&mut self) -> Result<(), Refusal> {
-        if self.state == State::Running || self.settings_crc == 0 {
-            return Err(Refusal::State);
-        }
-        if self.inputs.stop || self.inputs.on & self.limits != 0 {
-            return Err(Refusal::Input);
-        }
-        self.state = State::Ready;
-        self.input = NO_INPUT;
-        self.orders |= 1 << Order::Clear as u8;
-        self.forget();
-        Ok(())
-    }
-
-    fn chunk(&mut self, head: &Chunk, runs: &[u8], payload: &[u8]) -> Result<(), Refusal> {
-        if head.number.wrapping_sub(self.chunk) as i32 == -1 {
-            return Ok(()); // it is here already
-        }
-        let is_ending = self.state == State::Running && self.player.is_ending();
-        if !matches!(self.state, State::Ready | State::Running) || self.orphaned.is_some() || is_ending {
-            return Err(Refusal::State);
-        }
-        if head.number != self.chunk {
-            return Err(Refusal::Gap);
-        }
-        if self.settings.phases != 0 && head.runs.iter().skip(phases::MOTORS).any(|count| *count > 0) {
-            return Err(Refusal::Settings); // an axis without pins
-        }
-        let after = chunk::check(head, runs, (&self.before, self.accepted), &self.settings)?;
-        if !self.player.keep(self.store, head, payload) {
-            return Err(Refusal::Room);
-        }
-        (self.before, self.accepted) = after;
-        self.chunk = self.chunk.wrapping_add(1);
-        Ok(())
     }
 
     /// Takes up the first chunk, after [`Order::Begin`].
