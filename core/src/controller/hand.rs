@@ -47,11 +47,8 @@ impl Controller {
             EngineAsk::Home if matches!(self.phase, EnginePhase::Ready | EnginePhase::Locked) => self.home(),
             EngineAsk::Unlock if self.phase == EnginePhase::Locked => self.unlock(),
             EngineAsk::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
-            // The zero of the plane stays where it is while a job is in work.
-            EngineAsk::SetZero { axes: [x, y, z], height_mm }
-                if self.at_rest() && (self.run.is_none() || !(x || y)) =>
-            {
-                self.set_zero([x, y, z], height_mm);
+            EngineAsk::SetZero { axes, height_mm } if self.at_rest() && self.may_set_zero(axes) => {
+                self.set_zero(axes, height_mm);
             }
             EngineAsk::ZeroAt { place_mm } if self.phase == EnginePhase::Ready && self.idle() => {
                 self.write_zero(place_mm, None);
@@ -98,6 +95,11 @@ impl Controller {
     /// Moves by hand may begin.
     fn at_rest(&self) -> bool {
         matches!(self.phase, EnginePhase::Ready | EnginePhase::ToolChange) && self.idle()
+    }
+
+    /// The zero of the plane stays where it is while a job is in work.
+    fn may_set_zero(&self, [x, y, _]: [bool; 3]) -> bool {
+        self.run.is_none() || !(x || y)
     }
 
     fn ask_stop(&mut self) {
