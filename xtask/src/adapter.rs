@@ -9,22 +9,13 @@
 use crate::firmware;
 use crate::sh::{Done, command, say, shown};
 use crate::suites::ALL;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
-/// Which tests say what they measured.
-const TESTS: [&str; 8] = [
-    "edges::paths_of_chance",
-    "edges::four_axes_at_half_a_million",
-    "edges::who_asks_how_it_is",
-    "stops::the_emergency_stop_ends",
-    "stops::a_bridge_that_dies_at_any_packet",
-    "touches::a_touch_longer",
-    "deaths::a_host_that_dies",
-    "deaths::a_step_of_the_sample_board",
-];
+/// Which tests without the firmware say what they measured; of those with it all are run.
+const TESTS: [&str; 2] = ["deaths::a_host_that_dies", "deaths::a_step_of_the_sample_board"];
 
 /// What a row is called, what was measured begins with, and what is known of GRBL 1.1h on an ATmega328 and of Klipper on an RP2040.
-const ROWS: [[&str; 4]; 14] = [
+const ROWS: [[&str; 4]; 15] = [
     [
         "fastest steps",
         "rate",
@@ -59,6 +50,7 @@ const ROWS: [[&str; 4]; 14] = [
     ["core 0, making the words of pulses", "processor", "not known", "not known"],
     ["the same, ordinary paths", "path of chance", "not known", "not known"],
     ["flash and memory", "size", "not known", "not known"],
+    ["all tests in the emulator", "seconds", "–", "–"],
 ];
 
 const SOURCES: &str = "\
@@ -69,23 +61,33 @@ This adapter: its firmware in rp2040js, its host natively; no hardware.";
 pub(crate) fn bench() -> Done {
     let elf = firmware::emulated()?;
     let (flash, memory) = firmware::sizes(&elf)?;
-    let mut tests = command("cargo", &["test"]);
-    tests.args(ALL).args(["--lib", "--test", "adapter", "--", "--show-output"]).args(TESTS);
-    tests.env("ANNULUS_FIRMWARE", &elf).stderr(Stdio::inherit());
-    say(&shown(&tests));
-    let ran =
-        tests.output().map_err(|error| format!("`{}` could not be started: {error}.", shown(&tests)))?;
-    let text = String::from_utf8_lossy(&ran.stdout);
-    if !ran.status.success() {
-        return Err(format!("{text}\n`{}` failed.", shown(&tests)));
-    }
+    let mut host = command("cargo", &["test"]);
+    host.args(ALL).args(["--lib", "--", "--show-output"]).args(TESTS);
+    let (said, emulated) = (told(&mut host)?, told(&mut firmware::tests()?)?);
+    let seconds = format!("measured seconds: {} s, one test binary after the other", seconds(&emulated));
+    let text = said + &emulated;
     let stack = text.lines().find_map(|line| line.strip_prefix("measured stack: "));
     let stack = stack.ok_or("No test measured `stack`.")?;
     let size = format!(
         "measured size: {flash} bytes of flash, {memory} bytes of memory, and {stack} of stack at most"
     );
-    print!("{}", table(text.lines().chain([size.as_str()]))?);
+    print!("{}", table(text.lines().chain([size.as_str(), seconds.as_str()]))?);
     Ok(())
+}
+
+/// What some tests say.
+fn told(tests: &mut Command) -> Done<String> {
+    tests.stderr(Stdio::inherit());
+    say(&shown(tests));
+    let ran = tests.output().map_err(|error| format!("`{}` could not be started: {error}.", shown(tests)))?;
+    let text = String::from_utf8_lossy(&ran.stdout).into_owned();
+    if ran.status.success() { Ok(text) } else { Err(format!("{text}\n`{}` failed.", shown(tests))) }
+}
+
+/// How long all tests in `text` took, in s: each binary says it at its end.
+fn seconds(text: &str) -> u64 {
+    let of = |line: &str| line.rsplit_once("finished in ")?.1.strip_suffix('s')?.parse::<f64>().ok();
+    text.lines().filter_map(of).sum::<f64>().round() as u64
 }
 
 /// The table of what was measured.
@@ -107,6 +109,12 @@ fn table<'a>(lines: impl Iterator<Item = &'a str>) -> Done<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_seconds_of_all_binaries_are_one_number() {
+        let said = |seconds: &str| format!("test result: ok. 3 passed; 0 failed; finished in {seconds}s\n");
+        assert_eq!(seconds(&(said("41.06") + "test a ... ok\n" + &said("0.55"))), 42);
+    }
 
     #[test]
     fn every_row_is_measured_or_the_table_is_none() {
