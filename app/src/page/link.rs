@@ -87,12 +87,12 @@ pub struct Link {
     pub board_fit: ReadSignal<Option<Result<BoardFit, Diagnostic>>>,
     /// The job goes along.
     pub goes_along: ReadSignal<bool>,
+    /// Holes were found whose places count no more.
+    pub holes_forgotten: ReadSignal<bool>,
     /// The camera.
     pub eye: ReadSignal<Eye>,
     /// What its crosshair sees, from the spindle, mm.
     pub camera_mm: ReadSignal<Option<[f64; 2]>>,
-    /// Holes were found whose places count no more.
-    pub holes_forgotten: ReadSignal<bool>,
     /// Where the tip made a dot, machine mm.
     pub dot_mm: ReadSignal<Option<[f64; 2]>>,
     /// The job the machine has, where that is another one than was planned.
@@ -139,22 +139,22 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         tools: slots.part(|model| &model.link.tools),
         height_map: slots.kept(|model| &model.link.height_map),
         magazine: slots.handle(|model| &model.link.magazine),
+        contacts: slots.kept(|model| &model.link.contacts),
         levels: slots.part(|model| &model.level.open),
         spacing_mm: slots.part(|model| &model.level.spacing_mm),
         planned_map: slots.part(|model| &model.level.planned),
-        contacts: slots.kept(|model| &model.link.contacts),
         touch_off: slots.part(|model| &model.touch_off),
         sought: slots.part(|model| &model.second_side.holes),
         aimed: slots.part(|model| &model.second_side.aimed),
         board_fit: slots.part(|model| &model.second_side.fit),
         goes_along: slots.part(|model| &model.second_side.applied),
+        holes_forgotten: slots.part(|model| &model.second_side.forgotten),
         eye: slots.part(|model| &model.second_side.eye),
         camera_mm: slots.part(|model| &model.second_side.offset_mm),
         dot_mm: slots.part(|model| &model.second_side.dot_mm),
         fetched: slots.handle(|model| &model.start.fetched),
         shown_job: slots.handle(|model| &model.start.shown),
         preflight: slots.part(|model| &model.start.preflight),
-        holes_forgotten: slots.part(|model| &model.second_side.forgotten),
         ticked: slots.part(|model| &model.start.ticked),
         hand: slots.part(|model| &model.link.hand),
         controller: slots.part(|model| &model.link.controller),

@@ -412,7 +412,9 @@ fn follows(greeting: &[Tell], level_key: &str) -> Result<(), Refusal> {
     });
     match report {
         None => Err(Refusal::content(diagnostic("level.none_kept"))),
-        Some(report) if !same_job(&report.job, level_key) => Err(Refusal::content(diagnostic("level.other_job"))),
+        Some(report) if !same_job(&report.job, level_key) => {
+            Err(Refusal::content(diagnostic("level.other_job")))
+        }
         Some(_) => Ok(()),
     }
 }

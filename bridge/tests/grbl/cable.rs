@@ -11,7 +11,8 @@ use std::time::Duration;
 fn a_pulled_cable_is_told_written_down_and_the_job_goes_on_after_homing() {
     let Some(instrument) = instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &[]);
-    let sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"));
+    let sender =
+        bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"));
     eventually("four sections", MOST, || bench.desk.journal()["done"].as_u64().is_some_and(|done| done >= 4));
     std::thread::sleep(Duration::from_millis(200));
     bench.board.plug(false);

@@ -48,9 +48,8 @@ fn a_move_by_hand_is_as_fast_and_even_as_one_of_a_single_line() {
         let brake_mm = MM_PER_S * MM_PER_S / (2.0 * acceleration);
         let (span, skip) = ((STEPS / 10.0) as usize, ((brake_mm + 0.2) * STEPS) as usize);
         let speeds = (skip..times.len() - skip - span).map(|at| 0.1 / (times[at + span] - times[at]));
-        let (slow, all) = speeds.fold((0_u32, 0_u32), |(slow, all), speed| {
-            (slow + u32::from(speed < 0.97 * MM_PER_S), all + 1)
-        });
+        let (slow, all) = speeds
+            .fold((0_u32, 0_u32), |(slow, all), speed| (slow + u32::from(speed < 0.97 * MM_PER_S), all + 1));
         println!("{acceleration} mm/s²: {lines} lines, {slow} of {all} places slower than they should be");
         // A computer that has other things to do may be late now and then.
         assert!(slow * 20 <= all && lines > 10, "{acceleration} mm/s²: {slow} of {all}, {lines} lines");

@@ -85,7 +85,8 @@ fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() 
     let job = jobs::board();
     let mut board = Board::new(instrument, &settings(true), START, &["--probe-z", &ASKEW.option()]);
     let desk = Desk::new(&job.text);
-    let none = desk.run(&board, &format!("run job.nc {ZERO_AT} --level kept --same-length --confirm-tools 0"));
+    let none =
+        desk.run(&board, &format!("run job.nc {ZERO_AT} --level kept --same-length --confirm-tools 0"));
     assert_eq!((none.0, &none.1["error"]["code"]), (1, &"level.none_kept".into()), "{}", none.1);
     let (exit, map) = desk.run(&board, &format!("level job.nc {ZERO_AT} --grid 5"));
     assert_eq!(exit, 0, "{map} {}", desk.said());
@@ -103,7 +104,8 @@ fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() 
         assert!((found - wanted).abs() < 0.03, "{index}: {found} not {wanted}");
     }
     // Another zero, and another job: nothing moves below.
-    let elsewhere = desk.run(&board, "run job.nc --zero-at -41,-40,-20 --level kept --same-length --confirm-tools 0");
+    let elsewhere =
+        desk.run(&board, "run job.nc --zero-at -41,-40,-20 --level kept --same-length --confirm-tools 0");
     assert_eq!(
         (elsewhere.0, &elsewhere.1["error"]["code"]),
         (1, &"level.other_zero".into()),
@@ -111,9 +113,11 @@ fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() 
         elsewhere.1
     );
     fs::write(desk.path().join("other.nc"), &job.text).unwrap();
-    let other = desk.run(&board, &format!("run other.nc {ZERO_AT} --level kept --same-length --confirm-tools 0"));
+    let other =
+        desk.run(&board, &format!("run other.nc {ZERO_AT} --level kept --same-length --confirm-tools 0"));
     assert_eq!((other.0, &other.1["error"]["code"]), (1, &"level.other_job".into()), "{}", other.1);
-    let (exit, object) = desk.run(&board, &format!("run job.nc {ZERO_AT} --level kept --same-length --confirm-tools 0.1"));
+    let (exit, object) =
+        desk.run(&board, &format!("run job.nc {ZERO_AT} --level kept --same-length --confirm-tools 0.1"));
     assert_eq!((exit, &object["holes_done"]), (0, &12.into()), "{object} {}", desk.said());
     assert!(number(&object, "largest_correction_um") > 400.0, "{object}");
     assert_follows(&mut board, START, ASKEW);

@@ -198,6 +198,9 @@ pub enum Ask {
         /// Where the tool is.
         seen: Seen,
     },
+    /// The clamp of the spindle opens where a change of tools stopped, or where a tool that is worn waits for a new one: what it
+    /// holds falls out, so a person has it in the hand. Refused while anything moves or turns.
+    OpenClamp,
     /// The alarm was read.
     AcknowledgeAlarm,
     /// Forget an interrupted job.
@@ -302,6 +305,7 @@ impl Ask {
             | Self::Unlock
             | Self::Stock { .. }
             | Self::ToolSeen { .. }
+            | Self::OpenClamp
             | Self::AcknowledgeAlarm => Scope::Jog,
             Self::Arm { .. }
             | Self::Start { .. }
@@ -438,13 +442,13 @@ pub enum Tell {
         version: String,
         /// Settings by their numbers, as `$$` lists them.
         values: Vec<(u16, f64)>,
+        /// The mill that a person said it is ([`crate::machine::mill`]).
+        #[serde(default)]
+        mill: Option<String>,
     },
     /// A stroke of the job in work ended on a sensor.
     Touched {
         /// Its leg.
-        /// The mill that a person said it is ([`crate::machine::mill`]).
-        #[serde(default)]
-        mill: Option<String>,
         leg: u32,
         /// Height of the tip over the work zero, µm.
         height_um: f64,
@@ -509,6 +513,7 @@ mod tests {
             (Ask::Output { name: String::new(), on: true, pulse_ms: None }, Scope::Jog, true),
             (Ask::Configure { changes: vec![] }, Scope::Configure, true),
             (Ask::SetHeight, Scope::Jog, true),
+            (Ask::OpenClamp, Scope::Jog, true),
             (Ask::Unlock, Scope::Jog, true),
             (Ask::Probe { depth_um: 1, plate_um: 0 }, Scope::Jog, true),
             (Ask::Edge { axis: 0, up: true, reach_um: 1, tool_um: 1 }, Scope::Jog, true),

@@ -144,10 +144,7 @@ impl<F: Files> Station<F> {
         if !self.greeted {
             return Vec::new();
         }
-        let info = &self.attended.controller().info;
-        let (flavour, version) = (info.flavour().to_owned(), info.version.clone());
-        let values = info.values.iter().map(|(number, value)| (*number, *value)).collect();
-        let mut tells = vec![self.machine_tell(), Tell::Controller { flavour, version, values }];
+        let mut tells = vec![self.machine_tell(), self.controller_tell()];
         tells.push(Tell::Status(Box::new(self.status())));
         tells.extend(self.offer_tell());
         tells.push(self.surface_tell());
@@ -244,10 +241,10 @@ impl<F: Files> Station<F> {
             bit_mm: bit.and_then(|bit| Some(program?.bits.get(bit as usize)?.diameter.mm())),
             spindle_rpm: self.rpm(),
             spindle: SpindleState::Untold,
-            other_firmware: None,
             feed_override_percent: feed as u8,
             inputs: report.map_or(0, |report| inputs(&report.pins)),
             touches: None,
+            other_firmware: None,
             phases: [0; 3],
             slips: Vec::new(),
             drilled: None,

@@ -5,8 +5,8 @@
 #[path = "../../../core/tests/controller/automaton.rs"]
 mod automaton;
 
-mod host;
 mod height;
+mod host;
 mod level;
 mod mill;
 

@@ -134,9 +134,11 @@ impl Owner {
         }
     }
 
-    /// Refused where a person opened the clamp for a new tool and did not close it.
-    pub(super) fn new_tool_is_held(&self) -> Result<(), Diagnostic> {
-        let is_open = self.waits_for_new_tool() && self.tools.stock.spindle == Held::Unknown;
-        if is_open { Err(diagnostic("magazine.clamp_by_hand")) } else { Ok(()) }
+    /// A person says that the tool is in. Refused where the clamp was opened for it and is not closed.
+    pub(super) fn tool_changed(&mut self) -> Result<(), Diagnostic> {
+        if self.waits_for_new_tool() && self.tools.stock.spindle == Held::Unknown {
+            return Err(diagnostic("magazine.clamp_by_hand"));
+        }
+        self.try_event(Event::ToolChanged)
     }
 }

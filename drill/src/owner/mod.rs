@@ -326,7 +326,6 @@ impl Owner {
             Ask::FeedOverride { percent } => self.feed_override(percent)?,
             Ask::Stop => {
                 self.stop_start();
-                self.tools.clamp.stays();
                 self.lock_outputs();
                 self.try_event(Event::Stop)?;
             }
@@ -335,10 +334,7 @@ impl Owner {
             Ask::QueueClear => self.queue_clear()?,
             Ask::OutputLease { minutes } => self.lease_outputs(minutes)?,
             Ask::Output { name, on, pulse_ms } => self.switch_output(&name, on, pulse_ms)?,
-            Ask::ToolChanged => {
-                self.new_tool_is_held()?;
-                self.try_event(Event::ToolChanged)?;
-            }
+            Ask::ToolChanged => self.tool_changed()?,
             Ask::NewTool { number } => self.new_tool(number)?,
             Ask::Stock { places, spindle } => self.stock_said(places, spindle)?,
             Ask::ToolSeen { seen } => self.tool_seen(seen)?,

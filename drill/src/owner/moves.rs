@@ -366,13 +366,24 @@ impl Owner {
         segments_up
     }
 
+    /// Where it rests, and how the inputs and the foot are there.
+    fn rests_at(&mut self, report: &Report) {
+        (self.position, self.down, self.tools.inputs) = (report.position, report.down, report.inputs);
+        self.foot.played(report.ended);
+    }
+
+    /// The tip touched something at this place, higher than the board can lie there.
+    fn touched_early(&mut self, doing: &Doing, at: &Steps) {
+        let board_steps = if *doing == Doing::Leg { self.board_of_leg() } else { 0 };
+        self.fails(early(&self.machine, at, board_steps), self.session.trust);
+    }
+
     /// What a report means.
     pub(crate) fn reported(&mut self, report: &Report) {
         if report.id != self.task {
             return;
         }
-        (self.position, self.down, self.tools.inputs) = (report.position, report.down, report.inputs);
-        self.foot.played(report.ended);
+        self.rests_at(report);
         let doing = std::mem::replace(&mut self.doing, Doing::Nothing);
         let stopping = self.session.state == State::Stopping;
         match (doing, report.ended) {
@@ -415,10 +426,7 @@ impl Owner {
                 self.fails(why, if harm == Harm::None { self.session.trust } else { Trust::Suspect });
             }
             (_, Ended::Missing(input)) => self.fails(missing(input), self.session.trust),
-            (doing, Ended::Early { at }) => {
-                let board = if doing == Doing::Leg { self.board_of_leg() } else { 0 };
-                self.fails(early(&self.machine, &at, board), self.session.trust);
-            }
+            (doing, Ended::Early { at }) => self.touched_early(&doing, &at),
             (Doing::Leg, Ended::Unmet(gate)) if gate.input == Input::Contact => self.nothing_touched(),
             (Doing::Leg, Ended::Unmet(gate)) if gate.otherwise == Otherwise::Alarm => {
                 let us = f64::from(gate.deadline_us);

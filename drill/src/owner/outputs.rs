@@ -154,8 +154,9 @@ impl Owner {
         self.tell(self.outputs_tell());
     }
 
-    /// Locks, and turns off what was left on. Where it was locked already, nothing.
+    /// Locks, and turns off what was left on; a clamp that waits to be opened stays closed. Where it was locked already, nothing.
     pub(crate) fn lock_outputs(&mut self) {
+        self.tools.clamp.stays();
         if let Some(switches) = self.by_hand.lock() {
             self.put_out(&switches);
         }

@@ -171,10 +171,10 @@ pub struct Link {
     pub height_map: Arc<HeightMapReport>,
     /// What lies in the magazine; none on a machine without one.
     pub magazine: Option<Arc<MagazineReport>>,
-    /// Who this page is to the bridge.
-    pub(super) session: Option<Paired>,
     /// Where the strokes of the job in work, or of the last one, ended on their sensor.
     pub contacts: Arc<Contacts>,
+    /// Who this page is to the bridge.
+    pub(super) session: Option<Paired>,
     /// Tries since the line was open last.
     attempt: u32,
     /// Counts what was tried and what is to be: a try that is due is done only where nothing was tried since.
