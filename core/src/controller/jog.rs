@@ -24,14 +24,16 @@ const AHEAD_S: f64 = 0.2;
 const PIECE_S: f64 = 0.04;
 /// And so long, µm: none is shorter than a step.
 const SMALLEST_UM: i64 = 20;
+/// All but the last are so many times this, an eighth of a millimetre: that a board adds up in single precision without a rest.
+const EVEN_UM: i64 = 125;
 /// Blocks of the planner that stay free: a line for which there is no room is run after a jog cancel all the same.
 const FREE_BLOCKS: usize = 3;
 /// Pieces that wait for their answers.
 const UNANSWERED: usize = 2;
 /// Acceleration where nobody knows, mm/s².
-const USUAL_ACCELERATION: f64 = 100.0;
+const USUAL_MM_PER_S2: f64 = 100.0;
 /// Full speed, as reports have it.
-const FAST: f64 = 0.95;
+const FAST_SHARE: f64 = 0.95;
 /// What reports round, mm.
 const ROUNDED_MM: f64 = 0.01;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
@@ -84,7 +86,10 @@ impl JogRun {
         if left_um == 0 || self.falters || room_um < piece_um.min(left_um) {
             return None;
         }
-        let um = room_um.min(left_um);
+        let um = match room_um.min(left_um) {
+            um if um < left_um && um >= EVEN_UM => um - um % EVEN_UM,
+            um => um,
+        };
         let free = self.unanswered_um.iter_mut().find(|piece| **piece == 0)?;
         *free = um;
         self.sent_um += um;
@@ -107,7 +112,7 @@ impl JogRun {
 
     /// It was at `place_mm` a moment ago, at most so fast.
     fn is_reported(&mut self, now_ms: u64, place_mm: Option<[f64; 3]>, mm_per_s: f64) {
-        let is_fast = mm_per_s >= FAST * self.speed_mm_per_s;
+        let is_fast = mm_per_s >= FAST_SHARE * self.speed_mm_per_s;
         self.falters = self.was_fast && !is_fast && self.sent_um < self.way_um;
         self.was_fast |= is_fast;
         if let (Some(gone_mm), Some(_)) = (self.gone_mm(place_mm), self.anchor) {
@@ -137,7 +142,7 @@ impl Controller {
             unanswered_um: [0; UNANSWERED],
             mm_per_min,
             speed_mm_per_s: mm_per_min.min(fastest) / 60.0,
-            mm_per_s2: own(120).filter(is_fit).unwrap_or(USUAL_ACCELERATION),
+            mm_per_s2: own(120).filter(is_fit).unwrap_or(USUAL_MM_PER_S2),
             from_mm: None,
             anchor: None,
             was_fast: false,
@@ -269,13 +274,27 @@ mod tests {
     }
 
     #[test]
+    fn what_a_board_adds_up_in_single_precision_is_the_place_and_nothing_beside_it() {
+        let mut jog = move_of(20.0, 16.67, 500.0);
+        let (mut place, mut ms) = (-1.0_f32, 0);
+        while jog.sent_um < jog.way_um {
+            ms += 7;
+            if let Some(um) = jog.next_um(ms, 15) {
+                place -= number(um as f64 / 1e3).parse::<f32>().unwrap();
+                jog.is_answered(ms);
+            }
+        }
+        assert_eq!(place.to_bits(), (-21.0_f32).to_bits(), "{place}");
+    }
+
+    #[test]
     fn nothing_more_is_sent_to_a_board_that_does_not_answer_or_stands_still() {
         let mut jog = move_of(300.0, 10.0, 100.0);
         let first: i64 = (0..5_000).filter_map(|ms| jog.next_um(ms, 15)).sum();
         assert_eq!(first, 2_500, "0.2 s and the way to rest");
         jog.is_answered(5_000);
         let more: i64 = (5_000..9_000).filter_map(|ms| jog.next_um(ms, 15)).sum();
-        assert_eq!(more, 800, "two pieces wait for their answers");
+        assert_eq!(more, 750, "two pieces wait for their answers");
         jog.is_answered(9_000);
         jog.is_reported(9_000, Some([-99.0, 0.0, 0.0]), 0.0);
         assert_eq!(jog.next_um(9_000, 15), None, "by time it would be at its end, but it stands at 1 mm");

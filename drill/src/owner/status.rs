@@ -4,7 +4,7 @@
 
 use super::Owner;
 use super::moves::Doing;
-use annulus_core::job::{Command, Mark};
+use annulus_core::job::{Command, Leg, Mark};
 use annulus_core::machine::{self, Output, Steps, phases};
 use annulus_core::pins::SpindleState;
 use annulus_core::steps::{Stage, TICK_HZ};
@@ -123,14 +123,6 @@ impl Owner {
         });
         let target_mm =
             target.map(|_| [0, 1].map(|axis: usize| axes[axis].scale.length(glimpse.end[axis]).mm()));
-        let lowest = leg.and_then(|leg| {
-            let depths = leg.commands.iter().filter_map(|command| match command {
-                Command::Plunge { to, .. } => Some(to.mm()),
-                Command::Mill { height, .. } | Command::MillArc { height, .. } => Some(height.mm()),
-                _ => None,
-            });
-            depths.reduce(f64::min)
-        });
         let stage =
             glimpse.stage.map(|stage| if stage == Stage::NextHole { hop_stage(work_mm[2]) } else { stage });
         let left_at = |leg: usize| work.and_then(|work| work.job.left_ticks.get(leg)).copied().unwrap_or(0);
@@ -145,7 +137,7 @@ impl Owner {
             work_mm,
             zero_mm,
             target_mm,
-            lower_dead_point_mm: lowest,
+            lower_dead_point_mm: leg.and_then(lowest_mm),
             job: work.map(|work| work.job.key.clone()),
             job_name: work.map(|work| work.job.program.name.clone()),
             leg: work.map(|work| u32::try_from(work.leg).unwrap_or(u32::MAX)),
@@ -225,4 +217,14 @@ fn command_name(stage: Stage) -> &'static str {
         Stage::Jog => "jog",
         Stage::Touch => "touch",
     }
+}
+
+/// How far down the tip goes in a leg, mm over the work zero.
+fn lowest_mm(leg: &Leg) -> Option<f64> {
+    let depths = leg.commands.iter().filter_map(|command| match command {
+        Command::Plunge { to, .. } => Some(to.mm()),
+        Command::Mill { height, .. } | Command::MillArc { height, .. } => Some(height.mm()),
+        _ => None,
+    });
+    depths.reduce(f64::min)
 }
