@@ -31,7 +31,7 @@ test("a controller that is set up for another mill than it is said to be is told
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
     await press(page, page.getByRole("button", { name: "Start…" }));
     const dialog = page.getByRole("dialog", { name: "Before the start" });
-    await dialog.getByText(/^Axis X makes 250 steps in a millimetre \(\$100\), a Shapeoko 3 40: a board would come out in another size/).waitFor();
+    await dialog.getByText(/^Axis X has 250 in \$100, its steps in a millimetre, a Shapeoko 3 has 40: a board would come out in another size/).waitFor();
     await page.screenshot({ path: picture("mills-preflight") });
     await dialog.getByRole("button", { name: "Cancel" }).click();
     await page.reload();
