@@ -113,7 +113,7 @@ impl WordsInForce {
     /// Rises to `safe`, or to the entry of `section` where that is higher, absolutely. From above that it goes nowhere: a tip that somebody
     /// raised comes down over its place, not where it stands ([`Self::over`]).
     pub fn rise(&mut self, section: &Section, safe: Length) -> Vec<WireLine> {
-        if self.is_above(section, safe) { Vec::new() } else { vec![self.to_height(section, safe)] }
+        if self.is_above(section, safe) { Vec::new() } else { vec![self.goes_to_height(section, safe)] }
     }
 
     /// Whether it stands higher than it would rise.
@@ -121,7 +121,7 @@ impl WordsInForce {
         self.at()[2] > safe.max(section.entry[2]).mm() + SAME_HEIGHT_MM
     }
 
-    fn to_height(&mut self, section: &Section, safe: Length) -> WireLine {
+    fn goes_to_height(&mut self, section: &Section, safe: Length) -> WireLine {
         let high = number(safe.max(section.entry[2]).mm());
         let before = self.at();
         self.stands(2, &high);
@@ -137,7 +137,7 @@ impl WordsInForce {
         self.stands(1, &y);
         let mut lines = vec![line(format!("G90G0X{x}Y{y}"), Some(rapid(before, self.at())), 0)];
         if section.cuts() && self.is_above(section, safe) {
-            lines.push(self.to_height(section, safe));
+            lines.push(self.goes_to_height(section, safe));
         }
         let turns = section.cuts() && section.spindle != Spindle::Off;
         if turns && self.spindle != section.spindle {

@@ -326,9 +326,9 @@ impl Controller {
         match kind {
             Some(SectionKind::Hole(_) | SectionKind::Toolpath(_)) => {
                 if run.wants_tool(height) {
-                    run.leave()
+                    run.leave();
                 } else {
-                    run.work()
+                    run.work();
                 }
             }
             Some(SectionKind::Change(tool)) => self.wait_for_tool(tool),
