@@ -66,9 +66,9 @@ fn a_computer_that_stood_still_for_long_holds_the_job_and_it_goes_on_where_it_wa
     for (ms, stuck) in [(6_000, true), (6_000, false), (60_000, true), (3_600_000, false)] {
         let (mut bench, program) = Bench::running();
         if stuck {
-            bench.stuck(ms)
+            bench.stuck(ms);
         } else {
-            bench.asleep(ms)
+            bench.asleep(ms);
         }
         let status = bench.state(State::Paused);
         assert_eq!((status.trust, status.alarm), (Trust::Trusted, None), "{ms} ms, stuck {stuck}");
