@@ -209,9 +209,10 @@ mill("a line that is disturbed is no cable that is out: it is said once, and the
   for (const name of ["ParityError", "BufferOverrunError"]) await page.evaluate((name) => navigator.serial.disturb(name), name);
   await shown(page, /The cable is disturbed: BufferOverrunError, 4× so far/);
   await page.screenshot({ path: picture("port-disturbed-1440") });
-  // One notice at a time: how the job ended comes behind this one.
-  await page.getByRole("button", { name: "Close", exact: true }).first().click();
+  // One notice at a time: how the job ended comes before this one.
   await shown(page, /^The job is done\./);
+  await page.getByRole("button", { name: "Close", exact: true }).first().click();
+  await shown(page, /The cable is disturbed: BufferOverrunError, 4× so far/);
   assert.equal(port.opens, 1, "the port was never opened anew");
   await judged(board, zero);
 });

@@ -51,7 +51,7 @@ impl Controller {
                 self.set_zero(axes, height_mm);
             }
             EngineAsk::ZeroAt { place_mm } if self.phase == EnginePhase::Ready && self.idle() => {
-                self.write_zero(place_mm, None);
+                self.write_zero(place_mm, ZeroWanted::default());
             }
             EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
                 (self.probed, self.height) = (None, BoardHeight::Unknown);
@@ -168,30 +168,23 @@ impl Controller {
     }
 
     fn set_zero(&mut self, axes: [bool; 3], height_mm: f64) {
-        let mut text = "G21G10L20P1".to_owned();
-        for (axis, letter) in AXES.into_iter().enumerate() {
-            if axes[axis] {
-                text += &format!("{letter}{}", number(if axis == 2 { height_mm } else { 0.0 }));
-            }
-        }
         let Some(machine) = self.status.as_ref().and_then(|status| status.machine_mm) else {
             return self.found(Diagnostic::error("grbl.no_report"));
         };
-        self.send(&text, Meaning::Written);
         let heights = [0.0, 0.0, height_mm];
         let place_mm = core::array::from_fn(|axis| axes[axis].then_some(machine[axis] - heights[axis]));
         // Without switches a person's word is all there is to know a place by: once the controller has it.
         let trusts = axes[0] && axes[1] && !self.homes() && self.phase == EnginePhase::Ready;
-        self.read_zero(place_mm, ZeroWanted { trusts, ..ZeroWanted::default() });
+        self.write_zero(place_mm, ZeroWanted { trusts, ..ZeroWanted::default() });
     }
 
-    /// This place in machine coordinates is to be the zero of its axes; `touched_mm` is where the probe met the board, if it was made of
-    /// that. It is said as a place: where the head is by now does not matter, it came to rest behind the touch.
-    fn write_zero(&mut self, place_mm: [Option<f64>; 3], touched_mm: Option<[f64; 3]>) {
+    /// This place in machine coordinates is to be the zero of its axes. It is said as a place: where the head is by now does not
+    /// matter, it came to rest behind the touch.
+    fn write_zero(&mut self, place_mm: [Option<f64>; 3], wanted: ZeroWanted) {
         let words = AXES.into_iter().zip(place_mm);
         let words = words.filter_map(|(letter, mm)| Some(format!("{letter}{}", number(mm?))));
         self.send(&format!("G21G10L2P1{}", words.collect::<String>()), Meaning::Written);
-        self.read_zero(place_mm, ZeroWanted { touched_mm, ..ZeroWanted::default() });
+        self.read_zero(place_mm, wanted);
     }
 
     /// The lowest and the highest place of an axis in machine coordinates, mm; none where that is not known: nothing was homed.
@@ -237,7 +230,7 @@ impl Controller {
                 }
                 let touched_mm = self.probed_at_mm;
                 let height_mm = touched_mm.map(|place| place[2] - plate_mm);
-                self.write_zero([None, None, height_mm], touched_mm);
+                self.write_zero([None, None, height_mm], ZeroWanted { touched_mm, ..ZeroWanted::default() });
                 self.lift(up_mm.abs());
             }
             Meaning::Echo => self.compare_zero(),
@@ -253,7 +246,8 @@ impl Controller {
             return self.rest();
         };
         let edge_mm = place[axis] - radius_mm;
-        self.write_zero(core::array::from_fn(|own| (own == axis).then_some(edge_mm)), Some(place));
+        let place_mm = core::array::from_fn(|own| (own == axis).then_some(edge_mm));
+        self.write_zero(place_mm, ZeroWanted { touched_mm: Some(place), ..ZeroWanted::default() });
         let text = format!("$J=G91G21{}{}F{}", AXES[axis], number(back_mm), number(LIFT_MM_PER_MIN));
         self.send("G90", Meaning::Jog);
         self.send(&text, Meaning::Jog);

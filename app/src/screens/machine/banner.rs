@@ -11,6 +11,7 @@ use crate::page::link::{self, Freshness, Link, LinkPhase, Notice, Ousted};
 use crate::page::{frame, send};
 use crate::widgets::{Icon, icon, push, push_if};
 use annulus_core::control::Alarm;
+use annulus_core::diagnostic::Severity;
 use annulus_core::wire::{Ask, DrilledReport};
 use leptos::html::{div, p, span, strong};
 use leptos::prelude::*;
@@ -97,6 +98,7 @@ enum Told {
     Refused,
     Ousted,
     Ended,
+    Warned,
     Interrupted,
     OtherFirmware,
 }
@@ -104,11 +106,14 @@ enum Told {
 /// Which of them is on show; while an alarm says more than they do, only why a press came to nothing: that of its own button too.
 fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<Told>> {
     let alarm = alarm_of(line);
+    let is_error =
+        move || line.refused.with(|why| why.as_ref().is_some_and(|why| why.severity == Severity::Error));
     Memo::new(move |_| {
         let rows = [
-            (Told::Refused, line.refused.with(Option::is_some)),
+            (Told::Refused, is_error()),
             (Told::Ousted, line.ousted.with(Option::is_some)),
             (Told::Ended, ended::is_to_be_told(line, closed.get())),
+            (Told::Warned, line.refused.with(Option::is_some)),
             (Told::Interrupted, line.interrupted.with(Option::is_some)),
             (Told::OtherFirmware, line.other_firmware.with(Option::is_some)),
         ];
@@ -117,7 +122,7 @@ fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<
     })
 }
 
-/// Why control was lost, why the last wish was refused, how the last job ended, what can be taken up, that the adapter's firmware is
+/// Why control was lost, why the last wish was refused, how the last job ended, what disturbs, what can be taken up, that the adapter's firmware is
 /// another one: they stay until somebody closes them.
 pub(crate) fn answers() -> impl IntoView {
     let line = link::link();
@@ -125,20 +130,21 @@ pub(crate) fn answers() -> impl IntoView {
     let foremost = foremost(line, closed);
     move || {
         Some(match foremost.get()? {
-            Told::Refused => refused(line).into_any(),
+            Told::Refused => refused(line, "notice tone-alarm").into_any(),
             Told::Ousted => ousted(line).into_any(),
             Told::Ended => ended::ended(closed).into_any(),
+            Told::Warned => refused(line, "notice tone-pause").into_any(),
             Told::Interrupted => offer::notice(line).into_any(),
             Told::OtherFirmware => other_firmware(line).into_any(),
         })
     }
 }
 
-fn refused(line: Link) -> impl IntoView {
+fn refused(line: Link, class: &'static str) -> impl IntoView {
     move || {
         line.refused.get().map(|why| {
             let cure = why.clone();
-            div().class("notice tone-alarm").attr("role", "alert").child((
+            div().class(class).attr("role", "alert").child((
                 icon(Icon::Warning),
                 div()
                     .class("grow")
