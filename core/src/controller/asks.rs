@@ -2,8 +2,11 @@
 //!
 //! Comes in: nothing. Goes out: the words that engine, bridge and page share. Does not know what becomes of them.
 
+use super::check::CheckNews;
 use super::heard::CompiledOptions;
+use super::overrides::OverrideOf;
 use super::routine::Routine;
+use super::setter::ToolSetter;
 use super::settings::Values;
 use crate::control::Ending;
 use crate::diagnostic::Diagnostic;
@@ -28,6 +31,10 @@ pub mod signs {
     pub const JOG_CANCEL: u8 = 0x85;
 }
 
+/// Speeds of the line that are tried where nobody says which, in their order: most boards have the first.
+pub const BITS_PER_S: [u32; 10] =
+    [115_200, 57_600, 9_600, 250_000, 230_400, 38_400, 19_200, 460_800, 921_600, 1_000_000];
+
 /// What the controller is doing, as far as the engine brought it there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EnginePhase {
@@ -47,6 +54,8 @@ pub enum EnginePhase {
     Probing,
     /// Touching the board place by place.
     Surveying,
+    /// The controller reads a job in check mode; nothing moves.
+    Checking,
     /// A job.
     Running,
     /// Coming to rest in a job.
@@ -55,6 +64,8 @@ pub enum EnginePhase {
     Held,
     /// A person changes the tool.
     ToolChange,
+    /// The tool that is in is measured on the tool setter, in the middle of its change.
+    Measuring,
     /// Coming to rest to end a job.
     Stopping,
 }
@@ -91,6 +102,11 @@ pub enum EngineAsk {
         um: i32,
         /// How fast.
         mm_per_min: f64,
+    },
+    /// Z all the way up, then X and Y to where it is parked.
+    Park {
+        /// So far from the lowest ends of X and Y, mm; none for where homing leaves it.
+        from_low_mm: Option<[f64; 2]>,
     },
     /// End the move by hand.
     JogCancel,
@@ -151,8 +167,18 @@ pub enum EngineAsk {
     Stop,
     /// End the job once the section in work is done: over the next one, the tip up.
     StopAfter,
-    /// Change an override.
-    Override(Override),
+    /// So many percent of what the program says.
+    Override {
+        /// Of what.
+        of: OverrideOf,
+        /// Percent.
+        percent: u8,
+    },
+    /// Read this job in check mode: every line of it, without a move.
+    Check {
+        /// The job.
+        routine: Arc<Routine>,
+    },
     /// A setting.
     Set {
         /// Its number.
@@ -195,6 +221,8 @@ pub struct EngineStart {
     pub zero_mm: Option<[f64; 3]>,
     /// All bits stand out equally far, by a person's word: none is touched off after it was put in.
     pub same_length: bool,
+    /// Where each tool is measured before it cuts; none where each is touched off against the board.
+    pub setter: Option<ToolSetter>,
     /// Seconds that the spindle takes to come up to speed.
     pub spin_up_s: f64,
     /// Findings that were seen, by code.
@@ -203,7 +231,7 @@ pub struct EngineStart {
 
 /// A step of an override.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Override {
+pub(super) enum Override {
     /// Feed as programmed.
     FeedFull,
     /// Feed 10 % up.
@@ -226,21 +254,38 @@ pub enum Override {
     SpindleUp,
     /// Spindle 10 % down.
     SpindleDown,
+    /// Spindle 1 % up.
+    SpindleUpOne,
+    /// Spindle 1 % down.
+    SpindleDownOne,
 }
 
 impl Override {
-    /// The steps that make the feed `percent` of the programmed one, 10 to 200.
-    pub fn feed(percent: u8) -> impl Iterator<Item = Self> {
-        let off = i32::from(percent.clamp(10, 200)) - 100;
-        let (ten, one) =
-            if off < 0 { (Self::FeedDown, Self::FeedDownOne) } else { (Self::FeedUp, Self::FeedUpOne) };
-        let off = off.unsigned_abs() as usize;
-        let tens = std::iter::repeat_n(ten, off / 10);
-        std::iter::once(Self::FeedFull).chain(tens).chain(std::iter::repeat_n(one, off % 10))
+    /// The one that brings rapids there.
+    pub(super) fn rapid(percent: u16) -> Self {
+        match percent {
+            25 => Self::RapidQuarter,
+            50 => Self::RapidHalf,
+            _ => Self::RapidFull,
+        }
+    }
+
+    /// How many percent it makes of so many; none where nobody knows.
+    pub(super) fn leads_to(self, percent: Option<u16>) -> Option<u16> {
+        let by = |step: i16| Some(percent?.saturating_add_signed(step).clamp(10, 200));
+        match self {
+            Self::FeedFull | Self::RapidFull | Self::SpindleFull => Some(100),
+            Self::RapidHalf => Some(50),
+            Self::RapidQuarter => Some(25),
+            Self::FeedUp | Self::SpindleUp => by(10),
+            Self::FeedDown | Self::SpindleDown => by(-10),
+            Self::FeedUpOne | Self::SpindleUpOne => by(1),
+            Self::FeedDownOne | Self::SpindleDownOne => by(-1),
+        }
     }
 
     /// Its real-time character.
-    pub fn sign(self) -> u8 {
+    pub(super) fn sign(self) -> u8 {
         match self {
             Self::FeedFull => 0x90,
             Self::FeedUp => 0x91,
@@ -253,6 +298,8 @@ impl Override {
             Self::SpindleFull => 0x99,
             Self::SpindleUp => 0x9A,
             Self::SpindleDown => 0x9B,
+            Self::SpindleUpOne => 0x9C,
+            Self::SpindleDownOne => 0x9D,
         }
     }
 }
@@ -280,6 +327,8 @@ pub enum EngineAction {
     },
     /// What came of a board that is touched.
     Survey(SurveyNews),
+    /// What comes of a job that is read in check mode.
+    Check(CheckNews),
     /// The job is over.
     Ended(Ending),
     /// Something to be said; an error stands until the next ask.
@@ -336,26 +385,5 @@ impl Info {
             () if says("fluidnc") => "FluidNC",
             () => "GRBL",
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_feed_is_reached_by_the_steps_that_controllers_have() {
-        let rows = [
-            (100, "90"),
-            (110, "90 91"),
-            (97, "90 94 94 94"),
-            (75, "90 92 92 94 94 94 94 94"),
-            (122, "90 91 91 93 93"),
-        ];
-        for (percent, expected) in rows {
-            let signs: Vec<_> = Override::feed(percent).map(|step| format!("{:x}", step.sign())).collect();
-            assert_eq!(signs.join(" "), expected, "{percent}");
-        }
-        assert_eq!((Override::feed(1).count(), Override::feed(255).count()), (10, 11));
     }
 }

@@ -1,9 +1,9 @@
 //! The engine of a controller by serial line: (state, event) → (state, actions).
 //!
 //! ```text
-//! Closed ─▶ Greeting ─▶ Ready ─┬─ Homing, Jogging, Probing ─▶ Ready
+//! Closed ─▶ Greeting ─▶ Ready ─┬─ Homing, Jogging, Probing, Checking ─▶ Ready
 //!               │         ▲    └─ Running ⇄ Holding, Held ─▶ Stopping ─▶ Ready
-//!               ▼         │         └─ ToolChange (jog, probe, zero) ─▶ Running
+//!               ▼         │         └─ ToolChange (jog, probe, zero), Measuring ─▶ Running
 //!             Locked ─────┘ home, unlock
 //! ```
 //!
@@ -15,12 +15,16 @@
 
 use super::asks::{EngineAction, EngineEvent, EnginePhase, Info, signs};
 use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
+use super::check::CheckRun;
 use super::heard::{ControllerStatus, Ear, HeardLine, Modes, ReportedState, hear};
 use super::height::{BoardHeight, ZeroWanted};
 use super::home::Homing;
 use super::jog::JogRun;
+use super::overrides::OverrideWishes;
+use super::park::ParkRun;
 use super::routine::Routine;
 use super::run::Run;
+use super::setter::{SetterRun, SetterStep};
 use super::settings;
 use super::survey::{SurveyRun, SurveyStep};
 use crate::control::{Ending, Trust};
@@ -33,6 +37,9 @@ const ASK_SOON_MS: u64 = 100;
 const ASK_USUALLY_MS: u64 = 200;
 /// The same where a look is near.
 const ASK_LATE_MS: u64 = 400;
+/// Reports that come so late that another could have been asked for, after each other: what is between, or the board itself, has enough to
+/// do, as CH340 chips and hubs have.
+const LATE_REPORTS: u32 = 5;
 /// A question without an answer is asked again.
 const ASK_AGAIN_MS: u64 = 600;
 /// Nothing heard for so long: nobody is there.
@@ -69,6 +76,15 @@ pub(super) enum Meaning {
     },
     /// A line of a survey; the words before it have no answer of their own.
     Survey(Option<SurveyStep>),
+    /// A line of the measurement of a tool; the same.
+    Setter(Option<SetterStep>),
+    /// `$C`, into check mode.
+    CheckMode,
+    /// A line of a job that is read in check mode: its text, and the line of the program.
+    Check {
+        text: String,
+        line: u32,
+    },
     /// A line of a job: its text, how long it may wait.
     Job {
         text: String,
@@ -106,6 +122,8 @@ pub struct Controller {
     pub(super) asked_ms: Option<u64>,
     /// When it was asked for last.
     pub(super) last_ask_ms: u64,
+    /// Reports that came late, after each other.
+    late_reports: u32,
     /// When anything was heard last.
     pub(super) heard_ms: u64,
     /// When a line was sent or answered last.
@@ -123,6 +141,8 @@ pub struct Controller {
     pub(super) homing: Homing,
     /// The move by hand that is sent piece by piece.
     pub(super) jog: Option<JogRun>,
+    /// A way to where it is parked.
+    pub(super) park: Option<ParkRun>,
     /// The move by hand was to end: should it be heard of still, it is told so again.
     pub(super) jog_ends: bool,
     /// Reports of rest since it was to come to rest.
@@ -134,6 +154,11 @@ pub struct Controller {
     pub(super) probed_at_mm: Option<[f64; 3]>,
     pub(super) run: Option<Run>,
     pub(super) survey: Option<SurveyRun>,
+    pub(super) setter: Option<SetterRun>,
+    /// How much higher zero of Z is than the place where the tool setter meets the same tool, mm.
+    pub(super) reference_mm: Option<f64>,
+    pub(super) check: Option<CheckRun>,
+    pub(super) overrides: OverrideWishes,
     pub(super) ending: Option<Ending>,
     /// Lines of jobs that were sent since the link was opened.
     pub sent_lines: u64,
@@ -157,6 +182,7 @@ impl Default for Controller {
             queue: VecDeque::new(),
             asked_ms: None,
             last_ask_ms: 0,
+            late_reports: 0,
             heard_ms: 0,
             moved_ms: 0,
             reset_at: None,
@@ -167,6 +193,7 @@ impl Default for Controller {
             height: BoardHeight::Unknown,
             homing: Homing::default(),
             jog: None,
+            park: None,
             jog_ends: false,
             idle_reports: 0,
             rests_overdue: 0,
@@ -174,6 +201,10 @@ impl Default for Controller {
             probed_at_mm: None,
             run: None,
             survey: None,
+            setter: None,
+            reference_mm: None,
+            check: None,
+            overrides: OverrideWishes::default(),
             ending: None,
             sent_lines: 0,
             answered_lines: 0,
@@ -205,6 +236,7 @@ pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Con
         EngineEvent::Ask(ask) => controller.ask(ask),
     }
     controller.time();
+    controller.send_overrides();
     controller.feed();
     if ran && controller.run.is_none() {
         controller.bit_is_another();
@@ -236,7 +268,10 @@ impl Controller {
             (self.phase, self.since_ms, self.jog_ends) = (phase, self.now_ms, false);
         }
         if phase != EnginePhase::Jogging {
-            self.jog = None;
+            (self.jog, self.park) = (None, None);
+        }
+        if phase != EnginePhase::Measuring {
+            self.setter = None;
         }
     }
 
@@ -286,6 +321,7 @@ impl Controller {
             self.out.push(EngineAction::Ended(Ending::Alarm));
         }
         self.survey_is_over(Some("level.unplugged"));
+        self.check_is_over(Some(Diagnostic::error("grbl.check_unplugged")));
         self.drop_lines();
         self.ear.clear();
         self.lose_place();
@@ -354,6 +390,8 @@ impl Controller {
             self.out.push(EngineAction::Ended(if stopping { ending } else { Ending::Alarm }));
         }
         self.survey_is_over((!stopping).then_some("level.reset"));
+        self.check_greeted();
+        self.overrides = OverrideWishes::default();
         self.set(EnginePhase::Greeting);
         for (index, text) in ["$I", "$$", "$#", "$G"].into_iter().enumerate() {
             self.send(text, Meaning::Greeting(index == 3));
@@ -374,6 +412,8 @@ impl Controller {
                 self.trouble(why.with("line", text));
             }
             (Meaning::Job { .. }, None) => self.answered_lines += 1,
+            (Meaning::CheckMode, error) => self.check_mode_answered(error),
+            (Meaning::Check { text, line }, error) => self.check_answered(&text, line, error),
             (Meaning::Greeting(last), _) => {
                 if last {
                     self.set(EnginePhase::Ready);
@@ -403,15 +443,23 @@ impl Controller {
         }
     }
 
-    /// Back to what it was before a move by hand.
+    /// Back to what it was before a move by hand, or a measurement: what that moved comes to rest first.
     pub(super) fn rest(&mut self) {
         self.queue.clear();
-        let phase = if self.run.is_some() { EnginePhase::ToolChange } else { EnginePhase::Ready };
+        let phase = match () {
+            () if self.setter.is_some() => EnginePhase::Jogging,
+            () if self.run.is_some() => EnginePhase::ToolChange,
+            () => EnginePhase::Ready,
+        };
         self.set(phase);
     }
 
     fn alarmed(&mut self, number: u16) {
         let why = Diagnostic::error(&settings::alarm_code(number)).with("number", number);
+        let why = self.setter_alarm(number).unwrap_or(why);
+        let read = self.checked_line();
+        let read = read.map_or_else(|| why.clone(), |(name, line)| why.clone().at(&name, line, 1));
+        self.check_is_over(Some(read));
         self.found(why);
         if !settings::keeps_position(number) {
             self.lose_place();
@@ -433,6 +481,7 @@ impl Controller {
         self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
         self.needs_reset = true;
         self.survey_is_over(None);
+        self.check_is_over(Some(Diagnostic::error("grbl.alarm_other").with("number", "?")));
         self.drop_lines();
         if self.run.take().is_some() {
             self.out.push(EngineAction::Ended(Ending::Alarm));
@@ -440,9 +489,8 @@ impl Controller {
         self.set(EnginePhase::Locked);
     }
 
-    fn reported(&mut self, mut status: ControllerStatus) {
-        let fresh = self.asked_ms.take().is_some();
-        self.rests_overdue += u32::from(fresh && status.doing.is_at_rest() && self.is_overdue());
+    /// Places in mm, and what is not told as it was told last.
+    fn completed(&mut self, mut status: ControllerStatus) -> ControllerStatus {
         let unit = self.unit_mm();
         let scaled = |place: Option<[f64; 3]>| place.map(|place| place.map(|value| value * unit));
         (status.machine_mm, status.work_mm, status.offset_mm) =
@@ -458,8 +506,21 @@ impl Controller {
             status.overrides = self.status.as_ref().and_then(|before| before.overrides);
             status.accessories = self.status.as_ref().and_then(|before| before.accessories.clone());
         }
+        status
+    }
+
+    fn reported(&mut self, status: ControllerStatus) {
+        let fresh = self.asked_ms.take().is_some();
+        let told = status.overrides.filter(|_| fresh);
+        let late = self.now_ms >= self.last_ask_ms + ASK_SOON_MS;
+        self.late_reports = if late || !fresh { self.late_reports + u32::from(fresh) } else { 0 };
+        self.rests_overdue += u32::from(fresh && status.doing.is_at_rest() && self.is_overdue());
+        let status = self.completed(status);
         let doing = status.doing;
         let before = self.status.replace(status).map(|before| before.doing);
+        if let Some(told) = told {
+            self.overrides_reported(told, self.last_ask_ms);
+        }
         self.jog_reported(doing, fresh);
         match self.phase {
             EnginePhase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => {
@@ -472,7 +533,9 @@ impl Controller {
                     && self.queue.is_empty()
                     && !self.jog_goes_on() =>
             {
-                self.rest();
+                if !self.park_goes_on() {
+                    self.rest();
+                }
             }
             // It was not heard, or came before the move began.
             EnginePhase::Jogging if self.jog_ends && doing == ReportedState::Jog => {
@@ -491,6 +554,8 @@ impl Controller {
             | EnginePhase::Jogging
             | EnginePhase::Probing
             | EnginePhase::Surveying
+            | EnginePhase::Measuring
+            | EnginePhase::Checking
             | EnginePhase::Running
             | EnginePhase::Holding
             | EnginePhase::Held
@@ -505,7 +570,9 @@ impl Controller {
                 self.set(EnginePhase::Ready);
             }
             EnginePhase::Stopping => self.stopping(doing),
+            EnginePhase::Checking => self.check_reported(doing, fresh.then_some(self.last_ask_ms)),
             EnginePhase::Homing => self.report_homing(doing, fresh),
+            EnginePhase::Measuring => self.setter_reported(doing, fresh),
             _ if self.run.is_some() => self.watch(doing, fresh),
             _ => {}
         }
@@ -545,12 +612,12 @@ impl Controller {
         if self.now_ms >= self.heard_ms.max(self.since_ms) + SILENT_MS && self.asked_ms.is_some() {
             return self.silent();
         }
-        let soon = self.phase == EnginePhase::Stopping
+        let soon = matches!(self.phase, EnginePhase::Stopping | EnginePhase::Measuring)
             || self.jog.is_some()
             || self.run.as_ref().is_some_and(Run::looks);
         let wait = match self.asked_ms {
             Some(_) => ASK_AGAIN_MS,
-            None if soon => ASK_SOON_MS,
+            None if soon && self.late_reports < LATE_REPORTS => ASK_SOON_MS,
             None => ASK_USUALLY_MS,
         };
         // So near to a look it is held back: the look's own question could not be asked at once after it.
@@ -578,7 +645,7 @@ impl Controller {
     fn feed(&mut self) {
         loop {
             let Some(next) = self.queue.front() else {
-                if !self.feed_run() && !self.feed_jog() {
+                if !self.feed_run() && !self.feed_jog() && !self.feed_check() {
                     return;
                 }
                 continue;

@@ -2,7 +2,7 @@
 //!
 //! Comes in: asks. Goes out: lines, real-time characters, refusals. Does not know buttons.
 
-use super::asks::{EngineAction, EngineAsk, EnginePhase, EngineStart, Override, signs};
+use super::asks::{EngineAction, EngineAsk, EnginePhase, EngineStart, signs};
 use super::engine::{Controller, Meaning};
 use super::fits::{self, MachineRange};
 use super::height::{BoardHeight, ZeroWanted};
@@ -14,7 +14,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 /// How far a work zero may be from where it was when the job was interrupted, mm.
 pub(super) const SAME_ZERO_MM: f64 = 0.01;
 /// How fast the tip is lifted after it touched, mm/min; a controller whose Z is slower takes its own.
-const LIFT_MM_PER_MIN: f64 = 500.0;
+pub(super) const LIFT_MM_PER_MIN: f64 = 500.0;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 impl Controller {
@@ -34,25 +34,23 @@ impl Controller {
             EngineAsk::Resume if self.phase == EnginePhase::Held && self.survey.is_some() => {
                 self.survey_resumes();
             }
-            EngineAsk::Survey(start) if self.phase == EnginePhase::Ready && self.idle() => {
-                self.begin_survey(start);
-            }
+            EngineAsk::Survey(start) if self.is_free() => self.begin_survey(start),
             EngineAsk::Resume if self.phase == EnginePhase::Held => {
                 self.write(signs::RESUME);
                 self.set(EnginePhase::Running);
             }
             EngineAsk::StopAfter => self.ask_stop_after(),
-            EngineAsk::Override(change) => self.change(change),
+            EngineAsk::Override { of, percent } => self.ask_override(of, percent),
+            EngineAsk::Check { routine } if self.is_free() => self.begin_check(routine),
             EngineAsk::JogCancel if self.phase == EnginePhase::Jogging => self.end_jog(),
             EngineAsk::Home if matches!(self.phase, EnginePhase::Ready | EnginePhase::Locked) => self.home(),
             EngineAsk::Unlock if self.phase == EnginePhase::Locked => self.unlock(),
             EngineAsk::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
+            EngineAsk::Park { from_low_mm } if self.is_free() => self.begin_park(from_low_mm),
             EngineAsk::SetZero { axes, height_mm } if self.at_rest() && self.may_set_zero(axes) => {
                 self.set_zero(axes, height_mm);
             }
-            EngineAsk::ZeroAt { place_mm } if self.phase == EnginePhase::Ready && self.idle() => {
-                self.write_zero(place_mm, ZeroWanted::default());
-            }
+            EngineAsk::ZeroAt { place_mm } if self.is_free() => self.write_zero(place_mm, ZeroWanted::default()),
             EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
                 (self.probed, self.height) = (None, BoardHeight::Unknown);
                 let down = format!("G91G38.2Z-{}F{}", number(depth_mm.abs()), number(mm_per_min));
@@ -92,6 +90,11 @@ impl Controller {
         self.buffer.is_empty() && self.queue.is_empty() && self.reset_at.is_none()
     }
 
+    /// At rest, and no job in work.
+    fn is_free(&self) -> bool {
+        self.phase == EnginePhase::Ready && self.idle()
+    }
+
     /// Moves by hand may begin.
     fn at_rest(&self) -> bool {
         matches!(self.phase, EnginePhase::Ready | EnginePhase::ToolChange) && self.idle()
@@ -117,6 +120,7 @@ impl Controller {
                 self.stop(Ending::Stopped);
             }
             EnginePhase::Locked => self.reset(),
+            EnginePhase::Checking => self.leave_check(Some(Diagnostic::note("grbl.check_stopped"))),
             _ => self.stop(Ending::Stopped),
         }
     }
@@ -135,13 +139,6 @@ impl Controller {
         if let Some(run) = &mut self.run {
             run.tool_before = Some(section);
         }
-    }
-
-    fn change(&mut self, change: Override) {
-        if matches!(self.phase, EnginePhase::Closed | EnginePhase::Greeting) {
-            return self.found(Diagnostic::error("grbl.not_now"));
-        }
-        self.write(change.sign());
     }
 
     fn unlock(&mut self) {
@@ -180,7 +177,7 @@ impl Controller {
 
     /// This place in machine coordinates is to be the zero of its axes. It is said as a place: where the head is by now does not
     /// matter, it came to rest behind the touch.
-    fn write_zero(&mut self, place_mm: [Option<f64>; 3], wanted: ZeroWanted) {
+    pub(super) fn write_zero(&mut self, place_mm: [Option<f64>; 3], wanted: ZeroWanted) {
         let words = AXES.into_iter().zip(place_mm);
         let words = words.filter_map(|(letter, mm)| Some(format!("{letter}{}", number(mm?))));
         self.send(&format!("G21G10L2P1{}", words.collect::<String>()), Meaning::Written);
@@ -199,7 +196,7 @@ impl Controller {
     }
 
     /// Its places run from 0 up, not from minus the travel to 0.
-    fn is_positive(&self) -> bool {
+    pub(super) fn is_positive(&self) -> bool {
         self.info.options.letters.contains('Z')
     }
 
@@ -235,6 +232,7 @@ impl Controller {
             }
             Meaning::Echo => self.compare_zero(),
             Meaning::Survey(Some(step)) => self.survey_answered(step),
+            Meaning::Setter(Some(step)) => self.setter_answered(step),
             _ => {}
         }
     }
@@ -259,7 +257,7 @@ impl Controller {
     fn read_zero(&mut self, place_mm: [Option<f64>; 3], wanted: ZeroWanted) {
         let of_height = place_mm[2].is_some();
         if of_height {
-            self.height = BoardHeight::Unknown;
+            self.height_is_asked(&wanted);
         }
         let before = self.info.offsets.remove("G54").unwrap_or_default();
         let place_mm = core::array::from_fn(|axis| place_mm[axis].or(before.get(axis).copied()));
@@ -307,6 +305,7 @@ impl Controller {
             return found;
         };
         found.extend(self.check_zero(start));
+        found.extend(self.check_setter(start));
         let homed = self.homes() && self.trust == Trust::Trusted;
         let positive = self.is_positive();
         let small = self.info.flavour() == "GRBL";

@@ -9,6 +9,7 @@
 //!  the first bit of a job    the one that was in when zero of Z was set: the height stays known
 //!  every other one, and      the job asks for it: it goes up to where tools are changed, and not down before the tip was touched off
 //!  the one of a resumed job
+//!  with a tool setter         the same, and each goes to the setter before it goes down: `setter`
 //! ```
 //!
 //! Comes in: zeros, bits, jobs, from the engine. Goes out: what is known, refusals. mm in machine coordinates. Does not know lines.
@@ -16,12 +17,13 @@
 use super::asks::{EngineAction, EngineStart};
 use super::engine::Controller;
 use super::hand::SAME_ZERO_MM;
+use super::run::Run;
 use super::settings;
 use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
 
 /// How far zero of Z may be from where it was and still be the same: the last digit of a report.
-const SAME_HEIGHT_MM: f64 = 0.001_5;
+pub(super) const SAME_HEIGHT_MM: f64 = 0.001_5;
 
 /// For which bit zero of Z is the height of the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -48,7 +50,7 @@ impl Controller {
 
     /// Where the machine is, is not known any more; without switches its zeros mean nothing then.
     pub(super) fn lose_place(&mut self) {
-        self.trust = Trust::Lost;
+        (self.trust, self.reference_mm) = (Trust::Lost, None);
         if !self.homes() {
             self.height = BoardHeight::Unknown;
         }
@@ -85,22 +87,34 @@ impl Controller {
         })
     }
 
-    /// A job begins: where all bits are alike, a zero of Z that was set with one of them, or that the job had, is good for all.
+    /// A job begins: where all bits are alike, a zero of Z that was set with one of them, or that the job had, is good for all. One that
+    /// begins anew lies on another board: how high that is the tool setter does not know.
     pub(super) fn height_at_start(&mut self, start: &EngineStart) {
+        if start.from == 0 {
+            self.reference_mm = None;
+        }
         let known = self.height == BoardHeight::OfAnotherBit || self.height_as_left(start.zero_mm);
         if start.same_length && known {
             self.height = BoardHeight::OfThisBit;
         }
     }
 
-    /// The tool is in: on, where the tip was touched off.
+    /// The tool is in: on, where its height over the board is known; where a tool setter tells it, to that first.
     pub(super) fn ask_tool_ready(&mut self) {
-        match self.place() {
-            _ if self.height != BoardHeight::OfThisBit => {
-                self.found(Diagnostic::error("grbl.height_first"));
-            }
-            Some(place) => self.tool_ready(place),
-            None => self.found(Diagnostic::error("grbl.no_report")),
+        let Some(place) = self.place() else { return self.found(Diagnostic::error("grbl.no_report")) };
+        let known = self.height == BoardHeight::OfThisBit;
+        match self.run.as_ref().and_then(Run::setter) {
+            Some(setter) if !known || self.reference_mm.is_none() => self.measure_tool(setter),
+            _ if known => self.tool_ready(place),
+            _ => self.found(Diagnostic::error("grbl.height_first")),
+        }
+    }
+
+    /// Zero of Z is asked for: until it is taken it is that of no tool. One that somebody sets ends what was known of the tool setter; one
+    /// that goes by that does not.
+    pub(super) fn height_is_asked(&mut self, wanted: &ZeroWanted) {
+        if !wanted.of_setter {
+            (self.height, self.reference_mm) = (BoardHeight::Unknown, None);
         }
     }
 
@@ -112,6 +126,9 @@ impl Controller {
         if wanted.of_height {
             self.height = BoardHeight::OfThisBit;
         }
+        if let Some(run) = &mut self.setter {
+            run.answered = true;
+        }
         self.out.push(EngineAction::ZeroSet);
     }
 
@@ -122,7 +139,13 @@ impl Controller {
         if plane && !self.homes() {
             self.lose_place();
         }
-        if plane && self.run.is_some() { self.trouble(why) } else { self.found(why) }
+        if plane && self.run.is_some() {
+            return self.trouble(why);
+        }
+        self.found(why);
+        if self.setter.is_some() {
+            self.rest();
+        }
     }
 }
 
@@ -137,4 +160,6 @@ pub(super) struct ZeroWanted {
     pub(super) touched_mm: Option<[f64; 3]>,
     /// A place is known by it: a person's word, where there are no switches.
     pub(super) trusts: bool,
+    /// It goes by the tool setter.
+    pub(super) of_setter: bool,
 }

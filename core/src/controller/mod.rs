@@ -11,6 +11,7 @@
 mod align;
 mod asks;
 pub mod buffer;
+mod check;
 mod engine;
 pub mod fits;
 mod gcode;
@@ -22,23 +23,29 @@ mod jog;
 mod level;
 mod lines;
 mod look;
+mod overrides;
+mod park;
 mod routine;
 mod run;
+mod setter;
 pub mod settings;
 mod survey;
 pub mod timing;
 
 pub use align::aligned_routine;
 pub use asks::{
-    EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, Override, SurveyNews, SurveyStart,
-    signs,
+    BITS_PER_S, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, SurveyNews,
+    SurveyStart, signs,
 };
+pub use check::CheckNews;
 pub use engine::{Controller, step};
 pub use gcode::read;
 pub use height::BoardHeight;
 pub use level::{cut_bounds, level_key, level_routine};
 pub use lines::{LinePath, WireLine, WordsInForce};
+pub use overrides::OverrideOf;
 pub use routine::{
     Bow, Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace,
 };
 pub use run::{estimate_s, estimates_s};
+pub use setter::{LENGTH_KEY, SETTER_KEY, SetterStep, ToolLengths, ToolSetter};

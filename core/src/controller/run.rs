@@ -16,6 +16,7 @@ use super::heard::ReportedState;
 use super::height::BoardHeight;
 use super::lines::{LinePath, WireLine, WordsInForce};
 use super::routine::{Routine, RoutineAction, Section, SectionKind, Spindle};
+use super::setter::ToolSetter;
 use super::settings::Values;
 use super::timing::{Clockwork, PlannerLimits};
 use crate::control::Ending;
@@ -87,6 +88,8 @@ pub(super) struct Run {
     pub(super) tool_before: Option<usize>,
     /// All bits stand out equally far.
     pub(super) same_length: bool,
+    /// Where tools are measured.
+    setter: Option<ToolSetter>,
 }
 
 impl Run {
@@ -139,7 +142,7 @@ impl Run {
         let before = routine.sections.iter().take(self.at).rev();
         let change = before.into_iter().find(|section| matches!(section.kind, SectionKind::Change(_)));
         let mut lines = vec![self.pen.turn(Spindle::Off)];
-        lines.extend(self.pen.act(&RoutineAction::Coolant { mist: false, flood: false }));
+        lines.extend(self.pen.act(&RoutineAction::Coolant { mist: false, flood: false, line: 0 }));
         if let Some(place) = change.or_else(|| routine.sections.get(self.at)) {
             lines.extend(self.pen.rise(place, routine.safe));
         }
@@ -152,6 +155,19 @@ impl Run {
         let cuts = self.routine.sections.get(self.at).is_some_and(Section::cuts);
         let is_new = self.tool_before.is_some_and(|section| self.at >= section);
         cuts && (is_new || height != BoardHeight::OfThisBit)
+    }
+
+    /// Where its tools are measured: nowhere where all are alike.
+    pub(super) fn setter(&self) -> Option<ToolSetter> {
+        self.setter.filter(|_| !self.same_length)
+    }
+
+    /// Whether the section that is next cuts with a tool that has to be measured before, because others follow that go by it.
+    fn wants_reference(&self, reference_mm: Option<f64>) -> bool {
+        let cuts = self.routine.sections.get(self.at).is_some_and(Section::cuts);
+        let mut later = self.routine.sections.iter().skip(self.at);
+        let others = later.any(|section| matches!(section.kind, SectionKind::Change(_)));
+        cuts && others && self.setter().is_some() && reference_mm.is_none()
     }
 
     /// Whether it is before everything: the bit that is asked for is the first.
@@ -247,6 +263,7 @@ impl Controller {
             stops_after: false,
             tool_before: None,
             same_length: start.same_length,
+            setter: start.setter,
         };
         run.enter(After::Begun);
         (self.run, self.ending) = (Some(run), None);
@@ -296,20 +313,24 @@ impl Controller {
         if let Some(run) = &mut self.run {
             run.batch.asked = may;
         }
+        self.setter_asked();
     }
 
     /// A look found everything right.
     pub(super) fn passed(&mut self) {
-        let height = self.height;
+        let (height, reference_mm) = (self.height, self.reference_mm);
         let Some(run) = &mut self.run else { return };
         match run.batch.after {
             After::Begun => return run.enter(After::Risen),
-            After::Risen if run.wants_tool(height) => return run.leave(),
+            After::Risen if run.wants_tool(height) || run.wants_reference(reference_mm) => {
+                return run.leave();
+            }
             After::Risen => return run.enter(After::Entered),
             After::Left if run.stops_after => return self.stop(Ending::StoppedAfterHole),
             After::Left => {
-                let tool = run.routine.tool_at(run.at).unwrap_or(0);
-                return self.wait_for_tool(tool);
+                // The one that is in may only have to be measured.
+                let (tool, another) = (run.routine.tool_at(run.at).unwrap_or(0), run.wants_tool(height));
+                return self.wait_for_tool(tool, another);
             }
             After::Entered | After::Done => {}
         }
@@ -331,7 +352,11 @@ impl Controller {
                     run.work();
                 }
             }
-            Some(SectionKind::Change(tool)) => self.wait_for_tool(tool),
+            // The first bit is the one that was in when zero of Z was set.
+            Some(SectionKind::Change(tool)) => {
+                let another = !run.is_first_change();
+                self.wait_for_tool(tool, another);
+            }
             Some(SectionKind::Finish) | None => {
                 let done = run.routine.sections.len();
                 self.run = None;
@@ -342,17 +367,14 @@ impl Controller {
         }
     }
 
-    /// At rest where tools are changed, until one is in.
-    fn wait_for_tool(&mut self, tool: u32) {
-        let mut first = false;
+    /// At rest where tools are changed, until one is in: another one, or the same.
+    fn wait_for_tool(&mut self, tool: u32, another: bool) {
         if let Some(run) = &mut self.run {
             run.window.clear();
             // One that is wanted later still is.
             run.tool_before = run.tool_before.filter(|section| *section > run.at);
-            first = run.is_first_change();
         }
-        // The first bit is the one that was in when zero of Z was set.
-        if !first {
+        if another {
             self.bit_is_another();
         }
         self.set(EnginePhase::ToolChange);
@@ -437,6 +459,7 @@ impl Controller {
             EnginePhase::Running => self.trouble(Diagnostic::error("grbl.answer_missing")),
             EnginePhase::Stopping | EnginePhase::Homing => {}
             EnginePhase::Greeting => self.reset(),
+            EnginePhase::Checking => self.leave_check(Some(Diagnostic::error("grbl.answer_missing"))),
             _ => {
                 // At rest a reset leaves the position as it was.
                 self.found(Diagnostic::warning("grbl.answer_missing"));

@@ -17,6 +17,7 @@
 //! promised to stay readable: append only, never renumber.
 
 pub mod auth;
+mod check;
 mod frames;
 mod lab;
 mod level;
@@ -24,6 +25,7 @@ mod magazine;
 pub mod program;
 mod status;
 
+pub use check::CheckModeReport;
 pub use frames::understand;
 pub use lab::{Outputs, QueuePhase, QueueStatus};
 pub use level::HeightMapReport;
@@ -31,6 +33,7 @@ pub use magazine::MagazineReport;
 pub use status::{DrilledReport, MissingReport, OtherFirmware, SlipReport, Status, ToolsReport};
 
 use crate::control::{Ending, Timing};
+use crate::controller::ToolLengths;
 use crate::diagnostic::Diagnostic;
 use crate::level::ProbeGrid;
 use crate::machine::Value;
@@ -176,6 +179,22 @@ pub enum Ask {
         /// Percent.
         percent: u8,
     },
+    /// The spindle at this many percent of the programmed speed, 10 … 200. Controllers of the GRBL family alone.
+    SpindleOverride {
+        /// Percent.
+        percent: u8,
+    },
+    /// Moves without cutting at this many percent of the fastest: 25, 50 or 100. Controllers of the GRBL family alone.
+    RapidOverride {
+        /// Percent.
+        percent: u8,
+    },
+    /// Have a controller of the GRBL family read this uploaded job in its check mode, line by line and without a move. What comes of it is
+    /// told by [`Tell::Checked`].
+    Check {
+        /// SHA-256 of the program's bytes.
+        job: String,
+    },
     /// Stop now.
     Stop,
     /// The bit that was asked for is in.
@@ -281,6 +300,8 @@ pub enum Ask {
     ForgetHeightMap,
     /// Unlock without homing: the position stays unknown, and moves by hand are allowed. Controllers alone.
     Unlock,
+    /// Park: Z all the way up, spindle off, X and Y to where the settings say. It goes to its end by itself, or to where it is stopped.
+    Park,
 }
 
 impl Ask {
@@ -291,6 +312,7 @@ impl Ask {
             Self::TakeControl { .. }
             | Self::ReleaseControl
             | Self::Home
+            | Self::Park
             | Self::SetZero
             | Self::UndoZero
             | Self::Jog { .. }
@@ -313,6 +335,9 @@ impl Ask {
             | Self::Resume
             | Self::StopAfterHole
             | Self::FeedOverride { .. }
+            | Self::SpindleOverride { .. }
+            | Self::RapidOverride { .. }
+            | Self::Check { .. }
             | Self::ToolChanged
             | Self::NewTool { .. }
             | Self::Queue { .. }
@@ -445,6 +470,9 @@ pub enum Tell {
         /// The mill that a person said it is ([`crate::machine::mill`]).
         #[serde(default)]
         mill: Option<String>,
+        /// How the length of a tool is found.
+        #[serde(default)]
+        lengths: ToolLengths,
     },
     /// A stroke of the job in work ended on a sensor.
     Touched {
@@ -457,6 +485,8 @@ pub enum Tell {
     HeightMap(Box<HeightMapReport>),
     /// What lies in the magazine and how a change of tools stands; when a page comes and after every step. Machines with a magazine alone.
     Magazine(Box<MagazineReport>),
+    /// How far a controller has read a job in its check mode, and what it refuses of it; while it reads, and when that is over.
+    Checked(Box<CheckModeReport>),
     /// An ask was refused; nothing changed.
     Refused {
         /// Why and what to do.
@@ -503,10 +533,14 @@ mod tests {
             (Ask::Ping { stamp: 0.0 }, Scope::View, false),
             (Ask::TakeControl { force: true }, Scope::Jog, false),
             (Ask::Home, Scope::Jog, true),
+            (Ask::Park, Scope::Jog, true),
             (jog, Scope::Jog, true),
             (Ask::JogOn, Scope::Jog, true),
             (start, Scope::Run, true),
             (Ask::Resume, Scope::Run, true),
+            (Ask::SpindleOverride { percent: 50 }, Scope::Run, true),
+            (Ask::RapidOverride { percent: 50 }, Scope::Run, true),
+            (Ask::Check { job: String::new() }, Scope::Run, true),
             (Ask::Queue { text: String::new() }, Scope::Run, true),
             (Ask::QueueRun { mode: Mode::Step }, Scope::Run, true),
             (Ask::OutputLease { minutes: 5 }, Scope::Jog, true),

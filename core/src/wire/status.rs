@@ -3,6 +3,7 @@
 //! Goes out: messages. Does not know who makes them.
 
 use crate::control::{Alarm, State, Trust};
+use crate::controller::SetterStep;
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use crate::machine::ToolWear;
@@ -118,6 +119,9 @@ pub struct Status {
     pub toolpaths_total: u32,
     /// What is being done.
     pub stage: Option<Stage>,
+    /// What of the measurement of a tool is being done, in the middle of its change.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measuring: Option<SetterStep>,
     /// The work command, by its name.
     pub command: Option<String>,
     /// Bit in the spindle: index into the program's bits.
@@ -132,6 +136,12 @@ pub struct Status {
     /// Percent of the planned feed.
     #[serde(default = "full_override")]
     pub feed_override_percent: u8,
+    /// Percent of the programmed spindle speed, where the machine has such an override.
+    #[serde(default)]
+    pub spindle_override_percent: Option<u8>,
+    /// Percent of the fastest in moves without cutting, where the machine has such an override.
+    #[serde(default)]
+    pub rapid_override_percent: Option<u8>,
     /// Inputs, one bit each ([`crate::job::Input::bit`]).
     pub inputs: u32,
     /// Touches of each of [`Input::OF_AXES`] that were shorter than its filter; none where nothing is filtered and counted.

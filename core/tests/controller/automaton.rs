@@ -3,7 +3,7 @@
 //!
 //! Comes in: bytes, time. Goes out: bytes, and every place where the tip was.
 
-use std::collections::VecDeque;
+use std::collections::{BTreeSet, VecDeque};
 
 /// Bytes of the receive buffer.
 const RX: usize = 128;
@@ -55,7 +55,8 @@ pub(super) struct Automaton {
     pub(super) at: [f64; 3],
     /// Where the planner's last block ends.
     planned: [f64; 3],
-    zeros: [[f64; 3]; 6],
+    /// Stored places: G54 to G59.
+    pub(super) zeros: [[f64; 3]; 6],
     modal: Modal,
     held: bool,
     lock: Lock,
@@ -85,8 +86,19 @@ pub(super) struct Automaton {
     must_meet: bool,
     /// What the last probing move came to.
     probed: String,
+    /// How far the tool stands out, mm.
+    pub(super) tool_mm: f64,
     /// Moves by hand go past the end of the travel, as it knows it.
     pub(super) refuses_jogs: bool,
+    /// It has a check mode, and mist.
+    pub(super) checks: bool,
+    pub(super) has_mist: bool,
+    /// Feed, rapids, spindle; percent. Characters that came and were not seen to: two of a kind are one.
+    pub(super) overrides: [u16; 3],
+    pressed: BTreeSet<u8>,
+    since_pressed: u32,
+    told_overrides: [u16; 3],
+    reports: u32,
 }
 
 impl Automaton {
@@ -127,7 +139,15 @@ impl Automaton {
             probing: None,
             must_meet: false,
             probed: "[PRB:0.000,0.000,0.000:0]".to_owned(),
+            tool_mm: 0.0,
             refuses_jogs: false,
+            checks: true,
+            has_mist: true,
+            overrides: [100; 3],
+            pressed: BTreeSet::new(),
+            since_pressed: 0,
+            told_overrides: [0; 3],
+            reports: 0,
         };
         new.greet();
         new
@@ -148,7 +168,7 @@ impl Automaton {
 
     /// Power was lost, or the reset pin was pulled: it forgets where it is.
     pub(super) fn power_up(&mut self) {
-        let physical = self.place();
+        let physical = self.carriage();
         self.begin_anew();
         (self.origin, self.at, self.planned) = (physical, [0.0; 3], [0.0; 3]);
         self.lock = Lock::Alarm;
@@ -163,6 +183,8 @@ impl Automaton {
         (self.planned, self.modal) = (self.at, Modal::default());
         (self.held, self.check, self.dwell_ms, self.pending) = (false, false, 0.0, None);
         self.probing = None;
+        self.pressed.clear();
+        (self.overrides, self.told_overrides) = ([100; 3], [0; 3]);
     }
 
     fn soft_reset(&mut self) {
@@ -181,14 +203,25 @@ impl Automaton {
         self.lock = Lock::Alarm;
     }
 
+    /// It goes on with what it has as if it had never been in check mode.
+    pub(super) fn leaves_check_mode(&mut self) {
+        self.check = false;
+    }
+
     /// Whether a move by hand is on its way.
     fn jogs(&self) -> bool {
         self.queue.front().is_some_and(|block| block.by_hand)
     }
 
+    /// Where the carriage is, physically.
+    fn carriage(&self) -> [f64; 3] {
+        std::array::from_fn(|axis| self.origin[axis] + self.at[axis])
+    }
+
     /// Where the tip is, physically.
     pub(super) fn place(&self) -> [f64; 3] {
-        std::array::from_fn(|axis| self.origin[axis] + self.at[axis])
+        let [x, y, z] = self.carriage();
+        [x, y, z - self.tool_mm]
     }
 
     /// Bytes that it has said.
@@ -208,6 +241,7 @@ impl Automaton {
                     self.queue.clear();
                     self.planned = self.at;
                 }
+                0x90..=0x9d => drop(self.pressed.insert(byte)),
                 0x80.. => {}
                 _ if self.rx.len() >= RX => self.overrun += 1,
                 _ => self.rx.push_back(byte),
@@ -217,6 +251,7 @@ impl Automaton {
 
     /// A millisecond passes.
     pub(super) fn tick(&mut self) {
+        self.see_to_overrides();
         if self.asked {
             self.asked = false;
             self.report();
@@ -248,6 +283,34 @@ impl Automaton {
                 _ if byte > b' ' && self.line.len() < 80 => self.line.push(byte.to_ascii_uppercase()),
                 _ => {}
             }
+        }
+    }
+
+    /// It sees to them every few milliseconds, between two lines.
+    fn see_to_overrides(&mut self) {
+        self.since_pressed += 1;
+        if self.pressed.is_empty() || self.since_pressed < 5 {
+            return;
+        }
+        self.since_pressed = 0;
+        for sign in std::mem::take(&mut self.pressed) {
+            let of = if sign < 0x95 {
+                0
+            } else if sign < 0x99 {
+                1
+            } else {
+                2
+            };
+            let by = |step: i16| self.overrides[of].saturating_add_signed(step).clamp(10, 200);
+            self.overrides[of] = match sign {
+                0x91 | 0x9a => by(10),
+                0x92 | 0x9b => by(-10),
+                0x93 | 0x9c => by(1),
+                0x94 | 0x9d => by(-1),
+                0x96 => 50,
+                0x97 => 25,
+                _ => 100,
+            };
         }
     }
 
@@ -311,7 +374,12 @@ impl Automaton {
         let words = |place: [f64; 3]| place.map(|value| format!("{value:.3}")).join(",");
         let feed = self.queue.front().map_or(0.0, |block| block.per_ms * 60_000.0);
         let (at, zero) = (words(self.at), words(self.zeros[self.modal.zero]));
-        self.say(&format!("<{doing}|MPos:{at}|FS:{feed:.0},0|WCO:{zero}>"));
+        self.reports += 1;
+        let told = self.told_overrides != self.overrides || self.reports.is_multiple_of(10);
+        let [feeds, rapids, spindle] = self.overrides;
+        let overrides = if told { format!("|Ov:{feeds},{rapids},{spindle}") } else { String::new() };
+        self.told_overrides = self.overrides;
+        self.say(&format!("<{doing}|MPos:{at}|FS:{feed:.0},0|WCO:{zero}{overrides}>"));
     }
 
     fn try_pending(&mut self) {
@@ -347,7 +415,7 @@ impl Automaton {
         self.gcode(&words)
     }
 
-    /// A move by hand: relative, in mm.
+    /// A move by hand, in mm: relative, or to a place in machine coordinates (G53).
     fn jog(&mut self, text: &str) -> Result<bool, u16> {
         if self.lock == Lock::Alarm {
             return Err(9);
@@ -361,8 +429,10 @@ impl Automaton {
         let words = words(text)?;
         let value = |letter: char| words.iter().find(|(name, _)| *name == letter).map(|(_, value)| *value);
         let per_ms = value('F').ok_or(22_u16)? / 60_000.0;
+        let is_a_place = words.contains(&('G', 53.0));
         for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
-            self.planned[axis] += value(letter).unwrap_or(0.0);
+            let Some(value) = value(letter) else { continue };
+            self.planned[axis] = if is_a_place { value } else { self.planned[axis] + value };
         }
         self.queue.push_back(Block { to: self.planned, per_ms, probes: false, by_hand: true });
         Ok(true)
@@ -396,7 +466,18 @@ impl Automaton {
                 let zero = 54 + zero;
                 self.say(&format!("[GC:G{motion} G{zero} G17 G{unit} G{distance} G94 M{spindle} M9 T0 F{feed:.0} S{speed:.0}]"));
             }
-            "C" => self.check = !self.check,
+            "C" if !self.checks => return Err(3),
+            "C" if self.check => {
+                self.say("[MSG:Disabled]");
+                self.say("ok");
+                self.soft_reset();
+                return Ok(false);
+            }
+            "C" if self.lock == Lock::Alarm || !self.queue.is_empty() => return Err(8),
+            "C" => {
+                self.check = true;
+                self.say("[MSG:Enabled]");
+            }
             "X" => {
                 self.lock = Lock::None;
                 self.say("[MSG:Caution: Unlocked]");
@@ -418,7 +499,7 @@ impl Automaton {
     fn gcode(&mut self, words: &[(char, f64)]) -> Result<bool, u16> {
         let mut modal = self.modal.clone();
         let value = |letter: char| words.iter().find(|(name, _)| *name == letter).map(|(_, value)| *value);
-        let (mut dwells, mut writes) = (false, false);
+        let (mut dwells, mut writes, mut of_machine) = (false, false, false);
         let mut motions = 0;
         for (letter, number) in words {
             match (letter, (number * 10.0).round() as i64) {
@@ -427,6 +508,7 @@ impl Automaton {
                     modal.motion = if *number > 38.0 { 1 } else { *number as u32 };
                 }
                 ('G', 40) => dwells = true,
+                ('G', 530) => of_machine = true,
                 ('G', 100) => writes = true,
                 ('G', 170 | 940) => {}
                 ('G', 200) => modal.inches = true,
@@ -435,6 +517,7 @@ impl Automaton {
                 ('G', 900) => modal.relative = false,
                 ('G', 910) => modal.relative = true,
                 ('M', 30 | 40 | 50) => modal.spindle = *number as u32,
+                ('M', 70) if !self.has_mist => return Err(20),
                 ('M', 70 | 80 | 90) => {}
                 ('F', _) => modal.feed = *number,
                 ('S', _) => modal.speed = *number,
@@ -444,6 +527,9 @@ impl Automaton {
         }
         if motions > 1 || (motions > 0 && (dwells || writes)) {
             return Err(21);
+        }
+        if of_machine && modal.motion > 1 {
+            return Err(30);
         }
         if modal.zero > 5 {
             return Err(29);
@@ -458,7 +544,8 @@ impl Automaton {
             return Ok(false);
         }
         if dwells {
-            self.dwell_ms = value('P').filter(|p| *p >= 0.0).ok_or(28_u16)? * 1e3;
+            let waits_ms = value('P').filter(|p| *p >= 0.0).ok_or(28_u16)? * 1e3;
+            self.dwell_ms = if self.check { 0.0 } else { waits_ms };
             self.modal = modal;
             return Ok(true);
         }
@@ -512,7 +599,11 @@ impl Automaton {
             let mut to = self.planned;
             for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
                 let Some(value) = value(letter) else { continue };
-                to[axis] = if modal.relative { to[axis] + value * unit } else { value * unit + zero[axis] };
+                to[axis] = match () {
+                    () if of_machine => value * unit,
+                    () if modal.relative => to[axis] + value * unit,
+                    () => value * unit + zero[axis],
+                };
             }
             if !self.check {
                 let per_ms = if modal.motion == 0 { RAPID_MM } else { (modal.feed / 60_000.0).min(RAPID_MM) };

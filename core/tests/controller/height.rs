@@ -20,19 +20,19 @@ fn ready() -> Bench {
 }
 
 impl Bench {
-    fn asked(&mut self, ask: EngineAsk) {
+    pub(super) fn asked(&mut self, ask: EngineAsk) {
         self.told.clear();
         self.event(EngineEvent::Ask(ask));
     }
 
-    fn phases(&mut self, phase: EnginePhase) {
+    pub(super) fn phases(&mut self, phase: EnginePhase) {
         let so = self.until(600_000, |bench| bench.engine().phase == phase);
         assert!(so, "never {phase:?}: {:?}", self.words());
         self.until(1_000, |bench| bench.engine().place().is_some());
     }
 
     /// Says that the tool is in; why that was refused.
-    fn tool_ready(&mut self) -> Vec<String> {
+    pub(super) fn tool_ready(&mut self) -> Vec<String> {
         self.asked(EngineAsk::ToolReady);
         found(self)
     }

@@ -2,8 +2,13 @@
 //! (N19). The seed of every property is printed where it fails.
 
 mod automaton;
+mod check;
 mod height;
 mod jog;
+mod overrides;
+mod park;
+mod polling;
+mod setter;
 mod survey;
 
 use annulus_core::chance::Chance;
@@ -47,7 +52,7 @@ fn routine() -> Arc<Routine> {
 /// A job whose tools are touched off, each.
 fn job(from: usize) -> EngineStart {
     let (routine, accepted) = (routine(), Vec::new());
-    EngineStart { routine, from, zero_mm: None, same_length: false, spin_up_s: 0.1, accepted }
+    EngineStart { routine, from, zero_mm: None, same_length: false, setter: None, spin_up_s: 0.1, accepted }
 }
 
 /// What happens to the line.

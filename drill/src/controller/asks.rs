@@ -3,15 +3,16 @@
 //! Comes in: asks of `wire`. Goes out: what the engine is asked, or why not. Does not know who has control.
 
 use super::job_tools::{JobTools, SectionWear};
+use super::lengths::{self, is_of_controller};
 use super::level::SurveyWish;
 use super::order::{Armed, Order};
 use super::station::{Station, Work, Zero};
 use super::status::set_there;
 use crate::files::Files;
 use annulus_core::control::State;
-use annulus_core::controller::{self as grbl, EngineEvent, EnginePhase, Override, settings};
+use annulus_core::controller::{self as grbl, EngineEvent, EnginePhase, OverrideOf, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::machine::{self, MILL_KEY, Value, is_in_file_only};
+use annulus_core::machine::{self, MILL_KEY, ParkAt, Value, is_in_file_only};
 use annulus_core::wire::{Ask, JOG_GRANT_MS, RowVerdict, Tell};
 use std::time::Duration;
 
@@ -35,6 +36,7 @@ impl<F: Files> Station<F> {
     pub(super) fn asked(&mut self, ask: Ask) -> Result<(), Diagnostic> {
         match ask {
             Ask::Home => self.engine_asked(grbl::EngineAsk::Home),
+            Ask::Park => self.park(),
             Ask::SetZero => self.set_plane(),
             Ask::SetHeight => self.set_height(),
             Ask::UndoZero => self.undo_zero(),
@@ -57,7 +59,10 @@ impl<F: Files> Station<F> {
             Ask::Pause => self.engine_asked(grbl::EngineAsk::Hold),
             Ask::Resume => self.engine_asked(grbl::EngineAsk::Resume),
             Ask::StopAfterHole => self.engine_asked(grbl::EngineAsk::StopAfter),
-            Ask::FeedOverride { percent } => self.feed_override(percent),
+            Ask::FeedOverride { percent } => self.override_to(OverrideOf::Feed, percent),
+            Ask::SpindleOverride { percent } => self.override_to(OverrideOf::Spindle, percent),
+            Ask::RapidOverride { percent } => self.override_to(OverrideOf::Rapid, percent),
+            Ask::Check { job } => self.check(&job),
             Ask::ToolChanged => self.engine_asked(grbl::EngineAsk::ToolReady),
             Ask::NewTool { number } => self.new_tool(number),
             Ask::AcknowledgeAlarm => {
@@ -135,6 +140,20 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
+    /// Goes to where the head is parked: nobody has to go on wanting it, STOP ends it.
+    pub(super) fn park(&mut self) -> Result<(), Diagnostic> {
+        if self.state() == State::NotHomed {
+            return refusal("control.not_homed");
+        }
+        let machine = &self.machine;
+        let from_low_mm = (machine.park.at == ParkAt::Place).then(|| {
+            [0, 1].map(|axis: usize| (machine.park.place[axis] - machine.axis(axis).min).mm())
+        });
+        self.engine_asked(grbl::EngineAsk::Park { from_low_mm })?;
+        self.hand.until = None;
+        Ok(())
+    }
+
     /// The zero of a job in work stays where it is.
     fn set_plane(&mut self) -> Result<(), Diagnostic> {
         if self.work.is_some() {
@@ -203,11 +222,8 @@ impl<F: Files> Station<F> {
         Ok(())
     }
 
-    fn feed_override(&mut self, percent: u8) -> Result<(), Diagnostic> {
-        if !(10..=200).contains(&percent) {
-            return Err(Diagnostic::error("control.bad_feed_override").with("percent", percent));
-        }
-        Override::feed(percent).try_for_each(|step| self.engine_asked(grbl::EngineAsk::Override(step)))
+    fn override_to(&mut self, of: OverrideOf, percent: u8) -> Result<(), Diagnostic> {
+        self.engine_asked(grbl::EngineAsk::Override { of, percent })
     }
 
     /// Compares a job that was brought, or the one that was broken off, with the controller as it stands.
@@ -306,12 +322,19 @@ impl<F: Files> Station<F> {
         if let Some((_, name)) = mill.iter().find(|(_, name)| !is_mill(name)) {
             return Err(Diagnostic::error("grbl.no_such_mill").with("name", name));
         }
+        let (own, set): (Vec<_>, Vec<_>) = set.into_iter().partition(|(key, _)| is_of_controller(key));
+        if let Some(why) = own.iter().find_map(lengths::refused) {
+            return Err(why);
+        }
         let changed = machine::apply(&self.machine, &set).map_err(refused)?;
         if changed.has_magazine() {
             return refusal("grbl.no_magazine");
         }
         if changed.foot.on {
             return refusal("grbl.no_foot");
+        }
+        if [&changed.x, &changed.y, &changed.z].into_iter().any(|axis| axis.index) {
+            return refusal("grbl.no_index");
         }
         let mut kept = self.ledger.settings();
         kept.retain(|(key, _)| changes.iter().all(|(changed, _)| changed != key));

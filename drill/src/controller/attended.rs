@@ -7,8 +7,8 @@
 use super::job_tools::JobTools;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{
-    BoardHeight, Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine, SurveyNews,
-    step,
+    BoardHeight, CheckNews, Controller, EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, Routine,
+    SurveyNews, ToolSetter, step,
 };
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{RackTool, ToolWear};
@@ -39,6 +39,9 @@ pub struct AttendedJob {
     /// The height map that its depth follows.
     #[serde(default)]
     pub levelled: Option<String>,
+    /// Where its tools are measured, if they are.
+    #[serde(default)]
+    pub setter: Option<ToolSetter>,
 }
 
 /// What the engine told.
@@ -59,6 +62,8 @@ pub enum Told {
     },
     /// What came of a board that is touched.
     Survey(SurveyNews),
+    /// What comes of a job that is read in check mode.
+    Check(CheckNews),
     /// The job is over.
     Ended(Ending),
     /// Something to be said.
@@ -150,8 +155,8 @@ impl Attended {
 
     /// Lets the engine think.
     pub fn event(&mut self, now_ms: u64, event: EngineEvent) -> Vec<Due> {
-        let waited = self.controller.phase == EnginePhase::ToolChange
-            && matches!(event, EngineEvent::Ask(EngineAsk::ToolReady));
+        // Where the tool is measured first, it goes on by itself afterwards.
+        let waited = matches!(self.controller.phase, EnginePhase::ToolChange | EnginePhase::Measuring);
         let mut due = self.let_think(now_ms, event);
         if std::mem::take(&mut self.replaces) {
             due.extend(self.let_think(now_ms, EngineEvent::Ask(EngineAsk::NewBit)));
@@ -189,6 +194,7 @@ impl Attended {
             (self.entry.key, self.entry.done) = (start.routine.key.clone(), start.from);
             (self.entry.name, self.entry.ended) = (start.routine.name.clone(), false);
             self.entry.levelled.clone_from(&start.routine.levelled);
+            self.entry.setter = start.setter;
             (self.entry.holes, self.entry.toolpaths) = start.routine.counted(start.from);
             self.new_before = None;
             if let Some(tools) = &mut self.tools {
@@ -229,6 +235,7 @@ impl Attended {
                 Told::ToolWanted { tool, worn: worn.map(|(tool, wear)| Box::new((tool.clone(), wear))) }
             }
             EngineAction::Survey(news) => Told::Survey(news),
+            EngineAction::Check(news) => Told::Check(news),
             EngineAction::Ended(ending) => {
                 self.entry.ended = ending == Ending::Done;
                 due.push(self.keep());

@@ -3,6 +3,7 @@
 //!
 //! Comes in: a job, how controller and person stand. Goes out: rows. Moves nothing.
 
+use super::lengths::length_row;
 use super::order::Order;
 use super::station::Station;
 use crate::files::Files;
@@ -27,8 +28,8 @@ impl<F: Files> Station<F> {
         // A zero that a person set anew is meant: how far it is from the one before is read and ticked.
         accepted.retain(|code| code != ZERO_MOVED);
         accepted.extend(self.hand.zero_meant.then(|| ZERO_MOVED.to_owned()));
-        let (routine, same_length) = (Arc::clone(&order.routine), false);
-        EngineStart { routine, from, zero_mm, same_length, spin_up_s, accepted }
+        let (routine, same_length, setter) = (Arc::clone(&order.routine), false, self.lengths.in_force());
+        EngineStart { routine, from, zero_mm, same_length, setter, spin_up_s, accepted }
     }
 
     /// The rows of the pre-flight.
@@ -47,6 +48,7 @@ impl<F: Files> Station<F> {
             _ => row(RowVerdict::Fail, Diagnostic::error("preflight.busy")),
         });
         rows.extend(self.height_row(order, start));
+        rows.extend(length_row(&self.lengths));
         rows.push(row(RowVerdict::Pass, Diagnostic::note("grbl.own_motion")));
         rows.push(row(RowVerdict::Warn, Diagnostic::warning("grbl.page_feeds")));
         let missing = missing_drills(&order.program, &self.machine);

@@ -12,10 +12,12 @@
 mod asks;
 mod attended;
 mod before;
+mod checked;
 mod expected;
 mod host;
 mod job_tools;
 mod ledger;
+mod lengths;
 mod level;
 mod order;
 mod station;

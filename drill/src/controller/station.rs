@@ -15,11 +15,11 @@ use crate::owner::Message;
 use crate::prepare::made;
 use crate::programs::Programs;
 use crate::ticket::Tickets;
-use annulus_core::control::{Ending, Trust};
-use annulus_core::controller::{BoardHeight, EngineAsk, EngineEvent, EnginePhase, settings};
+use annulus_core::control::{Ending, State, Trust};
+use annulus_core::controller::{BoardHeight, EngineAsk, EngineEvent, EnginePhase, ToolLengths, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, Machine, MillProfile};
-use annulus_core::wire::{Status, Tell, ToolsReport};
+use annulus_core::wire::{CheckModeReport, Status, Tell, ToolsReport};
 use std::sync::Arc;
 use std::time::Duration;
 
@@ -51,6 +51,8 @@ pub(super) struct Hand {
     pub(super) zero_before_mm: Option<[f64; 3]>,
     /// Zero of X or Y was set since the port was opened, in whichever way: that it is another one than a job had is a person's will.
     pub(super) zero_meant: bool,
+    /// A job is done, after which the head is parked: as soon as the controller rests, unless anything is asked before.
+    pub(super) parks: bool,
     /// What zero of Z goes by, where it was set since the port was opened and its place is not lost.
     pub(super) height: Option<HeightSet>,
 }
@@ -72,6 +74,8 @@ pub struct Station<F> {
     pub(super) machine: Machine,
     /// The mill that a person said it is.
     pub(super) mill: Option<&'static MillProfile>,
+    /// How the length of a tool is found.
+    pub(super) lengths: ToolLengths,
     pub(super) programs: Programs,
     pub(super) armed: Option<Armed>,
     pub(super) work: Option<Work>,
@@ -80,6 +84,8 @@ pub struct Station<F> {
     pub(super) alarm: Option<Diagnostic>,
     pub(super) hand: Hand,
     pub(super) surface: BoardSurface,
+    /// How the last job was read in check mode.
+    pub(super) checked: CheckModeReport,
     trust: Trust,
     written: Vec<u8>,
     /// Somebody is there and said who.
@@ -112,6 +118,7 @@ impl<F: Files> Station<F> {
             bringing: None,
             machine: machine::hobby_3018(),
             mill: None,
+            lengths: ToolLengths::default(),
             programs: Programs::of(offer.as_ref().map(|order| (order.key.clone(), order.bytes.clone()))),
             armed: None,
             work: None,
@@ -119,6 +126,7 @@ impl<F: Files> Station<F> {
             alarm: None,
             hand: Hand::default(),
             surface,
+            checked: CheckModeReport::default(),
             trust: Trust::Lost,
             written: Vec::new(),
             greeted: false,
@@ -235,6 +243,9 @@ impl<F: Files> Station<F> {
             }
         }
         self.by_itself(EngineEvent::Tick);
+        if self.state() == State::Ready && std::mem::take(&mut self.hand.parks) {
+            self.parks_after_job();
+        }
         self.over |= !self.greeted && now.saturating_sub(self.opened + self.host.stood()) > GREETING;
         if self.over && self.greeted {
             self.say_farewell();
@@ -260,6 +271,9 @@ impl<F: Files> Station<F> {
     }
 
     fn take(&mut self, message: Message) {
+        if matches!(message, Message::Ask { .. } | Message::Stop) {
+            self.hand.parks = false;
+        }
         match message {
             Message::Ask { ask, ticket, reply } => {
                 let may = ticket.map_or(Ok(()), |ticket| self.line.tickets.check(ticket));
@@ -358,6 +372,7 @@ impl<F: Files> Station<F> {
             }
             Told::Ended(ending) => self.ended(*ending),
             Told::Survey(news) => self.touched(news),
+            Told::Check(news) => self.was_read(news),
             Told::ToolWanted { .. } | Told::Found(_) | Told::Progress | Told::Gone => {}
         }
     }
@@ -368,9 +383,16 @@ impl<F: Files> Station<F> {
         self.surface_is_lost();
     }
 
+    fn parks_after_job(&mut self) {
+        if let Err(why) = self.park() {
+            self.line.tell(&Tell::Refused { why });
+        }
+    }
+
     fn ended(&mut self, ending: Ending) {
         let Some(work) = self.work.take() else { return };
         let done = ending == Ending::Done;
+        self.hand.parks = done && self.machine.park.after_job;
         let legs =
             if done { work.order.program.legs.len() } else { work.order.leg(self.attended.entry().done) };
         let (holes_done, toolpaths_done) = made(work.order.program.legs.iter().take(legs));

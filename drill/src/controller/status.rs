@@ -3,6 +3,7 @@
 //! Comes in: the engine's state, the job in work. Goes out: tells. Changes nothing but what was told.
 
 use super::expected;
+use super::lengths::{is_of_controller, lengths_of};
 use super::station::{Station, Work};
 use crate::files::Files;
 use annulus_core::control::{State, Trust};
@@ -87,7 +88,7 @@ fn machine_of(kept: &[(String, Value)], info: &Info) -> Machine {
     let base = Machine { name, description: String::new(), ..mill };
     let said = said(info);
     let base = machine::apply(&base, &said).unwrap_or(base);
-    let set: Vec<_> = kept.iter().filter(|(key, _)| key != MILL_KEY).cloned().collect();
+    let set: Vec<_> = kept.iter().filter(|(key, _)| !is_of_controller(key)).cloned().collect();
     machine::apply(&base, &set).unwrap_or(base)
 }
 
@@ -95,7 +96,7 @@ impl<F: Files> Station<F> {
     /// Makes the machine of what is known now.
     pub(super) fn describe(&mut self) {
         let kept = self.ledger.settings();
-        self.mill = mill_of(&kept);
+        (self.mill, self.lengths) = (mill_of(&kept), lengths_of(&kept));
         self.machine = machine_of(&kept, &self.attended.controller().info);
     }
 
@@ -111,7 +112,8 @@ impl<F: Files> Station<F> {
         let info = &self.attended.controller().info;
         let (flavour, version) = (info.flavour().to_owned(), info.version.clone());
         let values = info.values.iter().map(|(number, value)| (*number, *value)).collect();
-        Tell::Controller { flavour, version, values, mill: self.mill.map(|mill| mill.name.to_owned()) }
+        let mill = self.mill.map(|mill| mill.name.to_owned());
+        Tell::Controller { flavour, version, values, mill, lengths: self.lengths }
     }
 
     pub(super) fn machine_tell(&self) -> Tell {
@@ -180,11 +182,13 @@ impl<F: Files> Station<F> {
             // Until it has said where it is now.
             EnginePhase::Ready if controller.status.is_none() && homed => State::Homing,
             EnginePhase::Ready if controller.status.is_none() => State::Stopping,
+            EnginePhase::Jogging if controller.parks() => State::Parking,
             EnginePhase::Jogging | EnginePhase::Probing | EnginePhase::Surveying => State::Jogging,
+            EnginePhase::Checking => State::Checking,
             EnginePhase::Running => State::Running,
             EnginePhase::Holding => State::Pausing,
             EnginePhase::Held => State::Paused,
-            EnginePhase::ToolChange => State::ToolChange,
+            EnginePhase::ToolChange | EnginePhase::Measuring => State::ToolChange,
             // A reset ends it: the board greets anew.
             EnginePhase::Stopping | EnginePhase::Greeting => State::Stopping,
             _ if self.alarm.is_some() => State::Alarm,
@@ -214,7 +218,8 @@ impl<F: Files> Station<F> {
         let bit = at.and_then(|at| bit_at(&program?.legs, at));
         let (holes_done, toolpaths_done) = work.map_or((0, 0), |work| work.order.made(done));
         let count = |number: usize| u32::try_from(number).unwrap_or(u32::MAX);
-        let feed = report.and_then(|report| report.overrides).map_or(100, |all| all[0].min(200));
+        let overrides = report.and_then(|report| report.overrides).unwrap_or([100; 3]);
+        let [feed, rapid, spindle] = overrides.map(|percent| percent.min(200));
         let (left_s, done_share) = work.map_or((0.0, 0.0), |work| times(work, done, feed));
         let now = (self.time)();
         Status {
@@ -236,12 +241,15 @@ impl<F: Files> Station<F> {
             toolpaths_done,
             toolpaths_total: program.map_or(0, |program| count(program.toolpath_count())),
             stage: mark.and_then(|mark| self.stage(mark, work_mm[2])),
+            measuring: controller.measuring(),
             command: None,
             bit,
             bit_mm: bit.and_then(|bit| Some(program?.bits.get(bit as usize)?.diameter.mm())),
             spindle_rpm: self.rpm(),
             spindle: SpindleState::Untold,
             feed_override_percent: feed as u8,
+            spindle_override_percent: Some(spindle as u8),
+            rapid_override_percent: Some(rapid as u8),
             inputs: report.map_or(0, |report| inputs(&report.pins)),
             touches: None,
             other_firmware: None,

@@ -5,10 +5,14 @@
 #[path = "../../../core/tests/controller/automaton.rs"]
 mod automaton;
 
+mod checked;
 mod height;
 mod host;
 mod level;
 mod mill;
+mod overrides;
+mod park;
+mod setter;
 
 use super::Station;
 use crate::files::{File, Files};
@@ -165,7 +169,11 @@ impl Bench {
 
     /// Homed, over the work zero, that set, and the tip on the board.
     fn ready(files: &Memory) -> Self {
-        let mut bench = Self::plug(files, Automaton::new([-20.0, -30.0, -10.0]));
+        Self::ready_with(files, Automaton::new([-20.0, -30.0, -10.0]))
+    }
+
+    fn ready_with(files: &Memory, board: Automaton) -> Self {
+        let mut bench = Self::plug(files, board);
         bench.ask(&Ask::Home);
         bench.state(State::Ready);
         for axis in 0..3 {
@@ -486,6 +494,7 @@ fn a_magazine_and_a_foot_are_refused_and_what_that_advises_is_taken() {
         (set(&[&magazine[1..], &[("rack.change", word("manual"))]].concat()), None),
         (set(&[("foot.on", word("yes")), ("overlap.on", word("no"))]), Some("grbl.no_foot")),
         (set(&[("foot.on", word("no")), ("overlap.on", word("no"))]), None),
+        (set(&[("x.index", word("yes"))]), Some("grbl.no_index")),
     ];
     for (ask, code) in rows {
         assert_eq!(bench.refused(&ask).as_deref(), code, "{ask:?} {:?}", bench.heard.last());

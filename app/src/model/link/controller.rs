@@ -11,6 +11,7 @@
 use super::{Link, LinkPhase, closed, connect};
 use crate::model::{Effect, Model, second_side};
 use annulus_core::control::State;
+use annulus_core::controller::ToolLengths;
 use annulus_core::diagnostic::Diagnostic;
 use std::sync::Arc;
 
@@ -39,6 +40,8 @@ pub struct Who {
     pub values: Vec<(u16, f64)>,
     /// The mill that a person said it is.
     pub mill: Option<String>,
+    /// How the length of a tool is found there.
+    pub lengths: ToolLengths,
 }
 
 /// The controller, as far as the page has one.

@@ -50,9 +50,7 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             model.describe_machine();
         }
         Tell::Status(status) => told(model, *status),
-        Tell::Control { yours, taken, viewers } => {
-            return control(model, Control { yours, taken, viewers });
-        }
+        Tell::Control { yours, taken, viewers } => return control(model, Control { yours, taken, viewers }),
         Tell::Armed { job, stream_digest, levelled, checks } => {
             link.armed = Some(Armed { job, stream_digest, levelled, checks });
         }
@@ -69,6 +67,7 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
         Tell::QueueText { text } => link.queue.text = text,
         Tell::Queue(status) => queue(&mut link.queue, *status),
         Tell::Outputs(outputs) => link.outputs = outputs,
+        Tell::Checked(report) => link.checked = Some(Arc::new(*report)),
         Tell::HeightMap(report) => link.height_map = Arc::new(*report),
         Tell::Tools(report) => link.tools = report,
         Tell::Magazine(report) => {
@@ -83,8 +82,8 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             let job = link.status.as_ref().and_then(|status| status.job.as_deref()).unwrap_or_default();
             Arc::make_mut(&mut link.contacts).touched(job, leg, height_um);
         }
-        Tell::Controller { flavour, version, values, mill } => {
-            return controller::greeted(model, Who { flavour, version, values, mill });
+        Tell::Controller { flavour, version, values, mill, lengths } => {
+            return controller::greeted(model, Who { flavour, version, values, mill, lengths });
         }
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}

@@ -362,6 +362,7 @@ impl Line {
                 version: "1.1h".to_owned(),
                 values: vec![(110, if word == "who" { 5_000.0 } else { 4_000.0 })],
                 mill: None,
+                lengths: annulus_core::controller::ToolLengths::default(),
             }),
             "armed-mill" => armed("own", "", false, None),
             "armed" => armed("own", "digest", false, None),

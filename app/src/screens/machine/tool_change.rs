@@ -4,7 +4,7 @@
 
 use super::banner::control;
 use super::words::wear_words;
-use super::{controller, magazine};
+use super::{controller, magazine, words};
 use crate::i18n::{language, say, t};
 use crate::page::link::{self, Link};
 use crate::page::open_board;
@@ -70,9 +70,26 @@ fn named(tool: Option<String>) -> String {
     tool.unwrap_or_else(|| say!("page.change.none"))
 }
 
+/// What the machine does by itself where the tool is measured, and what of it is in work.
+fn measurement(line: Link) -> impl IntoView {
+    let now = Memo::new(move |_| words::measuring(line));
+    let rows = words::MEASUREMENT.into_iter().enumerate().map(move |(row, word)| {
+        li().attr("aria-current", move || (now.get() == Some(row)).then_some("step"))
+            .child(move || crate::i18n::text(word, &[]))
+    });
+    ol().class("measurement").attr("aria-label", t!("page.measure.title")).child(rows.collect_view())
+}
+
 /// What the person does, one after the other.
 fn steps(line: Link) -> impl IntoView {
     let touches_off = controller::plans(line);
+    let measures = Memo::new(move |_| {
+        let chosen = line.controller.with(|controller| controller.who.as_ref().map(|who| who.lengths));
+        chosen.is_some_and(|lengths| lengths.in_force().is_some())
+    });
+    let height = move || {
+        if measures.get() { say!("page.change.measures") } else { say!("page.controller.touch_off") }
+    };
     ol().child((
         li().child(t!("page.change.wait")),
         li().child(t!("page.change.swap")),
@@ -83,7 +100,7 @@ fn steps(line: Link) -> impl IntoView {
             })
         },
         li().child(t!("page.change.check")),
-        move || touches_off.get().then(|| li().child(t!("page.controller.touch_off"))),
+        move || touches_off.get().then(|| li().child(height)),
     ))
 }
 
@@ -107,6 +124,8 @@ pub fn tool_change() -> impl IntoView {
             put_off.set(false);
         }
     });
+    let measures = Memo::new(move |_| words::measuring(line).is_some());
+    let todo = move || if measures.get() { measurement(line).into_any() } else { steps(line).into_any() };
     let body = (
         div().class("change").child((
             div().child((
@@ -119,7 +138,7 @@ pub fn tool_change() -> impl IntoView {
                 div().class("bit").child(move || named(change(line).1)),
             )),
         )),
-        steps(line),
+        todo,
         magazine::new_tool(line),
         // Who only watches sees why Continue is not to be had, and how it can be.
         move || (asked.get() && !line.may_act()).then(|| control(line)),
@@ -128,7 +147,7 @@ pub fn tool_change() -> impl IntoView {
         push("button", t!("page.change.later"), move |_| put_off.set(true)),
         push_if(
             "button primary",
-            move || line.may_act() && !magazine::is_open_for_new(line),
+            move || line.may_act() && !measures.get() && !magazine::is_open_for_new(line),
             t!("page.change.continue"),
             |_| link::ask(Ask::ToolChanged),
         ),

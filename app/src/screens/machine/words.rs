@@ -6,6 +6,7 @@ use crate::i18n::{key, say};
 use crate::page::link::{Freshness, Link, LinkPhase};
 use crate::widgets::Icon;
 use annulus_core::control::{Ending, State};
+use annulus_core::controller::SetterStep;
 use annulus_core::job::Input;
 use annulus_core::machine::{RackTool, ToolWear};
 use annulus_core::steps::Stage;
@@ -44,6 +45,9 @@ pub fn state(state: State) -> Look {
         State::Jogging => {
             look(key!("page.state.jogging"), key!("page.state.jogging_is"), "tone-run", Icon::Arrow)
         }
+        State::Checking => {
+            look(key!("page.state.checking"), key!("page.state.checking_is"), "tone-quiet", Icon::Check)
+        }
         State::Running => {
             look(key!("page.state.running"), key!("page.state.running_is"), "tone-run", Icon::Play)
         }
@@ -58,6 +62,9 @@ pub fn state(state: State) -> Look {
         }
         State::Stopping => {
             look(key!("page.state.stopping"), key!("page.state.stopping_is"), "tone-alarm", Icon::Alarm)
+        }
+        State::Parking => {
+            look(key!("page.state.parking"), key!("page.state.parking_is"), "tone-run", Icon::Arrow)
         }
         State::Alarm => {
             look(key!("page.state.alarm"), key!("page.state.alarm_is"), "tone-alarm", Icon::Alarm)
@@ -94,6 +101,9 @@ pub fn of(line: Link) -> Look {
     match line.state() {
         Some(State::Running) if mills(line) => {
             Look { word: key!("page.state.milling"), ..state(State::Running) }
+        }
+        Some(State::ToolChange) if measuring(line).is_some() => {
+            Look { meaning: key!("page.measure.meaning"), ..state(State::ToolChange) }
         }
         Some(State::ToolChange) if fetches(line) => {
             Look { meaning: key!("page.magazine.changing"), ..state(State::ToolChange) }
@@ -134,10 +144,34 @@ pub fn stage(stage: Stage) -> &'static str {
         Stage::Seek => key!("page.stage.seek"),
         Stage::BackOff => key!("page.stage.back_off"),
         Stage::Locate => key!("page.stage.locate"),
+        Stage::Index => key!("page.stage.index"),
         Stage::Offset => key!("page.stage.offset"),
         Stage::Jog => key!("page.stage.jog"),
         Stage::Touch => key!("page.stage.touch"),
     }
+}
+
+/// What is done where a tool is measured on the tool setter, one after the other.
+pub const MEASUREMENT: [&str; 6] = [
+    key!("page.measure.up"),
+    key!("page.measure.over"),
+    key!("page.measure.down"),
+    key!("page.measure.again"),
+    key!("page.measure.lift"),
+    key!("page.measure.zero"),
+];
+
+/// Which of [`MEASUREMENT`] is in work; none where no tool is measured.
+pub fn measuring(line: Link) -> Option<usize> {
+    let step = line.status.with(|status| status.as_ref().and_then(|status| status.measuring))?;
+    Some(match step {
+        SetterStep::Ready | SetterStep::Up => 0,
+        SetterStep::Over => 1,
+        SetterStep::Near | SetterStep::Touch => 2,
+        SetterStep::Back | SetterStep::Again | SetterStep::Same => 3,
+        SetterStep::Lift => 4,
+        SetterStep::Zero => 5,
+    })
 }
 
 /// The word for the sensor `input`.
@@ -156,6 +190,9 @@ pub fn sensor(input: Input) -> &'static str {
         Input::PlaceTaken => key!("page.sensor.place_taken"),
         Input::CoverOpen => key!("page.sensor.cover_open"),
         Input::Air => key!("page.sensor.air"),
+        Input::XIndex => key!("page.sensor.x_index"),
+        Input::YIndex => key!("page.sensor.y_index"),
+        Input::ZIndex => key!("page.sensor.z_index"),
     }
 }
 

@@ -6,6 +6,7 @@
 mod clock;
 mod field;
 mod keys;
+mod lengths;
 mod mill;
 mod tools;
 
@@ -29,6 +30,7 @@ fn section_name(section: &str) -> &'static str {
         "converter" => key!("page.settings.converter"),
         "magazine" => key!("page.settings.magazine"),
         "foot" => key!("page.settings.foot"),
+        "park" => key!("page.settings.park"),
         "x" => key!("page.settings.x"),
         "y" => key!("page.settings.y"),
         "z" => key!("page.settings.z"),
@@ -81,6 +83,7 @@ pub(crate) fn settings() -> impl IntoView {
             p().class("quiet").child(t!("page.settings.about")),
             refused_by_bridge(),
             move || (shown.get() == "machine").then(mill::mill),
+            move || (shown.get() == "machine").then(lengths::lengths),
             move || (shown.get() == "rack").then(|| tools::tools(refused)),
             div().class("setting-grid").child(fields),
             move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),

@@ -2,6 +2,7 @@
 //!
 //! Comes in: names of ports, programs. Goes out: what was run, and how it ended. Does not know a controller's words.
 
+mod check;
 mod level;
 mod operator;
 mod program;
@@ -10,8 +11,11 @@ use super::{Answer, Exit, Refusal};
 use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
 use crate::machine_file;
+use crate::serial::Port;
 use annulus_core::align::{BoardFit, FoundHole};
-use annulus_core::controller::{Info, Routine, SectionKind, aligned_routine, estimate_s, settings};
+use annulus_core::controller::{
+    Info, Routine, SectionKind, ToolSetter, aligned_routine, estimate_s, settings,
+};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
@@ -40,6 +44,8 @@ enum GrblCommand {
     Ports,
     /// Ask a controller who it is, and list its settings in words.
     Info(PortArgs),
+    /// Have the controller read a job in its check mode: every line, without a move.
+    Check(Box<CheckArgs>),
     /// Touch the board with the probe all over and keep its height map, for `run --level kept`.
     Level(Box<BoardArgs>),
     /// Run a job: programs in G-code one after the other, or a board.
@@ -54,9 +60,37 @@ struct PortArgs {
     /// The serial port, as `annulus grbl ports` lists it.
     #[arg(long, value_name = "PORT")]
     port: String,
-    /// Bits in a second.
-    #[arg(long, default_value_t = 115_200)]
-    baud: u32,
+    /// Bits in a second; without it the usual speeds are tried until somebody answers.
+    #[arg(long)]
+    baud: Option<u32>,
+}
+
+impl PortArgs {
+    /// The port, open, and at how many bits in a second.
+    fn open(&self) -> Result<(Port, u32), Refusal> {
+        let silent = |bits_per_s: u32| {
+            super::say(format_args!("Nobody answers at {bits_per_s} bits a second."));
+        };
+        controller::open(&self.port, self.baud, silent).map_err(Refusal::surroundings)
+    }
+}
+
+/// Arguments of `annulus grbl check`.
+#[derive(Debug, clap::Args)]
+struct CheckArgs {
+    #[command(flatten)]
+    job: super::JobArgs,
+    /// Further programs of the same board, read after the first.
+    #[arg(value_name = "PROGRAM")]
+    more: Vec<PathBuf>,
+    #[command(flatten)]
+    port: PortArgs,
+    /// Home first: soft limits mean nothing before.
+    #[arg(long)]
+    home: bool,
+    /// How many times faster than life the controller runs, for simulated ones.
+    #[arg(long, hide = true, default_value_t = 1.0)]
+    speed: f64,
 }
 
 /// Arguments of `annulus grbl run`.
@@ -148,6 +182,10 @@ struct How {
     /// All tools stand out equally far, as those with a ring do: none is touched off after it was put in.
     #[arg(long, conflicts_with = "probe")]
     same_length: bool,
+    /// Where a tool setter stands, X and Y, and the Z from which it is looked for, in machine coordinates; then how far down at most, and
+    /// the feed of the first and of the second time (40, 150, 25). Each tool is measured there after it was put in.
+    #[arg(long, value_name = "X,Y,Z", value_parser = tool_setter, allow_hyphen_values = true, conflicts_with = "same_length")]
+    setter: Option<ToolSetter>,
     /// Where an alignment hole is planned and where it was found, in mm from the work zero: twice or more, and the job goes along
     /// with the board.
     #[arg(long = "found", value_name = "X,Y=X,Y", value_parser = found_hole, allow_hyphen_values = true)]
@@ -165,7 +203,9 @@ impl How {
         let mut changes = later.filter(|section| matches!(section.kind, SectionKind::Change(_)));
         let goes_on = from > 0 && !self.zero_here && self.zero_at.is_none();
         let nobody = self.confirm_tools.is_some() && self.probe.is_none() && !self.same_length;
-        nobody && (goes_on || changes.next().is_some())
+        // A tool setter goes by a tool that was touched off since the port was opened.
+        let measured = self.setter.is_some() && !goes_on;
+        nobody && !measured && (goes_on || changes.next().is_some())
     }
 }
 
@@ -179,6 +219,18 @@ fn place(text: &str) -> Result<Place, String> {
         text.split(',').map(|word| word.trim().parse().ok().filter(|mm: &f64| mm.abs() <= 5_000.0)).collect();
     let place = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
     place.map(Place).ok_or_else(|| locale::text("en", "grbl.bad_place", &[]))
+}
+
+/// Three numbers of a tool setter, four of them, or all six.
+fn tool_setter(text: &str) -> Result<ToolSetter, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
+    let setter = numbers.and_then(|numbers| {
+        let (&[x, y, from_mm], rest) = numbers.split_first_chunk::<3>()?;
+        let mut all = ToolSetter::usual([x, y], from_mm).numbers();
+        all[3..].get_mut(..rest.len())?.copy_from_slice(rest);
+        [0, 1, 3].contains(&rest.len()).then(|| ToolSetter::of_numbers(&all)).flatten()
+    });
+    setter.ok_or_else(|| locale::text("en", "grbl.bad_setter", &[]))
 }
 
 /// Two places with `=` between them.
@@ -212,6 +264,7 @@ pub(crate) fn run(args: &GrblArgs, json: bool) -> Result<Answer, Refusal> {
     match &args.command {
         GrblCommand::Ports => Ok(ports()),
         GrblCommand::Info(port) => info(port),
+        GrblCommand::Check(args) => check::run(args),
         GrblCommand::Level(args) => level::run(args, json),
         GrblCommand::Run(args) => run_job(args, json),
         GrblCommand::Resume(args) => resume(args, json),
@@ -231,7 +284,7 @@ pub(super) fn ledger() -> Ledger {
 }
 
 fn info(args: &PortArgs) -> Result<Answer, Refusal> {
-    let port = controller::open(&args.port, args.baud).map_err(Refusal::surroundings)?;
+    let (port, bits_per_s) = args.open()?;
     let owner = Owner::new(port, ledger(), (AttendedJob::default(), None), 1.0);
     let mut said = Diagnostic::error("grbl.no_answer");
     let since = Instant::now();
@@ -246,7 +299,10 @@ fn info(args: &PortArgs) -> Result<Answer, Refusal> {
             _ => {}
         }
     };
-    Ok(Answer { object: described(&info), text: text_of(&info), exit: Exit::Done })
+    let mut object = described(&info);
+    object["bits_per_s"] = bits_per_s.into();
+    let text = format!("{}{bits_per_s} bits a second\n", text_of(&info));
+    Ok(Answer { object, text, exit: Exit::Done })
 }
 
 fn controller_object(info: &Info) -> Value {
@@ -307,13 +363,15 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
     let ledger = ledger();
     let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
     let entry = ledger.interrupted().ok_or_else(none)?;
-    let programs = aligned(program::read_again(&entry.files)?, &args.how)?;
+    // It is measured where it was.
+    let how = How { setter: args.how.setter.or(entry.setter), ..args.how.clone() };
+    let programs = aligned(program::read_again(&entry.files)?, &how)?;
     if programs.routine.key != entry.key {
         let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
         return Err(Refusal::content(why));
     }
     let tools = programs.tools(&ledger);
-    let mut operator = Operator::new(&args.how, &ledger, (entry.clone(), tools), json)?;
+    let mut operator = Operator::new(&how, &ledger, (entry.clone(), tools), json)?;
     operator.run(&programs, Some(&entry), &args.accept, None)
 }
 

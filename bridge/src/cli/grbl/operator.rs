@@ -6,7 +6,7 @@ use super::program::Programs;
 use super::{GREETING, How, TouchArgs, WhichMap, controller_object, time_s};
 use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
 use crate::controller::ledger::Ledger;
-use crate::controller::{self, Owner};
+use crate::controller::Owner;
 use crate::signals::Signals;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settings};
@@ -34,7 +34,7 @@ const REST: Duration = Duration::from_secs(30);
 const MOST_LINES: usize = 64;
 
 /// What comes from outside of the controller.
-enum Word {
+pub(super) enum Word {
     Line(String),
     Signal,
 }
@@ -42,6 +42,8 @@ enum Word {
 /// Stands for the person.
 pub(super) struct Operator {
     pub(super) owner: Owner,
+    /// The speed of its line.
+    bits_per_s: u32,
     pub(super) how: How,
     words: Receiver<Word>,
     /// What was typed and not done yet.
@@ -79,12 +81,13 @@ impl Operator {
         job: (AttendedJob, Option<JobTools>),
         quiet: bool,
     ) -> Result<Self, Refusal> {
-        let port = controller::open(&how.port.port, how.port.baud).map_err(Refusal::surroundings)?;
+        let (port, bits_per_s) = how.port.open()?;
         let owner = Owner::new(port, ledger.clone(), job, how.speed);
         let (sends, words) = channel();
         listen(sends, how.confirm_tools.is_none());
         Ok(Self {
             owner,
+            bits_per_s,
             how: how.clone(),
             words,
             lines: VecDeque::new(),
@@ -134,7 +137,8 @@ impl Operator {
         self.worst = None;
         let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
         let (spin_up_s, same_length) = (self.how.spin_up, self.how.same_length);
-        let start = EngineStart { routine, from, zero_mm, same_length, spin_up_s, accepted };
+        let setter = self.how.setter;
+        let start = EngineStart { routine, from, zero_mm, same_length, setter, spin_up_s, accepted };
         self.owner.ask(EngineAsk::Start(start));
         let ended = self.until_ended(programs);
         Ok(self.answer(programs, &ended, seconds))
@@ -311,6 +315,9 @@ impl Operator {
         say(
             "Type: x 1, y -0.5, z -0.1 to move by hand in mm; zero when the tip touches the board; probe; go.",
         );
+        if self.how.setter.is_some() {
+            say("The tool is measured on the tool setter behind go.");
+        }
         // What was typed before the question does not answer it.
         self.hear();
         self.lines.clear();
@@ -329,13 +336,16 @@ impl Operator {
 
     /// Measures the tool, where that was asked for, and goes on; ends the job where that is refused again and again.
     fn confirm_tool(&mut self) {
-        let mut why = None;
+        let mut why: Option<Diagnostic> = None;
         for _ in 0..TRIES {
             // An alarm, or a person, has ended it.
             if self.gone || self.interrupted || self.phase() != Some(EnginePhase::ToolChange) {
                 return;
             }
-            let measured = self.how.probe.map_or(Ok(()), |depth| self.find_height(depth));
+            // A tool setter wants the board touched only where it has no tool to go by.
+            let unknown = why.as_ref().is_some_and(|why| why.code == "setter.no_reference");
+            let probe = self.how.probe.filter(|_| self.how.setter.is_none() || unknown);
+            let measured = probe.map_or(Ok(()), |depth| self.find_height(depth));
             if measured.is_ok() && self.tool_ready() {
                 return;
             }
@@ -381,6 +391,8 @@ impl Operator {
         self.worst = None;
         self.owner.ask(EngineAsk::ToolReady);
         self.until(|operator| operator.phase() != Some(EnginePhase::ToolChange) || operator.worst.is_some());
+        // It may be measured first; what comes of that, and the way up behind it.
+        self.until(|operator| !matches!(operator.phase(), Some(EnginePhase::Measuring | EnginePhase::Jogging)));
         self.phase() != Some(EnginePhase::ToolChange) || self.gone || self.interrupted
     }
 
@@ -436,6 +448,7 @@ impl Operator {
         let line = resume_from.and_then(|at| programs.routine.sections.get(at)).map(|section| section.line);
         let mut object = json!({
             "controller": self.info.as_ref().map(controller_object),
+            "bits_per_s": self.bits_per_s,
             "lines_sent": now.map_or(0, |now| now.sent),
             "lines_done": now.map_or(0, |now| now.answered),
             "holes_done": holes,
@@ -475,7 +488,7 @@ fn tool_name(programs: &Programs, tool: u32) -> String {
 }
 
 /// Listens for signals, and for lines where a person is to type them.
-fn listen(sends: Sender<Word>, lines: bool) {
+pub(super) fn listen(sends: Sender<Word>, lines: bool) {
     let signals = sends.clone();
     let _ = std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
         let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();

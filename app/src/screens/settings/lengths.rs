@@ -1,0 +1,163 @@
+//! How the length of a tool is found at a controller at a port of this computer, chosen once for its machine: against the board, or on a
+//! tool setter (N19).
+//!
+//! Comes in: the controller, where the head stands. Goes out: the wish to keep a choice. Nothing moves by it.
+
+use crate::i18n::{self, t};
+use crate::page::link::{self, Link};
+use crate::widgets::{menu_word, push_if};
+use annulus_core::control::{State, Trust};
+use annulus_core::controller::{LENGTH_KEY, SETTER_KEY, ToolLengths, ToolSetter};
+use annulus_core::machine::Value;
+use annulus_core::wire::Ask;
+use leptos::ev;
+use leptos::html::{div, input, label, p, select, span};
+use leptos::prelude::*;
+use leptos::svg::{path, rect, svg};
+
+fn keep(key: &str, value: Value) {
+    link::ask(Ask::Configure { changes: vec![(key.to_owned(), value)] });
+}
+
+/// The choice; nothing where no controller plans its own motion.
+pub(super) fn lengths() -> impl IntoView {
+    let line = link::link();
+    let plans = Memo::new(move |_| line.controller.with(link::Controller::plans));
+    let now = Memo::new(move |_| {
+        let told = line.controller.with(|controller| controller.who.as_ref().map(|who| who.lengths));
+        told.unwrap_or_default()
+    });
+    let on_setter = Memo::new(move |_| now.get().on_setter);
+    let choose = |event: web_sys::Event| keep(LENGTH_KEY, Value::Text(event_target_value(&event)));
+    let words = move || {
+        (
+            menu_word("board", move || !on_setter.get(), t!("page.lengths.board")),
+            menu_word("setter", move || on_setter.get(), t!("page.lengths.setter")),
+        )
+    };
+    let chosen =
+        move || if on_setter.get() { setter(line, now).into_any() } else { against_board().into_any() };
+    move || {
+        plans.get().then(|| {
+            div().class("lengths").child((
+                label().class("field").child((
+                    span().child(t!("page.lengths.title")),
+                    select()
+                        .attr("name", "tool-length")
+                        .prop("disabled", move || !line.may_act() || line.busy())
+                        .on(ev::change, choose)
+                        .child(words()),
+                )),
+                chosen,
+            ))
+        })
+    }
+}
+
+/// Two tools of other lengths, each with its tip on the board.
+fn against_board() -> impl IntoView {
+    let picture =
+        svg().attr("class", "touched-board").attr("viewBox", "0 0 160 90").attr("aria-hidden", "true");
+    let picture = picture.child((
+        spindle(35, 10),
+        spindle(105, 24),
+        path().attr("d", "M45 34V68M115 48V68"),
+        rect().attr("x", 10).attr("y", 68).attr("width", 140).attr("height", 12),
+    ));
+    div().class("length-picture").child((picture, p().class("quiet").child(t!("page.lengths.board_is"))))
+}
+
+/// The body of a spindle.
+fn spindle(x: i32, y: i32) -> impl IntoView {
+    rect().attr("x", x).attr("y", y).attr("width", 20).attr("height", 24)
+}
+
+/// The tip of one tool on the pin, how much higher the pin is than the board, and the six numbers.
+fn setter(line: Link, now: Memo<ToolLengths>) -> impl IntoView {
+    let known = Memo::new(move |_| now.get().setter.is_some());
+    let picture =
+        svg().attr("class", "touched-board").attr("viewBox", "0 0 160 90").attr("aria-hidden", "true");
+    let picture = picture.child((
+        spindle(35, 20),
+        spindle(115, 6),
+        path().attr(
+            "d",
+            "M45 44V68M125 30V54M96 54H114M96 68H90M93 54V68M93 54l-3 4M93 54l3 4M93 68l-3 -4M93 68l3 -4",
+        ),
+        rect().attr("x", 10).attr("y", 68).attr("width", 78).attr("height", 12),
+        rect().attr("x", 118).attr("y", 54).attr("width", 14).attr("height", 26),
+        rect().attr("x", 106).attr("y", 76).attr("width", 38).attr("height", 4),
+    ));
+    let stands = move || {
+        let trusted = |trust: Trust| trust == Trust::Trusted;
+        line.status.with(|status| status.as_ref().is_some_and(|status| trusted(status.trust)))
+    };
+    let may = move || line.may_act() && line.state() == Some(State::Ready) && stands();
+    let fields = move || {
+        known.get().then(|| {
+            div().class("setting-grid").child((
+                number(line, now, 0, t!("page.lengths.x"), "mm"),
+                number(line, now, 1, t!("page.lengths.y"), "mm"),
+                number(line, now, 2, t!("page.lengths.from"), "mm"),
+                number(line, now, 3, t!("page.lengths.depth"), "mm"),
+                number(line, now, 4, t!("page.lengths.fast"), "mm/min"),
+                number(line, now, 5, t!("page.lengths.slow"), "mm/min"),
+            ))
+        })
+    };
+    div().class("lengths").child((
+        div()
+            .class("length-picture")
+            .child((picture, p().class("quiet").child(t!("page.lengths.setter_is")))),
+        push_if("button", may, t!("page.lengths.here"), move |_| here(line, now)),
+        p().class("quiet").child(t!("page.lengths.here_is")),
+        fields,
+    ))
+}
+
+/// The setter stands under the head, and is looked for from where that is.
+fn here(line: Link, now: Memo<ToolLengths>) {
+    let at = line.status.with_untracked(|status| status.as_ref().map(|status| status.machine_mm));
+    let Some([x, y, z]) = at else { return };
+    let setter = match now.get_untracked().setter {
+        Some(setter) => ToolSetter { place_mm: [x, y], from_mm: z, ..setter },
+        None => ToolSetter::usual([x, y], z),
+    };
+    keep(SETTER_KEY, Value::Numbers(setter.numbers().to_vec()));
+}
+
+/// One of the six numbers; what is none is refused with its sentence.
+fn number(
+    line: Link,
+    now: Memo<ToolLengths>,
+    index: usize,
+    name: impl Fn() -> String + Send + Sync + 'static,
+    unit: &'static str,
+) -> impl IntoView {
+    let shown = move || {
+        let number = now.get().setter.map(|setter| setter.numbers()[index]);
+        number.map(|number| i18n::number(crate::format::plain(number))).unwrap_or_default()
+    };
+    let write = move |event: web_sys::Event| {
+        let text = event_target_value(&event).trim().replace(',', ".");
+        let typed = text.parse::<f64>().ok().filter(|typed| typed.is_finite());
+        let numbers = now.get_untracked().setter.zip(typed).map(|(setter, typed)| {
+            let mut numbers = setter.numbers();
+            numbers[index] = typed;
+            numbers.to_vec()
+        });
+        keep(SETTER_KEY, Value::Numbers(numbers.unwrap_or_default()));
+    };
+    label().class("setting").child((
+        span().child(name),
+        span().class("with-unit").child((
+            input()
+                .attr("type", "text")
+                .attr("inputmode", "decimal")
+                .prop("disabled", move || !line.may_act() || line.busy())
+                .prop("value", shown)
+                .on(ev::change, write),
+            span().child(unit),
+        )),
+    ))
+}

@@ -1,0 +1,62 @@
+//! A tool setter on the firmware itself: each tool goes to it before it cuts, and every hole is as deep as planned. The instrument's probe
+//! knows no tool lengths, its plane is the pin where the setter stands: other lengths are those of `core/tests/controller/setter.rs`.
+
+use super::bench::{Bench, START, ZERO_AT};
+use super::firmware::{STEPS, instrument};
+use super::jobs;
+use super::judge::{self, Verdict};
+use std::fs::File;
+use std::io::{BufRead, BufReader};
+
+/// The pin is 5.5 mm higher than what the same plane would be at the board, which nobody touches.
+const PLANE: [&str; 2] = ["--probe-z", "-25,-0.05,0"];
+const SETTER: &str = "--setter -150,-10,-5,30,300,60";
+const X_MM: f64 = -150.0;
+const PIN_MM: f64 = -17.5;
+
+/// How often the tip came down where the setter stands, and the lowest that it was there, mm.
+fn visits(bench: &Bench) -> (usize, f64) {
+    let (mut at, mut is_down, mut visits, mut lowest) = (START, false, 0, 0.0_f64);
+    for line in BufReader::new(File::open(bench.board.edges()).unwrap()).lines() {
+        let line = line.unwrap();
+        let (axis, to, _) = judge::edge(&line).unwrap_or_else(|| panic!("not an edge: {line}"));
+        at[axis] = START[axis] + to as f64 / STEPS;
+        let is_there = (at[0] - X_MM).abs() < 0.1;
+        // Once for each tool: between its two touches it goes up by a millimetre alone.
+        let was_down = std::mem::replace(&mut is_down, is_there && at[2] < PIN_MM + 2.0);
+        visits += usize::from(is_down && !was_down);
+        lowest = if is_there { lowest.min(at[2]) } else { lowest };
+    }
+    (visits, lowest)
+}
+
+#[test]
+fn every_tool_goes_to_the_setter_and_every_hole_is_as_deep_as_planned() {
+    let Some(instrument) = instrument() else { return };
+    let mut bench = Bench::new(instrument, jobs::board(), &PLANE);
+    let words = format!("run job.nc {ZERO_AT} {SETTER} --confirm-tools 0.1");
+    let (exit, object) = bench.desk.run(&bench.board, &words);
+    assert_eq!((exit, &object["holes_done"]), (0, &12.into()), "{object} {}", bench.desk.said());
+    assert_eq!(object["position_trust"], "trusted", "{object}");
+    let (verdict, report) = bench.judged();
+    assert_eq!((verdict, &report["spindle"]["starts"]), (Verdict::default(), &3.into()), "{report}");
+    let (visits, lowest) = visits(&bench);
+    assert_eq!(visits, 3);
+    assert!((PIN_MM - 0.1..=PIN_MM + 0.02).contains(&lowest), "{lowest}");
+}
+
+#[test]
+fn a_setter_that_is_not_there_ends_the_job_before_anything_is_cut() {
+    let Some(instrument) = instrument() else { return };
+    let mut bench = Bench::new(instrument, jobs::board(), &[]);
+    for (words, code) in [
+        (format!("{ZERO_AT} {SETTER}"), "grbl.alarm_5"),
+        (format!("{ZERO_AT} --setter -250,-10,-5"), "setter.no_room"),
+    ] {
+        let words = format!("run job.nc {words} --confirm-tools 0.1");
+        let (exit, object) = bench.desk.run(&bench.board, &words);
+        assert_eq!((exit, &object["error"]["code"]), (1, &code.into()), "{object} {}", bench.desk.said());
+        assert_eq!(object["holes_done"], 0, "{object}");
+    }
+    assert_eq!(bench.board.end()["spindle"]["starts"], 0);
+}

@@ -1,0 +1,412 @@
+//! Tools that are measured on a tool setter: whatever their lengths, and whatever is stopped, pulled, lost or damaged on the way, none is
+//! in the board with a zero that is not its own. The judge knows how long each tool is, the engine does not.
+
+use super::survey::found;
+use super::{Bench, Faults, ZERO, job};
+use annulus_core::control::{Ending, Trust};
+use annulus_core::controller::{
+    BoardHeight, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, SetterStep, ToolSetter,
+};
+
+/// Where the pin stands, and how high it is.
+const PIN: [f64; 3] = [-250.0, -20.0, -25.0];
+/// A step of Z.
+const STEP_MM: f64 = 0.01;
+const NOTHING: Vec<String> = Vec::new();
+
+/// The pin, and everywhere else the board: what is touched beside the pin looks like a tool of another length.
+fn surface(x: f64, y: f64) -> f64 {
+    if is_at_pin(x, y) { PIN[2] } else { ZERO[2] }
+}
+
+fn is_at_pin(x: f64, y: f64) -> bool {
+    (x - PIN[0]).hypot(y - PIN[1]) < 3.0
+}
+
+fn setter() -> ToolSetter {
+    ToolSetter {
+        place_mm: [PIN[0], PIN[1]],
+        from_mm: -10.0,
+        depth_mm: 40.0,
+        fast_mm_per_min: 300.0,
+        slow_mm_per_min: 30.0,
+    }
+}
+
+fn start(from: usize) -> EngineStart {
+    EngineStart { setter: Some(setter()), ..job(from) }
+}
+
+/// Homed, zero set with the first tool.
+fn ready() -> Bench {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.surface = Some(surface);
+    assert!(bench.ready());
+    bench
+}
+
+impl Bench {
+    /// The steps that the measurement in work goes through, until it is over.
+    fn steps(&mut self) -> Vec<SetterStep> {
+        let mut steps = Vec::new();
+        for _ in 0..200_000 {
+            let Some(step) = self.engine().measuring() else { return steps };
+            if steps.last() != Some(&step) {
+                steps.push(step);
+            }
+            self.tick();
+        }
+        panic!("for ever: {steps:?}");
+    }
+
+    /// In the change to the second tool; the first is measured.
+    fn first_is_measured(&mut self) {
+        self.start_as(start(0));
+        self.phases(EnginePhase::ToolChange);
+        assert_eq!(self.tool_ready(), NOTHING);
+        self.steps();
+        self.phases(EnginePhase::ToolChange);
+        assert_eq!((self.done, found(self)), (6, NOTHING), "{:?}", self.words());
+    }
+
+    /// Until a job is over whose tool is in.
+    fn is_over(&mut self) -> Option<Ending> {
+        assert!(self.until(600_000, |bench| bench.ended().is_some()), "{:?}", self.words());
+        self.ended()
+    }
+
+    /// How far the bottom of any hole is from where it should be.
+    fn off_mm(&self) -> f64 {
+        let deepest = |hole: i32| {
+            let at = [f64::from(hole % 3 * 4), f64::from(hole / 3 * 4)];
+            let there = self.cuts().filter(|cut| (0..2).all(|axis| (cut[axis] - at[axis]).abs() < 0.02));
+            there.map(|cut| cut[2]).fold(0.0, f64::min)
+        };
+        (0..9).map(|hole| (deepest(hole) + 1.7).abs()).fold(0.0, f64::max)
+    }
+
+    /// Tells the height of the tip as a person does who lowers it to the board.
+    fn touched_off(&mut self) {
+        let height_mm = self.board.place()[2] - ZERO[2];
+        self.asked(EngineAsk::SetZero { axes: [false, false, true], height_mm });
+        self.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet));
+        self.until(1_000, |bench| bench.engine().place().is_some());
+    }
+}
+
+#[test]
+fn a_tool_is_as_high_over_the_board_as_the_first_one_was() {
+    use SetterStep::{Again, Back, Lift, Near, Over, Ready, Same, Touch, Up, Zero};
+    for longer_mm in [-4.0, -0.37, 0.0, 0.013, 2.5, 6.0] {
+        let mut bench = ready();
+        bench.start_as(start(0));
+        bench.phases(EnginePhase::ToolChange);
+        assert_eq!(bench.tool_ready(), NOTHING);
+        assert_eq!(bench.steps(), [Ready, Up, Over, Near, Touch, Back, Again, Same, Lift]);
+        bench.phases(EnginePhase::ToolChange);
+        let cuts = bench.board.cuts.len();
+        bench.board.tool_mm = longer_mm;
+        assert_eq!(bench.tool_ready(), NOTHING);
+        assert_eq!(bench.steps(), [Ready, Up, Over, Near, Touch, Back, Again, Same, Lift, Zero]);
+        assert_eq!(
+            (bench.engine().phase, bench.engine().height()),
+            (EnginePhase::Running, BoardHeight::OfThisBit)
+        );
+        let zero = bench.engine().zero_mm.unwrap();
+        assert!((zero[2] - ZERO[2] - longer_mm).abs() <= STEP_MM, "{longer_mm}: {zero:?}");
+        // No tool goes further down than to the pin.
+        let below = |place: &&[f64; 3]| is_at_pin(place[0], place[1]) && place[2] < PIN[2] - 0.02;
+        assert_eq!(bench.board.cuts[cuts..].iter().filter(below).count(), 0, "{longer_mm}");
+        assert_eq!(bench.is_over(), Some(Ending::Done), "{:?}", bench.words());
+        assert!(bench.off_mm() <= STEP_MM, "{longer_mm}: {}", bench.off_mm());
+        assert_eq!((bench.missing(), bench.wrong()), (vec![], vec![]), "{longer_mm}");
+    }
+}
+
+#[test]
+fn a_setter_that_cannot_be_keeps_a_job_from_being_started() {
+    let bench = ready();
+    let codes = |setter: ToolSetter| -> Vec<String> {
+        let found = bench.engine().check(&EngineStart { setter: Some(setter), ..job(0) });
+        found.into_iter().map(|why| why.code).filter(|code| code.starts_with("setter.")).collect()
+    };
+    let good = setter();
+    assert_eq!(codes(good), NOTHING);
+    for (setter, code) in [
+        (ToolSetter { place_mm: [5.0, -20.0], ..good }, "setter.no_room"),
+        (ToolSetter { place_mm: [-250.0, -301.0], ..good }, "setter.no_room"),
+        (ToolSetter { from_mm: -0.5, ..good }, "setter.no_room"),
+        (ToolSetter { from_mm: -290.0, ..good }, "setter.no_room"),
+        (ToolSetter { depth_mm: f64::NAN, ..good }, "setter.bad"),
+        (ToolSetter { slow_mm_per_min: 0.0, ..good }, "setter.bad"),
+    ] {
+        assert_eq!(codes(setter), [code], "{setter:?}");
+    }
+    // Where no tool is measured, it does not matter.
+    let far = ToolSetter { place_mm: [5.0, -20.0], ..good };
+    let alike = EngineStart { setter: Some(far), same_length: true, ..job(0) };
+    assert!(bench.engine().check(&alike).is_empty());
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.settings.retain(|(number, _)| *number != 22);
+    bench.plug();
+    bench.phases(EnginePhase::Locked);
+    bench.asked(EngineAsk::Unlock);
+    bench.phases(EnginePhase::Ready);
+    bench.asked(EngineAsk::SetZero { axes: [true; 3], height_mm: 0.0 });
+    assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)));
+    bench.until(1_000, |bench| bench.engine().place().is_some());
+    bench.start_as(start(0));
+    assert!(found(&bench).contains(&"setter.no_homing".to_owned()), "{:?}", found(&bench));
+    assert_eq!(bench.engine().phase, EnginePhase::Ready);
+}
+
+#[test]
+fn a_setter_that_is_met_too_early_or_not_at_all_measures_nothing() {
+    fn hangs(x: f64, y: f64) -> f64 {
+        if is_at_pin(x, y) { -5.0 } else { ZERO[2] }
+    }
+    fn chip(x: f64, y: f64) -> f64 {
+        if is_at_pin(x, y) { -10.2 } else { ZERO[2] }
+    }
+    for pin in [hangs, chip] {
+        let mut bench = ready();
+        bench.board.surface = Some(pin);
+        bench.start_as(start(0));
+        bench.phases(EnginePhase::ToolChange);
+        assert_eq!(bench.tool_ready(), NOTHING);
+        bench.steps();
+        bench.phases(EnginePhase::ToolChange);
+        assert_eq!((found(&bench), bench.ended()), (vec!["setter.early".to_owned()], None));
+        assert!(bench.board.place()[2] > -1.001, "the tip is up: {:?}", bench.board.place());
+        // The chip is away.
+        bench.board.surface = Some(surface);
+        assert_eq!(bench.tool_ready(), NOTHING);
+        bench.steps();
+        assert_eq!(bench.engine().phase, EnginePhase::Running, "{:?}", bench.words());
+    }
+    fn always(_: f64, _: f64) -> f64 {
+        1e9
+    }
+    type Row = (&'static str, Option<fn(f64, f64) -> f64>);
+    let rows: [Row; 2] = [("setter.early", Some(always)), ("grbl.alarm_5", None)];
+    for (code, pin) in rows {
+        let mut bench = ready();
+        bench.board.surface = pin;
+        bench.start_as(start(0));
+        bench.phases(EnginePhase::ToolChange);
+        assert_eq!(bench.tool_ready(), NOTHING);
+        assert_eq!(bench.is_over(), Some(Ending::Alarm));
+        assert_eq!((found(&bench), bench.engine().trust), (vec![code.to_owned()], Trust::Trusted));
+        assert_eq!(bench.done, 0);
+    }
+}
+
+#[test]
+fn what_leads_elsewhere_or_is_misheard_measures_nothing() {
+    type Row = (&'static [u8], &'static [u8], &'static str);
+    let rows: [Row; 7] = [
+        (b"G21G17G90G94\n", b"G20G17G90G94\n", "grbl.modes_differ"),
+        (b"G90G53G0Z-1\n", b"G90G53G0Z-4\n", "setter.elsewhere"),
+        (b"G90G53G0X-250Y-20\n", b"G90G53G0X-150Y-20\n", "setter.elsewhere"),
+        (b"G91G38.3Z-9F300\n", b"G91G38.3Z-12F300\n", "setter.elsewhere"),
+        (b"G91G38.3Z-9F300\n", b"G91G38.3X-10F300\n", "setter.elsewhere"),
+        (b"G91G38.2Z-40F300\n", b"G91G38.2Z-40F\n", "grbl.error_2"),
+        (b"$#\n", b"$G\n", "level.no_answer"),
+    ];
+    for (line, instead, code) in rows {
+        let mut bench = ready();
+        bench.first_is_measured();
+        bench.board.tool_mm = 3.3;
+        bench.instead = Some((line, instead));
+        assert_eq!(bench.tool_ready(), NOTHING);
+        bench.steps();
+        bench.phases(EnginePhase::ToolChange);
+        assert_eq!((found(&bench), bench.ended()), (vec![code.to_owned()], None), "{:?}", bench.words());
+        bench.instead = None;
+        assert_eq!(bench.tool_ready(), NOTHING, "{code}");
+        assert_eq!(bench.is_over(), Some(Ending::Done), "{code}: {:?}", bench.words());
+        assert!(bench.off_mm() <= STEP_MM, "{code}: {}", bench.off_mm());
+    }
+    // The first time it is only where it is looked for again; the second time it is the height.
+    for (heard, instead) in [("-25.000:1]", "-26.000:1]"), ("[PRB:-250.000", "[PRB:-210.000")] {
+        let mut bench = ready();
+        bench.first_is_measured();
+        bench.heard_instead = Some((heard, instead));
+        assert_eq!(bench.tool_ready(), NOTHING);
+        bench.steps();
+        if bench.heard_instead.take().is_none() {
+            bench.phases(EnginePhase::ToolChange);
+            assert_eq!(bench.tool_ready(), NOTHING);
+        }
+        assert_eq!(bench.is_over(), Some(Ending::Done), "{:?}", bench.words());
+        assert!(bench.off_mm() <= STEP_MM, "{heard}: {}", bench.off_mm());
+    }
+}
+
+#[test]
+fn stop_in_any_step_ends_the_job_and_the_rest_is_made_with_the_right_height() {
+    use SetterStep::{Again, Back, Lift, Near, Over, Ready, Same, Touch, Up, Zero};
+    for step in [Ready, Up, Over, Near, Touch, Back, Again, Same, Lift, Zero] {
+        for after_ms in [0, 40, 900] {
+            let mut bench = ready();
+            bench.first_is_measured();
+            bench.board.tool_mm = 1.7;
+            assert_eq!(bench.tool_ready(), NOTHING);
+            assert!(bench.until(200_000, |bench| bench.engine().measuring() == Some(step)), "{step:?}");
+            bench.until(after_ms, |bench| bench.engine().measuring() != Some(step));
+            bench.asked(EngineAsk::Stop);
+            assert_eq!(bench.is_over(), Some(Ending::Stopped), "{step:?}: {:?}", bench.words());
+            let place = bench.board.place();
+            bench.phases(EnginePhase::Ready);
+            bench.until(3_000, |_| false);
+            assert_eq!((bench.board.place(), bench.engine().trust), (place, Trust::Trusted), "{step:?}");
+            // Another tool is in, and the setter still knows how high the board is.
+            bench.start_as(start(bench.done));
+            bench.phases(EnginePhase::ToolChange);
+            bench.board.tool_mm = 4.2;
+            assert_eq!(bench.tool_ready(), NOTHING);
+            assert_eq!(bench.is_over(), Some(Ending::Done), "{step:?}: {:?}", bench.words());
+            assert!(bench.off_mm() <= STEP_MM, "{step:?}: {}", bench.off_mm());
+        }
+    }
+}
+
+#[test]
+fn without_a_reference_no_tool_is_measured() {
+    // Another board: the job begins anew with the tool that was the last of the one before.
+    let mut bench = ready();
+    bench.first_is_measured();
+    bench.tool_ready();
+    assert_eq!(bench.is_over(), Some(Ending::Done));
+    bench.board.tool_mm = 2.0;
+    bench.start_as(start(0));
+    bench.phases(EnginePhase::ToolChange);
+    assert_eq!(bench.tool_ready(), ["setter.no_reference"]);
+    assert_eq!(bench.engine().phase, EnginePhase::ToolChange);
+    // Touched off, it is the reference.
+    bench.touched_off();
+    assert_eq!(bench.tool_ready(), NOTHING);
+    assert!(!bench.steps().is_empty());
+    bench.phases(EnginePhase::ToolChange);
+    // Zero set by hand in the change: that tool is the reference from now on.
+    bench.board.tool_mm = 0.6;
+    bench.touched_off();
+    assert_eq!(bench.tool_ready(), NOTHING);
+    assert!(!bench.steps().is_empty());
+    assert_eq!(bench.is_over(), Some(Ending::Done));
+    assert!(bench.off_mm() <= STEP_MM, "{}", bench.off_mm());
+}
+
+#[test]
+fn a_job_that_goes_on_after_the_cable_was_out_measures_the_tool_that_zero_was_set_with() {
+    let mut bench = ready();
+    bench.start_as(start(0));
+    bench.phases(EnginePhase::ToolChange);
+    assert_eq!(bench.tool_ready(), NOTHING);
+    assert!(bench.until(100_000, |bench| bench.done == 3));
+    assert!(bench.ready());
+    // The height is known for this tool; there are others behind it.
+    bench.start_as(start(3));
+    bench.phases(EnginePhase::ToolChange);
+    assert_eq!(bench.tool_ready(), NOTHING);
+    assert!(!bench.steps().is_empty());
+    bench.phases(EnginePhase::ToolChange);
+    bench.board.tool_mm = 2.9;
+    assert_eq!(bench.tool_ready(), NOTHING);
+    assert_eq!(bench.is_over(), Some(Ending::Done), "{:?}", bench.words());
+    assert!(bench.off_mm() <= STEP_MM && bench.missing().is_empty());
+}
+
+impl Bench {
+    /// Whoever stands at the machine: leaves in the tool whose height is known, puts in another one else, and goes on; what is refused for
+    /// want of a reference is touched off.
+    fn attends(&mut self) {
+        if self.engine().height() != BoardHeight::OfThisBit {
+            self.board.tool_mm = self.chance.unit() * 6.0;
+        }
+        self.event(EngineEvent::Ask(EngineAsk::ToolReady));
+        self.until(300, |bench| bench.engine().phase != EnginePhase::ToolChange);
+        if found(self).last().is_some_and(|code| code == "setter.no_reference")
+            && self.engine().phase == EnginePhase::ToolChange
+        {
+            self.touched_off();
+        }
+    }
+
+    /// Whatever is in the board is so with a zero of Z that is its own.
+    fn judge(&self, seed: u64) {
+        let in_board = self.board.place()[2] < ZERO[2] - 0.001;
+        if in_board && self.engine().phase == EnginePhase::Running {
+            let off_mm = self.board.zeros[0][2] - ZERO[2] - self.board.tool_mm;
+            assert!(off_mm.abs() <= STEP_MM, "seed {seed}: {off_mm} mm off, {:?}", self.words());
+        }
+    }
+
+    /// Runs on until then, or until the job is over.
+    fn goes_on(&mut self, seed: u64, until_ms: u64) {
+        let is_over = |bench: &Self| {
+            bench.ended().is_some()
+                || matches!(bench.engine().phase, EnginePhase::Closed | EnginePhase::Ready)
+        };
+        while self.now_ms < until_ms && !is_over(self) {
+            if self.engine().phase == EnginePhase::ToolChange && self.engine().place().is_some() {
+                self.attends();
+            }
+            self.tick();
+            self.judge(seed);
+        }
+    }
+}
+
+#[test]
+fn no_tool_is_in_the_board_with_a_zero_that_is_not_its_own() {
+    let (mut measured, mut stops) = (0, 0);
+    for seed in 0..45 {
+        let faults = match seed % 3 {
+            0 => Faults::default(),
+            1 => Faults { lost: 4e-4, damaged: 4e-4, back: 0.0 },
+            _ => Faults { lost: 2e-4, damaged: 2e-4, back: 2e-4 },
+        };
+        let mut bench = Bench::new(seed, faults);
+        bench.board.surface = Some(surface);
+        let (mut disturbances, mut rounds, mut again) = (3, 0, false);
+        loop {
+            rounds += 1;
+            assert!(rounds < 80, "seed {seed} never ends: {:?}", bench.words());
+            if !again {
+                // Whoever sets the zero has the first tool in.
+                bench.board.tool_mm = 0.0;
+                if !bench.ready() {
+                    continue;
+                }
+            }
+            bench.start_as(start(bench.done));
+            let moment = bench.now_ms + 200 + bench.chance.below(60_000) as u64;
+            bench.goes_on(seed, if disturbances > 0 { moment } else { bench.now_ms + 2_000_000 });
+            measured += bench.told.iter().filter(|told| matches!(told, EngineAction::ZeroSet)).count();
+            again = false;
+            if bench.ended().is_none() && disturbances > 0 && bench.engine().phase != EnginePhase::Closed {
+                disturbances -= 1;
+                match bench.chance.below(3) {
+                    0 => bench.board.power_up(),
+                    1 => bench.unplug(),
+                    _ => bench.event(EngineEvent::Ask(EngineAsk::Stop)),
+                }
+                bench.until(15_000, |bench| bench.ended().is_some());
+                bench.until(2_000, |_| false);
+                let engine = bench.engine();
+                again = engine.phase == EnginePhase::Ready && engine.trust == Trust::Trusted;
+            }
+            if bench.ended() == Some(Ending::Done) {
+                break;
+            }
+            stops += 1;
+        }
+        assert_eq!(bench.missing(), Vec::<[f64; 3]>::new(), "seed {seed}: left out");
+        if seed % 3 == 0 {
+            assert_eq!(bench.wrong(), Vec::<[f64; 3]>::new(), "seed {seed}");
+        }
+    }
+    println!("{measured} zeros by setter or hand, {stops} stops, none in the board with another tool's");
+    assert!(measured > 45 && stops > 45, "{measured} {stops}");
+}

@@ -1,0 +1,46 @@
+//! How the length of a tool is found at a controller, as a person chose it once: kept with the settings, said before a job.
+//!
+//! Comes in: settings. Goes out: the choice, refusals, a row of the pre-flight. Does not know how a tool is measured.
+
+use crate::prepare::row;
+use annulus_core::controller::{LENGTH_KEY, SETTER_KEY, ToolLengths, ToolSetter};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::machine::{MILL_KEY, Value};
+use annulus_core::wire::{PreflightRow, RowVerdict};
+
+/// Whether the setting `key` is one of the controller, and not of the machine that jobs are planned for.
+pub(super) fn is_of_controller(key: &str) -> bool {
+    [MILL_KEY, LENGTH_KEY, SETTER_KEY].contains(&key)
+}
+
+/// What a person chose.
+pub(super) fn lengths_of(kept: &[(String, Value)]) -> ToolLengths {
+    let of = |wanted: &str| kept.iter().find(|(key, _)| key == wanted).map(|(_, value)| value);
+    let setter = match of(SETTER_KEY) {
+        Some(Value::Numbers(numbers)) => ToolSetter::of_numbers(numbers),
+        _ => None,
+    };
+    let on_setter = matches!(of(LENGTH_KEY), Some(Value::Text(word)) if word == "setter");
+    ToolLengths { on_setter, setter }
+}
+
+/// Why a choice cannot be, if it cannot.
+pub(super) fn refused((key, value): &(String, Value)) -> Option<Diagnostic> {
+    let is_one = match value {
+        Value::Text(word) if key == LENGTH_KEY => ["board", "setter"].contains(&word.as_str()),
+        Value::Numbers(numbers) if key == SETTER_KEY => ToolSetter::of_numbers(numbers).is_some(),
+        _ => ![LENGTH_KEY, SETTER_KEY].contains(&key.as_str()),
+    };
+    (!is_one).then(|| Diagnostic::error("setter.bad"))
+}
+
+/// What there is to say of it before a job.
+pub(super) fn length_row(lengths: &ToolLengths) -> Option<PreflightRow> {
+    lengths.on_setter.then(|| match lengths.setter {
+        None => row(RowVerdict::Fail, Diagnostic::error("setter.no_place")),
+        Some(setter) => {
+            let [x, y] = setter.place_mm.map(|mm| format!("{mm:.3}"));
+            row(RowVerdict::Pass, Diagnostic::note("setter.measures").with("x", x).with("y", y))
+        }
+    })
+}

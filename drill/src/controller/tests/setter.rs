@@ -1,0 +1,112 @@
+//! Tools that are measured on a tool setter, as the page has it: chosen once and kept, said before a job, named while it is done, and
+//! every hole as deep as the program says whatever tool is in.
+
+use super::*;
+use annulus_core::controller::{LENGTH_KEY, SETTER_KEY, SetterStep, ToolLengths, ToolSetter};
+use std::collections::BTreeSet;
+
+/// A pin at the left, 20 mm higher than the board.
+const SETTER: ToolSetter = ToolSetter {
+    place_mm: [-250.0, -20.0],
+    from_mm: -5.0,
+    depth_mm: 40.0,
+    fast_mm_per_min: 300.0,
+    slow_mm_per_min: 30.0,
+};
+
+fn surface(x: f64, y: f64) -> f64 {
+    if (x + 250.0).hypot(y + 20.0) < 3.0 { ZERO[2] + 20.0 } else { ZERO[2] }
+}
+
+fn on(word: &str) -> Ask {
+    Ask::Configure { changes: vec![(LENGTH_KEY.to_owned(), Value::Text(word.to_owned()))] }
+}
+
+fn at(numbers: &[f64]) -> Ask {
+    Ask::Configure { changes: vec![(SETTER_KEY.to_owned(), Value::Numbers(numbers.to_vec()))] }
+}
+
+impl Bench {
+    /// What was told last of how lengths are found.
+    fn lengths(&self) -> ToolLengths {
+        let mut told = self.heard.iter().rev();
+        let told = told
+            .find_map(|tell| if let Tell::Controller { lengths, .. } = tell { Some(lengths) } else { None });
+        *told.unwrap()
+    }
+
+    /// The row of the pre-flight that tells of the tool setter.
+    fn setter_row(&mut self, key: &str) -> Option<(String, RowVerdict)> {
+        self.fails(key, 0);
+        let armed = self.heard.iter().rev().find_map(|tell| match tell {
+            Tell::Armed { checks, .. } => Some(checks.clone()),
+            _ => None,
+        });
+        let row = armed.unwrap().into_iter().find(|row| row.finding.code.starts_with("setter."));
+        row.map(|row| (row.finding.code, row.verdict))
+    }
+}
+
+#[test]
+fn a_choice_is_kept_and_said_before_a_job() {
+    let files = Memory::default();
+    let mut bench = Bench::ready(&files);
+    let key = bench.upload(&holes(3));
+    assert_eq!((bench.lengths(), bench.setter_row(&key)), (ToolLengths::default(), None));
+    for wrong in [on("guess"), at(&[]), at(&[-250.0, -20.0, -5.0, 40.0, 300.0]), at(&[0.0; 6])] {
+        assert_eq!(bench.refused(&wrong).as_deref(), Some("setter.bad"), "{wrong:?}");
+    }
+    assert_eq!(bench.refused(&on("setter")), None);
+    assert_eq!(bench.setter_row(&key), Some(("setter.no_place".to_owned(), RowVerdict::Fail)));
+    assert_eq!(bench.refused(&at(&SETTER.numbers())), None);
+    assert_eq!(bench.setter_row(&key), Some(("setter.measures".to_owned(), RowVerdict::Pass)));
+    let far = ToolSetter { place_mm: [-250.0, 20.0], ..SETTER };
+    assert_eq!(bench.refused(&at(&far.numbers())), None);
+    assert_eq!(bench.setter_row(&key), Some(("setter.no_room".to_owned(), RowVerdict::Fail)));
+    assert_eq!(bench.refused(&at(&SETTER.numbers())), None);
+    // What else is set stays, and this with it.
+    let thick = vec![("stroke.board_thickness".to_owned(), Value::Number(1.2))];
+    assert_eq!(bench.refused(&Ask::Configure { changes: thick }), None);
+    let mut again = bench.replug();
+    assert_eq!(again.lengths(), ToolLengths { on_setter: true, setter: Some(SETTER) });
+    assert_eq!(again.refused(&on("board")), None);
+    assert_eq!(again.lengths().in_force(), None);
+}
+
+#[test]
+fn every_tool_is_measured_and_named_while_it_is() {
+    let (files, program) = (Memory::default(), holes(10));
+    let mut bench = Bench::ready(&files);
+    bench.board.surface = Some(surface);
+    for ask in [at(&SETTER.numbers()), on("setter")] {
+        assert_eq!(bench.refused(&ask), None);
+    }
+    let key = bench.upload(&program);
+    bench.start(&key, 0);
+    for longer_mm in [0.0, 3.7] {
+        let now = bench.state(State::ToolChange);
+        bench.board.tool_mm = longer_mm;
+        bench.heard = vec![Tell::Status(Box::new(now))];
+        assert_eq!(bench.refused(&Ask::ToolChanged), None);
+        bench.until(|status| status.state == State::Running);
+        let steps: BTreeSet<String> = bench
+            .heard
+            .iter()
+            .filter_map(|tell| if let Tell::Status(status) = tell { status.measuring } else { None })
+            .map(|step| format!("{step:?}"))
+            .collect();
+        // What is over between two statuses is not seen.
+        for step in [SetterStep::Up, SetterStep::Near, SetterStep::Touch, SetterStep::Again, SetterStep::Lift]
+        {
+            assert!(steps.contains(&format!("{step:?}")), "{longer_mm}: {steps:?}");
+        }
+        let named = bench.heard.iter().all(|tell| match tell {
+            Tell::Status(status) => status.measuring.is_none() || status.state == State::ToolChange,
+            _ => true,
+        });
+        assert!(named, "it is a change of tools all along");
+    }
+    bench.until(|status| status.job.is_none());
+    assert_eq!(bench.made(&program), (vec![1; 10], 0));
+    assert!(bench.heard.iter().any(|tell| matches!(tell, Tell::Ended { ending: Ending::Done, .. })));
+}

@@ -1,0 +1,79 @@
+// A tool setter at a mill that the page drives: chosen in the settings with its picture, said before the start, each step named while a
+// tool is measured. The mill is the unmodified GRBL firmware, its probe's plane the pin; judged by its step pins.
+
+import assert from "node:assert/strict";
+import { after, before, test } from "node:test";
+import { STEPS, instrument, startBoard } from "./grbl.mjs";
+import { failed, openBrowser, picture, planned, press, serveFiles, settled, tab, until } from "./harness.mjs";
+import { HOLES, SPEED, begin, connect, digits, drillFile, home, isZero, moveTo, opened, shown } from "./mill.mjs";
+
+const tools = instrument();
+let browser;
+before(async () => (browser = await openBrowser("none")));
+after(async () => browser?.close());
+
+/** Continues in the tool change, and waits until the tool is measured; the step that was marked while the tip went down. */
+async function measured(page) {
+  const change = page.getByRole("alertdialog");
+  await press(page, change.getByRole("button", { name: /^Continue/ }));
+  const step = change.locator('.measurement [aria-current="step"]');
+  await until(async () => (await step.allTextContents()).join() === "Down until the contact closes", "the tip on its way down");
+  assert.equal(await change.getByRole("button", { name: /^Continue/ }).isEnabled(), false, "there is nothing to continue meanwhile");
+  await page.screenshot({ path: picture("setter-measures") });
+  await change.waitFor({ state: "hidden" });
+}
+
+test("a tool setter is chosen once, said before the start, and measures each tool step by step", async (t) => {
+  if (!tools) return t.skip("no GRBL");
+  const [server, board] = [await serveFiles(), await startBoard(tools, SPEED, "-10,0,0")];
+  const drill = drillFile({ 0.8: HOLES.slice(0, 2), 1.0: HOLES.slice(2, 4) });
+  const { page, context, problems } = await opened(browser, server, board, drill);
+  try {
+    await press(page, connect(page));
+    await shown(page, /^GRBL 1\.1h/);
+    await home(page);
+    await tab(page, "Settings").click();
+    const how = page.getByRole("combobox", { name: "How the length of a tool is found" });
+    assert.equal(await how.inputValue(), "board");
+    await page.screenshot({ path: picture("setter-board") });
+    await how.selectOption("setter");
+    await press(page, page.getByRole("button", { name: "Here: the head stands over it" }));
+    const field = (name) => page.getByLabel(name);
+    await until(async () => (await field("Where it stands, X").inputValue()) === "-1", "the place of the head");
+    await field("How far down at most").fill("nothing");
+    await field("How far down at most").press("Enter");
+    await shown(page, /^These numbers make no tool setter/);
+    await field("How far down at most").fill("15");
+    await field("How far down at most").press("Enter");
+    await page.screenshot({ path: picture("setter-settings") });
+    await tab(page, "Machine").click();
+    for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
+    await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
+    await until(async () => isZero(await digits(page, "X")), "zero of X");
+    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await until(async () => isZero(await digits(page, "Z")), "zero of Z");
+    await settled(() => digits(page, "Z"), "the height", 1000);
+    const zero = await board.steps();
+    await planned(page);
+    await press(page, page.getByRole("button", { name: "Start…" }));
+    const rows = await begin(page, "Start the job");
+    assert.ok(rows.some((row) => /measures the tool on the tool setter at X -1\.000 Y -1\.000/.test(row)), rows.join("\n"));
+    await measured(page);
+    await page.getByRole("alertdialog").getByRole("button", { name: /^Continue/ }).waitFor();
+    await measured(page);
+    await shown(page, /^The job is done\./);
+    const dips = await board.end(zero[2] - 10);
+    assert.ok(dips.length === 4 && dips.every(({ moved }) => !moved), JSON.stringify(dips));
+    for (const [x, y] of HOLES.slice(0, 4)) {
+      const here = ({ at }) => Math.abs(at[0] - zero[0] - x * STEPS) < 8 && Math.abs(at[1] - zero[1] - y * STEPS) < 8;
+      assert.ok(dips.find(here).lowest <= zero[2] - 1.6 * STEPS, `the hole at ${x}, ${y} goes through`);
+    }
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "setter-failed", error);
+  } finally {
+    await context.close();
+    server.stop();
+    board.kill();
+  }
+});
