@@ -2,7 +2,7 @@
 //!
 //! Comes in: the name of a port. Goes out: names, and bytes. A port that fails is gone for good. Does not know what is said.
 
-use serialport::{FlowControl, SerialPort, SerialPortType};
+use serialport::{ClearBuffer, FlowControl, SerialPort, SerialPortType};
 pub(crate) use serialport::{Parity, StopBits};
 use std::collections::VecDeque;
 use std::io::{self, ErrorKind, Read, Write};
@@ -57,6 +57,8 @@ pub(crate) struct Port {
     pub(crate) name: String,
     serial: Box<dyn SerialPort>,
     waiting: VecDeque<u8>,
+    /// What was read and given back.
+    unread: Vec<u8>,
 }
 
 /// Opens the port called `name`. Most boards begin anew with that.
@@ -73,12 +75,15 @@ pub(crate) fn open_as(
 ) -> serialport::Result<Port> {
     let builder = serialport::new(name, baud).timeout(PATIENCE).flow_control(FlowControl::None);
     let builder = builder.parity(parity).stop_bits(stop_bits);
-    Ok(Port { name: name.to_owned(), serial: builder.open()?, waiting: VecDeque::new() })
+    Ok(Port { name: name.to_owned(), serial: builder.open()?, waiting: VecDeque::new(), unread: Vec::new() })
 }
 
 impl Port {
     /// What came; nothing after a short wait.
     pub(crate) fn read(&mut self) -> io::Result<Vec<u8>> {
+        if !self.unread.is_empty() {
+            return Ok(std::mem::take(&mut self.unread));
+        }
         let there = self.serial.bytes_to_read().map_err(io::Error::from)? as usize;
         let mut bytes = vec![0; there.clamp(1, 4096)];
         match self.serial.read(&mut bytes) {
@@ -92,6 +97,17 @@ impl Port {
             }
             Err(error) => Err(error),
         }
+    }
+
+    /// What was read is read again, by whoever does so next.
+    pub(crate) fn unread(&mut self, bytes: Vec<u8>) {
+        self.unread = bytes;
+    }
+
+    /// From now on at so many bits in a second; what came before is forgotten.
+    pub(crate) fn set_bits_per_s(&mut self, bits_per_s: u32) -> io::Result<()> {
+        self.serial.set_baud_rate(bits_per_s).map_err(io::Error::from)?;
+        self.serial.clear(ClearBuffer::Input).map_err(io::Error::from)
     }
 
     /// Whether some of what was written waits for room.

@@ -1,5 +1,7 @@
 //! Every test of the program `annulus` as others meet it, in one program, so that it is linked once.
 
+#[cfg(target_os = "linux")]
+mod baud;
 mod cam;
 mod cli;
 mod faults;

@@ -165,6 +165,59 @@ test("a board that lies askew is touched from the page, its map is seen, and the
   }
 });
 
+test("feed, spindle and rapids are as the controller reports them, and it reads the job before the start without a step", async (t) => {
+  if (!tools) return t.skip("no GRBL");
+  const [server, board] = [await serveFiles(), await startBoard(tools, SPEED)];
+  const { page, context, port, problems } = await opened(browser, server, board, DRILL);
+  const menu = (name) => page.getByRole("combobox", { name });
+  const chosen = (name) => menu(name).evaluate((menu) => menu.selectedOptions[0]?.textContent);
+  const became = (name, wanted) => until(async () => (await chosen(name)) === wanted, `${name} at ${wanted}`);
+  try {
+    // A drill of our own has the first of them alone.
+    await menu("Feed override").waitFor();
+    assert.equal(await menu("Spindle override").count(), 0);
+    await press(page, connect(page));
+    await shown(page, /^GRBL 1\.1h/);
+    await home(page);
+    await menu("Spindle override").selectOption("50");
+    await menu("Rapid override").selectOption("25");
+    await until(() => port.heard.filter((byte) => byte === 0x9b).length === 5 && port.heard.includes(0x97), "the steps to 50 %, and 25 %");
+    // What somebody changes at the machine is shown as well, once what was wanted here is reported.
+    await new Promise((later) => setTimeout(later, 3000));
+    await page.evaluate(() => globalThis.boardHears([0x9b, 0x96]));
+    await became("Spindle override", "40 %");
+    await became("Rapid override", "50 %");
+    await page.screenshot({ path: picture("serial-overrides-1440") });
+    for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
+    await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
+    await until(async () => isZero(await digits(page, "X")), "zero of X");
+    await planned(page);
+    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+    await until(async () => isZero(await digits(page, "Z")), "zero of Z");
+    const before = await board.steps();
+    await press(page, page.getByRole("button", { name: "Start…" }));
+    const dialog = page.getByRole("dialog", { name: "Before the start" });
+    await press(page, dialog.getByRole("button", { name: "Let the machine read it" }));
+    await dialog.getByText(/^The controller has read all \d+ lines and takes every one/).waitFor();
+    await page.screenshot({ path: picture("serial-checked-1440") });
+    assert.deepEqual(await board.steps(), before, "nothing has moved");
+    // It has begun anew, and the job is still the one that was compared.
+    await became("Spindle override", "100 %");
+    await begin(page, "Start the job");
+    await page.getByRole("alertdialog").getByRole("button", { name: /^Continue/ }).click();
+    await shown(page, /^Hole [2-5] of 6/);
+    await page.keyboard.press("Control+Shift+E");
+    await shown(page, /^You stopped it/);
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "serial-checked-failed-1440", error);
+  } finally {
+    await context.close();
+    server.stop();
+    board.kill();
+  }
+});
+
 test("a reload has the controller again without a dialog; a page of the bridge has it too, and goes back to the bridge", async (t) => {
   if (!tools) return t.skip("no GRBL");
   const [bridge, board] = [await startBridge(), await startBoard(tools, 1)];

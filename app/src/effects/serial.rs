@@ -14,6 +14,7 @@ use crate::browser::window;
 use crate::engine::drill::CONTROLLER;
 use crate::model::{ControllerEvent, LinkEvent, Support};
 use crate::page::send;
+use annulus_core::controller::BITS_PER_S;
 use annulus_core::diagnostic::Diagnostic;
 use annulus_drill::adapter::USB;
 use js_sys::{Array, Object, Promise, Reflect, Uint8Array};
@@ -23,8 +24,8 @@ use wasm_bindgen::prelude::*;
 use wasm_bindgen_futures::{JsFuture, spawn_local};
 use web_sys::{Event, Worker};
 
-/// Speeds that are tried, in their order: most boards have the first.
-const BITS_PER_S: [u32; 4] = [115_200, 57_600, 9_600, 250_000];
+/// Speeds after which a line is given up on which nothing at all was heard: at a wrong one a board is heard as noise.
+const USUAL: usize = 4;
 /// The feed hold of the whole family.
 const HOLD: u8 = b'!';
 /// The name of the error of a port that is gone; every other one is a disturbance of the line, after which it can be read again.
@@ -109,6 +110,8 @@ pub(super) struct Serial {
     count: Cell<u32>,
     /// Which of the speeds is tried, and whether it was the right one.
     speed: Cell<usize>,
+    /// Something was heard since the first of them was tried, were it noise.
+    heard: Cell<bool>,
     guards: Cell<bool>,
     /// The worker of an adapter whose cable was pulled.
     waits: RefCell<Option<Worker>>,
@@ -226,6 +229,7 @@ impl Serial {
                 Ok(port) => {
                     this.chosen.replace(Some(port.unchecked_into()));
                     this.speed.set(0);
+                    this.heard.set(false);
                     tell(ControllerEvent::Chosen);
                 }
                 Err(error) => match name_of(&error, "name").as_str() {
@@ -267,15 +271,21 @@ impl Serial {
     fn word(self: &Rc<Self>, word: ForPort) {
         match word {
             ForPort::Bytes(bytes) => self.put(&bytes),
-            ForPort::Silent => {
-                let next = self.speed.get() + 1;
-                self.speed.set(next % BITS_PER_S.len());
-                if next < BITS_PER_S.len() {
-                    tell(ControllerEvent::OtherSpeed);
-                } else {
-                    tell(ControllerEvent::Failed { why: Diagnostic::error("grbl.no_answer") });
-                }
-            }
+            ForPort::Silent => self.is_silent(),
+        }
+    }
+
+    /// Nobody is understood at this speed: the next one, where there is one.
+    fn is_silent(&self) {
+        let next = self.speed.get() + 1;
+        let is_mute = next >= USUAL && !self.heard.get();
+        if next < BITS_PER_S.len() && !is_mute {
+            self.speed.set(next);
+            tell(ControllerEvent::OtherSpeed);
+        } else {
+            self.speed.set(0);
+            self.heard.set(false);
+            tell(ControllerEvent::Failed { why: Diagnostic::error("grbl.no_answer") });
         }
     }
 
@@ -375,6 +385,7 @@ impl Serial {
                 break;
             }
             if let Ok(bytes) = Reflect::get(&read, &"value".into()) {
+                self.heard.set(true);
                 let _ = worker.post_message(&bytes);
             }
         }

@@ -226,7 +226,7 @@ pub(super) fn update(model: &mut Model, event: StartEvent) -> Vec<Effect> {
 
 /// Opens the pre-flight of `job`, to begin at `from_leg`.
 fn show(model: &mut Model, job: &Job, from_leg: u32) -> Vec<Effect> {
-    (model.link.armed, model.link.refused) = (None, None);
+    (model.link.armed, model.link.refused, model.link.checked) = (None, None, None);
     model.start.ticked = BTreeSet::new();
     let (key, own_digest) = (job.key.clone(), job.stream_digest.clone());
     let own_motion = model.link.controller.plans();

@@ -15,7 +15,9 @@ use annulus_core::align::BoardFit;
 use annulus_core::control::{State, Timing};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
-use annulus_core::wire::{Ask, HeightMapReport, MagazineReport, OtherFirmware, Outputs, Status, ToolsReport};
+use annulus_core::wire::{
+    Ask, CheckModeReport, HeightMapReport, MagazineReport, OtherFirmware, Outputs, Status, ToolsReport,
+};
 use leptos::prelude::*;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -39,6 +41,8 @@ pub struct Link {
     pub draft: ReadSignal<SettingsDraft>,
     /// The last verdict on a job.
     pub armed: ReadSignal<Option<Armed>>,
+    /// What a controller has read of a job in its check mode.
+    pub checked: ReadSignal<Option<Arc<CheckModeReport>>>,
     /// A job to be taken up.
     pub interrupted: ReadSignal<Option<Interrupted>>,
     /// How the last one ended.
@@ -125,6 +129,7 @@ pub(super) fn signals(slots: &mut Slots) -> Link {
         faults: slots.part(|model| &model.link.faults),
         draft: slots.part(|model| &model.settings),
         armed: slots.part(|model| &model.link.armed),
+        checked: slots.handle(|model| &model.link.checked),
         interrupted: slots.part(|model| &model.link.interrupted),
         ended: slots.part(|model| &model.link.ended),
         timing: slots.handle(|model| &model.link.timing),

@@ -42,7 +42,10 @@ impl Desk {
         let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
         command.arg("grbl").args(words.split_whitespace()).arg("--port").arg(board.port()).arg("--json");
         if !words.starts_with("info") {
-            command.args(["--speed", &SPEED.to_string(), "--spin-up", "0.2"]);
+            command.args(["--speed", &SPEED.to_string()]);
+        }
+        if !words.starts_with("info") && !words.starts_with("check") {
+            command.args(["--spin-up", "0.2"]);
         }
         let out = |name: &str| File::create(self.path().join(name)).unwrap();
         let child = command

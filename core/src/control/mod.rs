@@ -35,10 +35,14 @@ pub enum State {
     Paused,
     /// Waiting for a person to change the bit.
     ToolChange,
+    /// A controller of the GRBL family reads a job in its check mode; nothing moves.
+    Checking,
     /// Coming to rest.
     Stopping,
     /// Something went wrong; it waits to be acknowledged.
     Alarm,
+    /// Going to where the head is parked.
+    Parking,
 }
 
 /// How well the position is known. Only homing makes it trusted.

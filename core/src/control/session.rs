@@ -9,6 +9,8 @@
 //!   Alarm ◀── failed ── any     └────────── Stopping ◀── Stop, from anywhere
 //! ```
 //!
+//! Park goes from Ready to Parking and back, as a move by hand does to Jogging; it needs trust.
+//!
 //! Stop brakes, then the tip is lifted. Stop again while it rises holds it where it is, spindle off.
 //!
 //! A bit that the machine fetches itself is changed while it moves: Stop brakes there as it does while it drills.
@@ -174,6 +176,11 @@ impl Session {
                 (self.state, self.trust) = (State::Homing, Trust::Lost);
                 vec![Action::Home]
             }
+            Event::Park if self.trust != Trust::Trusted => refuse("control.not_homed"),
+            Event::Park => {
+                self.state = State::Parking;
+                vec![Action::Park]
+            }
             Event::Jog { axis, distance_um: um } => {
                 self.state = State::Jogging;
                 vec![Action::Jog { axis, distance_um: um }]
@@ -279,7 +286,8 @@ impl Session {
     /// Stop is never refused.
     fn stop(&mut self) -> Vec<Action> {
         match self.state {
-            State::NotHomed | State::Ready => vec![Action::SpindleOff],
+            // A drill of our own never reads a job in check mode: that is at rest.
+            State::NotHomed | State::Ready | State::Checking => vec![Action::SpindleOff],
             State::Alarm => vec![Action::Brake, Action::SpindleOff],
             State::Paused => self.finish(Ending::Stopped),
             State::ToolChange if !self.moving => self.finish(Ending::Stopped),
@@ -291,7 +299,7 @@ impl Session {
                 (self.state, self.ending) = (State::Stopping, Some(Ending::Stopped));
                 vec![Action::Brake]
             }
-            State::Homing | State::Jogging => {
+            State::Homing | State::Jogging | State::Parking => {
                 self.state = State::Stopping;
                 vec![Action::Brake]
             }
@@ -321,7 +329,7 @@ impl Session {
                 (self.state, self.trust) = (State::Ready, Trust::Trusted);
                 Vec::new()
             }
-            (State::Jogging, Event::Arrived) => {
+            (State::Jogging | State::Parking, Event::Arrived) => {
                 self.state = self.resting_state();
                 Vec::new()
             }
@@ -435,7 +443,10 @@ mod tests {
                 },
                 (1, _) if session.state == State::Stopping => Event::Rested,
                 (_, Action::Home) => Event::Homed,
-                (_, Action::Jog { .. } | Action::Approach { .. } | Action::SpindleOn) => Event::Arrived,
+                (
+                    _,
+                    Action::Jog { .. } | Action::Park | Action::Approach { .. } | Action::SpindleOn,
+                ) => Event::Arrived,
                 (2, Action::NextLeg) => Event::BitWanted,
                 (3, Action::NextLeg) => Event::ChangeWanted,
                 (_, Action::ChangeTool) => Event::Changed,
@@ -448,7 +459,7 @@ mod tests {
         if session.queue && session.moving && next(seed, 9) == 0 {
             return Event::Counted { all_homed: next(seed, 2) == 0 };
         }
-        match next(seed, 16) {
+        match next(seed, 17) {
             0 => Event::Home,
             1 => Event::SetZero { place_steps: [next(seed, 99) as i64, 3] },
             2 => Event::UndoZero,
@@ -466,6 +477,7 @@ mod tests {
             12 => Event::ToolChanged,
             13 => Event::Acknowledge,
             14 => Event::Queue,
+            15 => Event::Park,
             _ => Event::CannotRecord(alarm("y")),
         }
     }
@@ -501,6 +513,7 @@ mod tests {
             let asked = match action {
                 Action::Home => *event == Event::Home,
                 Action::Jog { .. } => matches!(event, Event::Jog { .. }),
+                Action::Park => *event == Event::Park && before.trust == Trust::Trusted,
                 Action::Approach { .. } => matches!(event, Event::Start { .. }),
                 Action::RestOfLeg => matches!(event, Event::ToolChanged | Event::Changed),
                 Action::ChangeTool => *event == Event::ChangeWanted,
@@ -525,7 +538,10 @@ mod tests {
             assert!(!refused, "Stop is never refused: {trace}");
             assert!(!before.moving || actions.contains(&Action::Brake), "Stop brakes: {trace}");
             assert!(
-                !matches!(after.state, State::Running | State::Pausing | State::Homing | State::Jogging),
+                !matches!(
+                    after.state,
+                    State::Running | State::Pausing | State::Homing | State::Jogging | State::Parking
+                ),
                 "{trace}"
             );
         }
@@ -569,7 +585,7 @@ mod tests {
             seen.insert(format!("{:?}", after.state));
             session = after;
         }
-        assert_eq!(seen.len(), 10, "every state was visited: {seen:?}");
+        assert_eq!(seen.len(), 11, "every state was visited: {seen:?}");
     }
 
     #[test]

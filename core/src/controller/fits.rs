@@ -146,7 +146,7 @@ fn shares(from: TipPlace, step: &RoutineMove) -> [f64; 3] {
 fn speeds(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let said =
         routine.sections.iter().flat_map(|section| &section.actions).filter_map(|action| match action {
-            RoutineAction::Spindle(Spindle::On(speed) | Spindle::Back(speed)) => Some(*speed),
+            RoutineAction::Spindle { to: Spindle::On(speed) | Spindle::Back(speed), .. } => Some(*speed),
             _ => None,
         });
     let fastest = said.fold(0.0_f64, f64::max);

@@ -247,9 +247,8 @@ impl Reader<'_> {
         self.switches(words)?;
         if waits {
             let seconds = words.letter(b'P').filter(|p| (0.0..=3600.0).contains(p));
-            self.open
-                .actions
-                .push(RoutineAction::Wait { seconds: seconds.ok_or_else(|| self.refuse("grbl.no_wait"))? });
+            let seconds = seconds.ok_or_else(|| self.refuse("grbl.no_wait"))?;
+            self.open.actions.push(RoutineAction::Wait { seconds, line: self.line });
             return Ok(());
         }
         if [b'X', b'Y', b'Z'].into_iter().any(|axis| words.letter(axis).is_some()) {
@@ -277,11 +276,11 @@ impl Reader<'_> {
         }
         let switched = words.m.iter().any(|code| (3..=5).contains(code));
         if switched || (before.0 != 0 && words.letter(b'S').is_some()) {
-            self.open.actions.push(RoutineAction::Spindle(self.spindle()));
+            self.open.actions.push(RoutineAction::Spindle { to: self.spindle(), line: self.line });
         }
         if self.coolant != before.1 {
             let [mist, flood] = self.coolant;
-            self.open.actions.push(RoutineAction::Coolant { mist, flood });
+            self.open.actions.push(RoutineAction::Coolant { mist, flood, line: self.line });
         }
         Ok(())
     }

@@ -172,9 +172,14 @@ impl WordsInForce {
     pub fn act(&mut self, action: &RoutineAction) -> Vec<WireLine> {
         match action {
             RoutineAction::Go(step) => self.go(step).into_iter().collect(),
-            RoutineAction::Spindle(to) => vec![self.turn(*to)],
-            RoutineAction::Wait { seconds } => vec![line(format!("G4P{}", number(*seconds)), None, 0)],
-            RoutineAction::Coolant { mist, flood } => self.cool([*mist, *flood]),
+            RoutineAction::Spindle { to, line } => vec![WireLine { source: *line, ..self.turn(*to) }],
+            RoutineAction::Wait { seconds, line: source } => {
+                vec![line(format!("G4P{}", number(*seconds)), None, *source)]
+            }
+            RoutineAction::Coolant { mist, flood, line } => {
+                let lines = self.cool([*mist, *flood]);
+                lines.into_iter().map(|switched| WireLine { source: *line, ..switched }).collect()
+            }
         }
     }
 

@@ -63,11 +63,18 @@ pub enum RoutineAction {
     /// Move.
     Go(RoutineMove),
     /// Switch the spindle.
-    Spindle(Spindle),
+    Spindle {
+        /// To this.
+        to: Spindle,
+        /// Line of the file that it comes from, from 1; 0 where the engine does it.
+        line: u32,
+    },
     /// Wait, in seconds.
     Wait {
         /// How long.
         seconds: f64,
+        /// Line of the file.
+        line: u32,
     },
     /// Switch mist and flood.
     Coolant {
@@ -75,6 +82,8 @@ pub enum RoutineAction {
         mist: bool,
         /// M8.
         flood: bool,
+        /// Line of the file.
+        line: u32,
     },
 }
 

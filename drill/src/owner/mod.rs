@@ -14,6 +14,7 @@ mod hands;
 mod homing;
 mod moves;
 mod outputs;
+mod park;
 mod queue;
 mod status;
 mod tools;
@@ -307,6 +308,7 @@ impl Owner {
     fn ask(&mut self, ask: Ask) -> Result<Vec<Tell>, Diagnostic> {
         match ask {
             Ask::Home => self.try_event(Event::Home)?,
+            Ask::Park => self.try_event(Event::Park)?,
             Ask::SetZero => self.try_event(Event::SetZero { place_steps: self.table() })?,
             Ask::UndoZero => self.try_event(Event::UndoZero)?,
             Ask::Jog { axis, distance_um } => {
@@ -359,7 +361,7 @@ impl Owner {
             Ask::SetHeight => self.height_here()?,
             Ask::Probe { depth_um, plate_um } => self.touch_height(depth_um, plate_um)?,
             Ask::Edge { axis, up, reach_um, tool_um } => self.touch_edge((axis, up), reach_um, tool_um)?,
-            Ask::Unlock => {
+            Ask::Unlock | Ask::SpindleOverride { .. } | Ask::RapidOverride { .. } | Ask::Check { .. } => {
                 return Err(diagnostic("control.controllers_alone"));
             }
             Ask::Arm { .. }
@@ -419,6 +421,7 @@ impl Owner {
     fn act(&mut self, action: Action, counted: bool) -> Result<(), Diagnostic> {
         match action {
             Action::Home => self.home(counted)?,
+            Action::Park => self.park()?,
             Action::Jog { axis, distance_um: um } => {
                 let steps = self.jog_steps(axis, um)?;
                 self.jog(usize::from(axis), steps)?;
@@ -435,6 +438,7 @@ impl Owner {
             Action::Brake => {
                 self.executor.shared.stop(self.task);
                 self.brake_change();
+                self.parks_no_more();
             }
             Action::KeepZero => {
                 self.prepared = None;

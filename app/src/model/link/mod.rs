@@ -25,8 +25,8 @@ use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::Value;
 use annulus_core::queue::RowResult;
 use annulus_core::wire::{
-    Ask, HeightMapReport, MagazineReport, OtherFirmware, Outputs, Paired, PreflightRow, QueuePhase, Status,
-    Tell, ToolsReport,
+    Ask, CheckModeReport, HeightMapReport, MagazineReport, OtherFirmware, Outputs, Paired, PreflightRow,
+    QueuePhase, Status, Tell, ToolsReport,
 };
 pub use contacts::Contacts;
 pub use controller::{Controller, ControllerEvent, Support};
@@ -143,6 +143,8 @@ pub struct Link {
     pub fingerprint: String,
     /// The last verdict on a job.
     pub armed: Option<Armed>,
+    /// What a controller has read of a job in its check mode.
+    pub checked: Option<Arc<CheckModeReport>>,
     /// A job to be taken up.
     pub interrupted: Option<Interrupted>,
     /// How the last one ended.

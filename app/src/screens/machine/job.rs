@@ -230,37 +230,79 @@ fn controls(line: Link) -> impl IntoView {
             t!("page.job.stop_after_hole"),
             |_| link::ask(Ask::StopAfterHole),
         ),
-        feed_override(line),
+        overrides(line),
     ))
 }
 
-/// How fast the job goes, in percent of the plan.
-fn feed_override(line: Link) -> impl IntoView {
-    let now = move || from(line, |status| Some(status.feed_override_percent)).unwrap_or(100);
-    let paces = [
-        (10, "10"),
-        (25, "25"),
-        (50, "50"),
-        (75, "75"),
-        (100, "100"),
-        (125, "125"),
-        (150, "150"),
-        (200, "200"),
-    ];
-    let words = paces.map(|(percent, word): (u8, &'static str)| {
-        menu_word(word, move || now() == percent, move || say!("page.job.percent", percent = percent))
+/// Percentages of a menu, and how they are written.
+type Percents = &'static [(u8, &'static str)];
+
+const HUNDREDS: Percents =
+    &[(10, "10"), (25, "25"), (50, "50"), (75, "75"), (100, "100"), (125, "125"), (150, "150"), (200, "200")];
+const RAPIDS: Percents = &[(25, "25"), (50, "50"), (100, "100")];
+
+/// An override of the machine.
+#[derive(Clone, Copy)]
+struct Overridden {
+    /// Key of its name.
+    name: &'static str,
+    percents: Percents,
+    /// What it is; none on a machine that has none of its kind.
+    is: fn(&Status) -> Option<u8>,
+    ask: fn(u8) -> Ask,
+}
+
+/// How fast the job goes, in percent of the plan; on a controller the spindle and the rapids too.
+fn overrides(line: Link) -> impl IntoView {
+    let feed = Overridden {
+        name: key!("page.job.feed_override"),
+        percents: HUNDREDS,
+        is: |status| Some(status.feed_override_percent),
+        ask: |percent| Ask::FeedOverride { percent },
+    };
+    let spindle = Overridden {
+        name: key!("page.job.spindle_override"),
+        percents: HUNDREDS,
+        is: |status| status.spindle_override_percent,
+        ask: |percent| Ask::SpindleOverride { percent },
+    };
+    let rapid = Overridden {
+        name: key!("page.job.rapid_override"),
+        percents: RAPIDS,
+        is: |status| status.rapid_override_percent,
+        ask: |percent| Ask::RapidOverride { percent },
+    };
+    let has = move |one: Overridden| Memo::new(move |_| from(line, one.is).is_some());
+    let (turns, hurries) = (has(spindle), has(rapid));
+    (
+        percent_menu(line, feed),
+        move || turns.get().then(|| percent_menu(line, spindle)),
+        move || hurries.get().then(|| percent_menu(line, rapid)),
+    )
+}
+
+/// A menu of percentages; one that somebody else made of it stands there too.
+fn percent_menu(line: Link, one: Overridden) -> impl IntoView {
+    let now = Memo::new(move |_| from(line, one.is).unwrap_or(100));
+    let odd = Memo::new(move |_| one.percents.iter().all(|(percent, _)| *percent != now.get()));
+    let name = move || crate::i18n::text(one.name, &[]);
+    let words = one.percents.iter().map(|(percent, word)| {
+        menu_word(word, move || now.get() == *percent, move || say!("page.job.percent", percent = percent))
     });
+    let other = move || {
+        odd.get().then(|| menu_word("", || true, move || say!("page.job.percent", percent = now.get())))
+    };
     label().class("field wide").child((
-        span().child(t!("page.job.feed_override")),
+        span().child(name),
         select()
-            .attr("aria-label", t!("page.job.feed_override"))
+            .attr("aria-label", name)
             .prop("disabled", move || !line.may_act())
-            .on(ev::change, |event| {
+            .on(ev::change, move |event| {
                 if let Ok(percent) = event_target_value(&event).parse() {
-                    link::ask(Ask::FeedOverride { percent });
+                    link::ask((one.ask)(percent));
                 }
             })
-            .child(words),
+            .child((words.collect::<Vec<_>>(), other)),
     ))
 }
 

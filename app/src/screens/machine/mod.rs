@@ -8,6 +8,7 @@
 //! Comes in: the link's signals. Goes out: asks. The map in the middle is the page's one canvas.
 
 mod banner;
+mod checked;
 mod connect;
 mod contacts;
 mod controller;

@@ -6,12 +6,14 @@
 //!
 //! Comes in: the planned job. Goes out: `Arm`, and `Start` once nothing fails and every warning is ticked.
 
+use super::checked::checked;
 use super::words;
 use crate::i18n::{advice, message, say, t};
 use crate::model::{StartEvent, start};
 use crate::page::link;
 use crate::page::{frame, send};
 use crate::widgets::{Dialog, dialog, icon, push, push_if};
+use annulus_core::control::State;
 use annulus_core::wire::{PreflightRow, RowVerdict};
 use leptos::ev;
 use leptos::html::{div, input, label, li, p, span, strong, ul};
@@ -29,7 +31,8 @@ fn now() -> Option<Vec<PreflightRow>> {
 }
 
 fn may_start() -> bool {
-    link::link().ticked.with(|ticked| now().is_some_and(|rows| start::may_start(&rows, ticked)))
+    let reads = link::link().state() == Some(State::Checking);
+    !reads && link::link().ticked.with(|ticked| now().is_some_and(|rows| start::may_start(&rows, ticked)))
 }
 
 fn row(row: PreflightRow) -> impl IntoView {
@@ -79,7 +82,7 @@ pub(super) fn preflight() -> impl IntoView {
             name: "preflight",
             role: "dialog",
             title: Box::new(t!("page.preflight.title")),
-            body: body.into_any(),
+            body: (body, checked()).into_any(),
             foot: foot.into_any(),
         },
     )

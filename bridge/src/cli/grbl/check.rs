@@ -1,0 +1,185 @@
+//! A job read by the controller in its check mode: every line of it, and nothing moves.
+//!
+//! Comes in: programs, a port, Ctrl-C. Goes out: the lines that the controller refuses, each with why. Does not know how a line is read.
+
+use super::operator::{Word, listen};
+use super::{CheckArgs, GREETING, controller_object, ledger, program};
+use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
+use crate::controller::Owner;
+use annulus_core::control::Trust;
+use annulus_core::controller::{CheckNews, EngineAsk, EnginePhase, Info, settings};
+use annulus_core::diagnostic::{Diagnostic, Severity};
+use annulus_drill::controller::{AttendedJob, ControllerGlimpse, Told};
+use serde_json::json;
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Instant;
+
+/// Stands at the port while the job is read.
+struct Reader {
+    owner: Owner,
+    words: Receiver<Word>,
+    info: Option<Info>,
+    now: Option<ControllerGlimpse>,
+    /// What went wrong.
+    worst: Option<Diagnostic>,
+    refused: Vec<Diagnostic>,
+    over: Option<Over>,
+    /// The controller has begun to read.
+    begun: bool,
+    gone: bool,
+    interrupted: bool,
+}
+
+/// What it came to.
+struct Over {
+    done: u32,
+    of: u32,
+    refused: u32,
+    why: Option<Diagnostic>,
+}
+
+/// Has the job read.
+pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
+    let programs = program::read(&args.job, &args.more, &ledger())?;
+    let (port, bits_per_s) = args.port.open()?;
+    let owner = Owner::new(port, ledger(), (AttendedJob::default(), None), args.speed);
+    let (sends, words) = channel();
+    listen(sends, false);
+    let (info, now, worst, over) = (None, None, None, None);
+    let (refused, begun, gone, interrupted) = (Vec::new(), false, false, false);
+    let mut reader = Reader { owner, words, info, now, worst, refused, over, begun, gone, interrupted };
+    reader.meets()?;
+    reader.gets_ready(args.home)?;
+    reader.owner.ask(EngineAsk::Check { routine: Arc::clone(&programs.routine) });
+    reader.until(|reader| reader.over.is_some() || (reader.worst.is_some() && !reader.begun));
+    Ok(reader.answer(bits_per_s))
+}
+
+impl Reader {
+    fn phase(&self) -> Option<EnginePhase> {
+        self.now.as_ref().map(|now| now.phase)
+    }
+
+    /// It rests, and has said where.
+    fn rests(&self) -> bool {
+        self.now.as_ref().is_some_and(|now| {
+            matches!(now.phase, EnginePhase::Ready | EnginePhase::Locked) && now.place_mm.is_some()
+        })
+    }
+
+    fn next(&mut self) {
+        match self.owner.next() {
+            Some(Told::Greeted(info)) => self.info = Some(*info),
+            Some(Told::Now(now)) => {
+                self.begun |= now.phase == EnginePhase::Checking;
+                self.now = Some(*now);
+            }
+            Some(Told::Gone) => self.gone = true,
+            Some(Told::Found(found)) => {
+                say(format_args!("{} {} ({})", found.message("en"), found.advice("en"), found.code));
+                if found.severity == Severity::Error {
+                    self.worst.get_or_insert(found);
+                }
+            }
+            Some(Told::Check(news)) => self.hears(news),
+            _ => {}
+        }
+        while let Ok(Word::Signal) = self.words.try_recv() {
+            self.interrupted = true;
+            say("Stopping.");
+            self.owner.ask(EngineAsk::Stop);
+        }
+    }
+
+    fn hears(&mut self, news: CheckNews) {
+        match news {
+            CheckNews::Read { done, of } => say(format_args!("{done} of {of} lines read.")),
+            CheckNews::Refused { why } => {
+                say(told_at(&why));
+                self.refused.push(why);
+            }
+            CheckNews::Over { done, of, refused, why } => self.over = Some(Over { done, of, refused, why }),
+        }
+    }
+
+    /// Goes on until something is so, or nobody is there; a person who ends it is answered by the controller.
+    fn until(&mut self, so: impl Fn(&Self) -> bool) {
+        while !so(self) && !self.gone {
+            self.next();
+        }
+    }
+
+    fn why(&self, code: &str) -> Refusal {
+        Refusal::content(self.worst.clone().unwrap_or_else(|| Diagnostic::error(code)))
+    }
+
+    fn meets(&mut self) -> Result<(), Refusal> {
+        let since = Instant::now();
+        self.until(|reader| {
+            (reader.info.is_some() && reader.rests()) || reader.interrupted || since.elapsed() > GREETING
+        });
+        if self.info.is_some() && self.rests() {
+            return Ok(());
+        }
+        Err(Refusal::surroundings(self.worst.clone().unwrap_or_else(|| Diagnostic::error("grbl.no_answer"))))
+    }
+
+    /// Homed where that is wanted; else only unlocked, which moves nothing.
+    fn gets_ready(&mut self, homes: bool) -> Result<(), Refusal> {
+        let has_switches = self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22));
+        self.worst = None;
+        if homes && has_switches {
+            self.owner.ask(EngineAsk::Home);
+            self.until(|reader| reader.phase() == Some(EnginePhase::Homing) || reader.worst.is_some());
+            self.until(|reader| reader.phase() != Some(EnginePhase::Homing) && reader.rests());
+            let trusted = self.now.as_ref().is_some_and(|now| now.trust == Trust::Trusted);
+            return if trusted { Ok(()) } else { Err(self.why("grbl.not_homed")) };
+        }
+        if self.phase() == Some(EnginePhase::Locked) {
+            self.owner.ask(EngineAsk::Unlock);
+            self.until(|reader| reader.phase() == Some(EnginePhase::Ready) || reader.worst.is_some());
+        }
+        if self.worst.is_some() || self.gone { Err(self.why("grbl.no_answer")) } else { Ok(()) }
+    }
+
+    fn answer(&self, bits_per_s: u32) -> Answer {
+        let none = Over { done: 0, of: 0, refused: 0, why: None };
+        let over = self.over.as_ref().unwrap_or(&none);
+        let line = self.refused.first().and_then(|why| why.place.as_ref()).map_or(0, |at| at.line);
+        let refused = (over.refused > 0).then(|| {
+            let why = Diagnostic::error("grbl.check_refused").with("refused", over.refused);
+            why.with("of", over.of).with("line", line)
+        });
+        let unread = || self.worst.clone().unwrap_or_else(|| Diagnostic::error("grbl.check_unplugged"));
+        let why = over.why.clone().or(refused).or_else(|| self.over.is_none().then(unread));
+        let exit = match why {
+            _ if self.interrupted => Exit::Interrupted,
+            Some(_) if self.gone => Exit::Surroundings,
+            Some(_) => Exit::Content,
+            None => Exit::Done,
+        };
+        let mut object = json!({
+            "controller": self.info.as_ref().map(controller_object),
+            "bits_per_s": bits_per_s,
+            "lines": over.of,
+            "lines_read": over.done,
+            "lines_refused": over.refused,
+            "refused": diagnostic_objects(&self.refused),
+        });
+        let mut text = format!("{} read, {} refused.\n", counted(over.done, "line"), over.refused);
+        self.refused.iter().for_each(|why| text += &format!("{}\n", told_at(why)));
+        if let Some(why) = why {
+            let refusal = Refusal::content(why);
+            object["error"] = refusal.object()["error"].clone();
+            text += &format!("{refusal}\n");
+        }
+        Answer { object, text, exit }
+    }
+}
+
+/// A line that was refused, with its number.
+fn told_at(why: &Diagnostic) -> String {
+    let line = why.place.as_ref().map_or(0, |at| at.line);
+    format!("Line {line}: {}", why.message("en"))
+}

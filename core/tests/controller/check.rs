@@ -1,0 +1,195 @@
+//! A job that is read in check mode, at the board that has one, at one that has none, and where something ends it.
+
+use super::survey::found;
+use super::*;
+use annulus_core::controller::CheckNews;
+use annulus_core::diagnostic::Diagnostic;
+
+/// A program whose lines 8 and 13 are M7, which not every controller has.
+fn misty() -> Arc<Routine> {
+    let text = "G21 G90\nG0 Z8\nG0 X0 Y0\n(MSG, tool 1)\nM0\nM3 S9000\nG4 P60\nM7\nG0 X3 Y4\nG1 Z-1.7 F600\nG0 Z2\n\
+                M9\nM7\nG0 X7 Y4\nG1 Z-1.7\nG0 Z2\nM5\nG0 Z8\nM2\n";
+    Arc::new(read("misty", &[("misty.nc".to_owned(), text.to_owned())]).unwrap())
+}
+
+/// One that takes seconds to be read.
+fn long() -> Arc<Routine> {
+    let mut text = "G21 G90\nG0 Z8\nG0 X0 Y0\nM3 S9000\n".to_owned();
+    for hole in 0..300 {
+        text += &format!("G0 X{} Y{}\nG1 Z-1.7 F600\nG0 Z2\n", hole % 20, hole / 20);
+    }
+    Arc::new(read("long", &[("long.nc".to_owned(), text + "M5\nG0 Z8\nM2\n")]).unwrap())
+}
+
+impl Bench {
+    fn check(&mut self, routine: Arc<Routine>) {
+        self.told.clear();
+        self.event(EngineEvent::Ask(EngineAsk::Check { routine }));
+    }
+
+    fn over(&self) -> Option<(u32, u32, u32, Option<Diagnostic>)> {
+        self.told.iter().find_map(|action| match action {
+            EngineAction::Check(CheckNews::Over { done, of, refused, why }) => {
+                Some((*done, *of, *refused, why.clone()))
+            }
+            _ => None,
+        })
+    }
+
+    fn why(&self) -> Option<String> {
+        self.over().and_then(|(.., why)| why).map(|why| why.code)
+    }
+
+    /// Where the tip is, and how often it has moved.
+    fn stands(&self) -> ([f64; 3], usize) {
+        (self.board.place(), self.board.cuts.len())
+    }
+
+    /// Once it is over: at rest, with the place known as before.
+    fn rests_as_before(&mut self, stood: ([f64; 3], usize)) {
+        assert!(self.until(10_000, |bench| {
+            bench.engine().phase == EnginePhase::Ready && bench.engine().place().is_some()
+        }));
+        self.until(1_000, |_| false);
+        assert_eq!((self.stands(), self.engine().trust), (stood, Trust::Trusted));
+    }
+}
+
+#[test]
+fn a_job_is_read_to_its_end_without_a_move_and_is_run_afterwards() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    let stood = bench.stands();
+    bench.check(routine());
+    assert_eq!(bench.engine().phase, EnginePhase::Checking);
+    assert!(bench.until(30_000, |bench| bench.over().is_some()), "{:?}", bench.words());
+    let (done, of, refused, why) = bench.over().unwrap();
+    assert!(done == of && of > 40, "{done} of {of}");
+    assert_eq!((refused, why, bench.board.overrun), (0, None, 0));
+    bench.rests_as_before(stood);
+    bench.start(0);
+    assert!(bench.run());
+    assert_eq!((bench.ended(), bench.missing(), bench.wrong()), (Some(Ending::Done), vec![], vec![]));
+}
+
+#[test]
+fn every_line_that_is_refused_is_told_with_its_line_of_the_program() {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.has_mist = false;
+    assert!(bench.ready());
+    let stood = bench.stands();
+    bench.check(misty());
+    assert!(bench.until(30_000, |bench| bench.over().is_some()));
+    let lines: Vec<(String, u32, String)> = bench
+        .told
+        .iter()
+        .filter_map(|action| match action {
+            EngineAction::Check(CheckNews::Refused { why }) => {
+                let at = why.place.as_ref().unwrap();
+                Some((why.code.clone(), at.line, why.argument(&["line"]).unwrap_or_default().to_owned()))
+            }
+            _ => None,
+        })
+        .collect();
+    let row = |line| ("grbl.error_20".to_owned(), line, "M7".to_owned());
+    assert_eq!(lines, [row(8), row(13)]);
+    let (done, of, refused, why) = bench.over().unwrap();
+    assert_eq!((done, refused, why), (of, 2, None));
+    bench.rests_as_before(stood);
+}
+
+#[test]
+fn no_line_is_sent_to_a_controller_that_does_not_say_that_it_is_in_check_mode() {
+    // It has none; what was asked for was changed on the way, and answered with `ok`.
+    for (checks, instead) in [(false, None), (true, Some("$G\n")), (true, Some("\n")), (true, Some("$X\n"))] {
+        let mut bench = Bench::new(1, Faults::default());
+        bench.board.checks = checks;
+        assert!(bench.ready());
+        let stood = bench.stands();
+        bench.instead = instead.map(|instead| (b"$C\n".as_slice(), instead.as_bytes()));
+        bench.check(routine());
+        assert!(bench.until(10_000, |bench| bench.over().is_some()), "{instead:?}");
+        assert_eq!(bench.why().as_deref(), Some("grbl.no_check_mode"), "{instead:?}");
+        assert_eq!(bench.over().map(|(done, ..)| done), Some(0), "{instead:?}");
+        let sent = bench.told.iter().filter(
+            |action| matches!(action, EngineAction::Write(bytes) if bytes.len() > 1 && bytes != b"$C\n"),
+        );
+        assert_eq!(sent.count(), 0, "{instead:?}");
+        bench.rests_as_before(stood);
+    }
+}
+
+#[test]
+fn stop_ends_it_at_any_moment_and_nothing_has_moved() {
+    for after_ms in [0, 5, 60, 150, 250, 300, 700] {
+        let mut bench = Bench::new(1, Faults::default());
+        assert!(bench.ready());
+        let stood = bench.stands();
+        bench.check(long());
+        bench.until(after_ms, |_| false);
+        bench.event(EngineEvent::Ask(EngineAsk::Stop));
+        assert!(bench.until(10_000, |bench| bench.over().is_some()), "after {after_ms} ms");
+        assert_eq!(bench.why().as_deref(), Some("grbl.check_stopped"), "after {after_ms} ms");
+        bench.rests_as_before(stood);
+    }
+}
+
+#[test]
+fn a_board_that_begins_anew_or_is_gone_meanwhile_has_lost_its_place() {
+    for (unplugged, code) in [(false, "grbl.check_reset"), (true, "grbl.check_unplugged")] {
+        let mut bench = Bench::new(1, Faults::default());
+        assert!(bench.ready());
+        bench.check(long());
+        bench.until(500, |_| false);
+        assert_eq!(bench.engine().phase, EnginePhase::Checking);
+        let cuts = bench.board.cuts.len();
+        if unplugged {
+            bench.unplug();
+        } else {
+            bench.board.power_up();
+        }
+        assert!(bench.until(10_000, |bench| bench.over().is_some()));
+        assert_eq!((bench.why().as_deref(), bench.engine().trust), (Some(code), Trust::Lost));
+        bench.until(5_000, |_| false);
+        assert_eq!(bench.board.cuts.len(), cuts, "nothing is run");
+    }
+}
+
+#[test]
+fn a_board_that_leaves_check_mode_by_itself_is_held_and_reset() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    bench.check(long());
+    assert!(bench.until(5_000, |bench| {
+        bench
+            .told
+            .iter()
+            .any(|action| matches!(action, EngineAction::Write(bytes) if bytes.starts_with(b"G91")))
+    }));
+    bench.board.leaves_check_mode();
+    assert!(bench.until(20_000, |bench| bench.over().is_some()), "{:?}", bench.words());
+    assert_eq!(bench.why().as_deref(), Some("grbl.check_left"));
+    let stands = bench.stands();
+    bench.until(5_000, |_| false);
+    assert_eq!(bench.stands(), stands, "at rest");
+    assert_eq!(bench.engine().phase, EnginePhase::Ready);
+}
+
+#[test]
+fn where_soft_limits_mean_nothing_nothing_is_read() {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.settings.push((20, 1.0));
+    bench.plug();
+    assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Locked));
+    bench.check(routine());
+    assert_eq!(found(&bench), ["grbl.not_now"], "it is locked");
+    bench.event(EngineEvent::Ask(EngineAsk::Unlock));
+    assert!(bench.until(5_000, |bench| {
+        bench.engine().phase == EnginePhase::Ready && bench.engine().place().is_some()
+    }));
+    bench.check(routine());
+    assert_eq!(
+        (found(&bench), bench.engine().phase),
+        (vec!["grbl.check_not_homed".to_owned()], EnginePhase::Ready)
+    );
+}

@@ -1,0 +1,55 @@
+//! A job that the controller reads in its check mode, line by line and without a move.
+//!
+//! Comes in: asks, what comes of the lines. Goes out: tells. Does not know how that is read.
+
+use super::order::Order;
+use super::station::Station;
+use crate::files::Files;
+use annulus_core::controller::{CheckNews, EngineAsk};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::wire::{CheckModeReport, Tell};
+use std::sync::Arc;
+
+impl<F: Files> Station<F> {
+    /// Has the job `job` read: as it was compared, where it was.
+    pub(super) fn check(&mut self, job: &str) -> Result<(), Diagnostic> {
+        if self.work.is_some() {
+            return Err(Diagnostic::error("control.busy"));
+        }
+        let armed = self.armed.as_ref().map(|armed| &armed.order).filter(|order| order.key == job);
+        let routine = match armed {
+            Some(order) => Arc::clone(&order.routine),
+            None => {
+                let bytes = self.job(job).ok_or_else(|| Diagnostic::error("control.no_such_job"))?;
+                Order::written(job, bytes, &self.machine)?.routine
+            }
+        };
+        self.engine_asked(EngineAsk::Check { routine })?;
+        self.hand.until = None;
+        self.checked = CheckModeReport { job: job.to_owned(), goes: true, ..CheckModeReport::default() };
+        self.tell_checked();
+        Ok(())
+    }
+
+    /// What came of it, so far or in all.
+    pub(super) fn was_read(&mut self, news: &CheckNews) {
+        let report = &mut self.checked;
+        match news {
+            CheckNews::Read { done, of } => (report.done, report.of) = (*done, *of),
+            CheckNews::Refused { why } => {
+                report.refused += 1;
+                report.lines.push(why.clone());
+            }
+            CheckNews::Over { done, of, refused, why } => {
+                (report.done, report.of, report.refused) = (*done, *of, *refused);
+                (report.goes, report.why) = (false, why.clone());
+            }
+        }
+        self.tell_checked();
+    }
+
+    fn tell_checked(&mut self) {
+        let tell = Tell::Checked(Box::new(self.checked.clone()));
+        self.line.tell(&tell);
+    }
+}

@@ -1,0 +1,60 @@
+//! A job that the page has the controller read in its check mode, and run afterwards.
+
+use super::*;
+use annulus_core::wire::CheckModeReport;
+
+impl Bench {
+    /// What was told of it last.
+    fn was_checked(&self) -> Option<CheckModeReport> {
+        let mut told = self.heard.iter().rev();
+        told.find_map(
+            |tell| if let Tell::Checked(report) = tell { Some(report.as_ref().clone()) } else { None },
+        )
+    }
+}
+
+#[test]
+fn a_job_is_read_without_a_move_told_and_run_as_it_was_compared() {
+    let mut bench = Bench::ready(&Memory::default());
+    let program = holes(4);
+    let key = bench.upload(&program);
+    assert_eq!(bench.fails(&key, 0), Vec::<String>::new());
+    let cuts = bench.board.cuts.len();
+    assert_eq!(bench.refused(&Ask::Check { job: key.clone() }), None);
+    bench.state(State::Checking);
+    assert_eq!(bench.refused(&Ask::Home).as_deref(), Some("grbl.not_now"));
+    let status = bench.state(State::Ready);
+    let report = bench.was_checked().unwrap();
+    assert!(!report.goes && report.done == report.of && report.of > 20, "{report:?}");
+    assert_eq!((report.job, report.refused, report.why), (key.clone(), 0, None));
+    assert_eq!((status.trust, bench.board.cuts.len()), (Trust::Trusted, cuts));
+    // It is still the one that was compared.
+    let start = Ask::Start { job: key, stream_digest: String::new(), from_leg: 0 };
+    assert_eq!(bench.refused(&start), None);
+    assert_eq!(bench.finish(), (Ending::Done, 4));
+    assert_eq!(bench.made(&program), (vec![1; 4], 0));
+}
+
+#[test]
+fn a_controller_without_check_mode_and_a_job_that_nobody_brought_are_told() {
+    let mut bench = Bench::ready(&Memory::default());
+    bench.board.checks = false;
+    let key = bench.upload(&holes(4));
+    assert_eq!(bench.refused(&Ask::Check { job: "0".to_owned() }).as_deref(), Some("control.no_such_job"));
+    assert_eq!(bench.refused(&Ask::Check { job: key }), None);
+    (0..5_000).for_each(|_| bench.millisecond());
+    let report = bench.was_checked().unwrap();
+    assert_eq!((report.goes, report.why.map(|why| why.code)), (false, Some("grbl.no_check_mode".to_owned())));
+}
+
+#[test]
+fn stop_ends_the_reading() {
+    let mut bench = Bench::ready(&Memory::default());
+    let key = bench.upload(&holes(10));
+    assert_eq!(bench.refused(&Ask::Check { job: key }), None);
+    bench.state(State::Checking);
+    bench.ask(&Ask::Stop);
+    assert_eq!(bench.state(State::Ready).trust, Trust::Trusted);
+    let why = bench.was_checked().and_then(|report| report.why).map(|why| why.code);
+    assert_eq!(why.as_deref(), Some("grbl.check_stopped"));
+}
