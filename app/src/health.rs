@@ -130,7 +130,10 @@ impl StopWay {
     /// Whether a status in `state` means that it was heard.
     pub fn heard_by(self, state: State) -> bool {
         matches!(self, Self::Sent(_))
-            && !matches!(state, State::Running | State::Homing | State::Jogging | State::Pausing)
+            && !matches!(
+                state,
+                State::Running | State::Homing | State::Jogging | State::Parking | State::Pausing
+            )
     }
 
     /// Whether to shout at `now_ms`.
@@ -171,6 +174,7 @@ mod tests {
         let sent = StopWay::Sent(100.0);
         assert!(sent.heard_by_pong(100.0) && !sent.heard_by_pong(99.0));
         assert!(sent.heard_by(State::Stopping) && sent.heard_by(State::Ready));
+        assert!(!sent.heard_by(State::Parking), "it still moves");
         assert!(!sent.heard_by(State::Running) && !StopWay::Latched.heard_by(State::Ready));
         assert!(!sent.overdue(349.0) && sent.overdue(350.0));
         assert!(StopWay::Latched.overdue(0.0) && !StopWay::Idle.overdue(1e9));

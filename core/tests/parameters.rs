@@ -13,7 +13,7 @@ use annulus_core::magazine::{Change, Held, StockedTool, ToolStock, change_s};
 use annulus_core::motion::cycles;
 use annulus_core::pins::Motors;
 use annulus_core::units::Length;
-use annulus_core::{motion, steps};
+use annulus_core::{motion, queue, steps};
 use std::fs;
 use std::path::Path;
 
@@ -73,7 +73,8 @@ fn plan(machine: &Machine) -> String {
     let options = PlanOptions::default();
     let means = Means { options: &options, rapid_time: &|a, b| a.distance_mm(b) };
     let (planned, _) = plan_work(&board, &work, machine, &means, &mut |_| true).unwrap();
-    format!("{:?}", lower_work(&planned, &work, machine).legs)
+    let program = lower_work(&planned, &work, machine);
+    format!("{:b} {:?}", program.spindles, program.legs)
 }
 
 /// A change of tools, step by step.
@@ -103,6 +104,11 @@ fn mode(machine: &Machine) -> String {
     format!("{:?} {:?}", machine.has_magazine(), machine.tool_change)
 }
 
+/// The way to where the head is parked.
+fn parking(machine: &Machine) -> String {
+    format!("{:?}", queue::park(machine, Steps::default()).unwrap())
+}
+
 /// What the executor of the machine goes by.
 fn executor(machine: &Machine) -> String {
     format!("{:?} {:?}", Motors::of(machine), machine.output_names())
@@ -123,6 +129,16 @@ fn with_foot() -> Machine {
     machine::apply(&one_by_one(), &[on]).unwrap()
 }
 
+/// Its X homes to an index pulse.
+fn with_index() -> Machine {
+    machine::apply(&virtual_drill(), &[("x.index".to_owned(), Value::Text("yes".to_owned()))]).unwrap()
+}
+
+/// Parked at a place of its own.
+fn parked_apart() -> Machine {
+    machine::apply(&virtual_drill(), &[("park.at".to_owned(), Value::Text("place".to_owned()))]).unwrap()
+}
+
 fn breakout() -> Machine {
     preset("breakout").unwrap()
 }
@@ -136,6 +152,7 @@ fn rows() -> Vec<Row> {
     let word = |word: &str| Value::Text(word.to_owned());
     vec![
         ("installed", "machine.spindles", number(2.0), six_spindles, stream),
+        ("enabled", "spindle.enabled", list(&[1.0, 0.0, 1.0]), six_spindles, plan),
         ("depth of each Z", "spindle.deeper", list(&[0.0, 0.3]), six_spindles, stream),
         ("offset of each Z", "spindle.longer", list(&[0.0, 0.3]), six_spindles, tips),
         ("margin of each Z", "spindle.margin", list(&[0.0, 40.0]), six_spindles, stream),
@@ -153,6 +170,8 @@ fn rows() -> Vec<Row> {
         ("home speed", "z.home_speed", number(12.0), virtual_drill, homing),
         ("search distance", "y.home_search", number(260.0), virtual_drill, homing),
         ("offset move", "x.home_offset", number(2.0), virtual_drill, homing),
+        ("index pulse", "x.index", word("yes"), virtual_drill, homing),
+        ("index pulse", "x.index_within", number(3.0), with_index, homing),
         ("depth-check distance", "stroke.feed_height", number(0.5), virtual_drill, stroke),
         ("interpolation accuracy", "motion.corner", number(0.05), virtual_drill, stream),
         ("in-position period", "stroke.settle", number(25.0), virtual_drill, stream),
@@ -167,6 +186,9 @@ fn rows() -> Vec<Row> {
         ("presser foot", "foot.on", word("yes"), one_by_one, stream),
         ("presser foot", "foot.time", number(90.0), with_foot, stream),
         ("presser foot", "foot.output", word("press"), with_foot, executor),
+        ("parking", "park.at", word("place"), virtual_drill, parking),
+        ("parking", "park.x", number(40.0), parked_apart, parking),
+        ("parking", "park.y", number(180.0), parked_apart, parking),
         ("depth detection", "stroke.contact_tolerance", number(0.3), virtual_drill, executor),
         ("broken-bit tolerance", "stroke.contact_tolerance", number(0.1), virtual_drill, executor),
         ("feed", "stroke.feed", number(6.0), virtual_drill, plan),

@@ -97,6 +97,30 @@ test("a click is one step, a hold goes on until it is let go, by mouse, finger a
   }
 });
 
+test("the head is parked by its button once it is known where it is", async () => {
+  const bridge = await startBridge({ speed: 1 });
+  const { page, context } = await openLinked(browser, bridge, SMALL);
+  try {
+    const park = page.getByRole("button", { name: "Park", exact: true });
+    await tab(page, "Machine").click();
+    assert.equal(await park.isDisabled(), true, "from an unknown place nothing goes anywhere");
+    await homed(page);
+    const start = await still(page, "X");
+    const right = page.getByRole("button", { name: "Move X to the right" });
+    for (const step of [1, 2, 3]) {
+      await press(page, right);
+      await until(async () => (await digits(page, "X")) > start + step - 0.1, `step ${step}`);
+      await page.getByText("At rest, position known.").waitFor();
+    }
+    await press(page, park);
+    await until(async () => Math.abs((await digits(page, "X")) - start) < 0.02, "the head where homing left it");
+    await page.getByText("At rest, position known.").waitFor();
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
 test("a page that was stuck for seconds has control again by itself, and so has one that was loaded anew", async () => {
   const bridge = await startBridge({ speed: 50 });
   const { page, context } = await openLinked(browser, bridge, SMALL);

@@ -30,7 +30,9 @@ impl Desk {
         let mut desk =
             Self { port, attended, began, now: None, found: Vec::new(), zeros: 0, sent: Vec::new() };
         desk.event(EngineEvent::Opened);
-        desk.until("somebody there", |desk| desk.phase() == Some(EnginePhase::Ready));
+        desk.until("somebody there", |desk| {
+            matches!(desk.phase(), Some(EnginePhase::Ready | EnginePhase::Locked))
+        });
         desk
     }
 

@@ -28,6 +28,8 @@ pub enum Event {
         /// How far.
         distance_um: i32,
     },
+    /// To where the head is parked.
+    Park,
     /// A job was checked and may start.
     Armed {
         /// Its key.
@@ -65,7 +67,7 @@ pub enum Event {
     Acknowledge,
     /// Report: all axes are homed.
     Homed,
-    /// Report: the move by hand is done, or the head stands where the job starts.
+    /// Report: the move by hand is done, or the head is parked, or stands where the job starts.
     Arrived,
     /// Report: a leg is done.
     LegDone {
@@ -123,6 +125,8 @@ pub enum Action {
         /// How far.
         distance_um: i32,
     },
+    /// Tips up, spindle off, and to where the head is parked. Moves.
+    Park,
     /// Begin the job: go to where this leg starts, spindle on. Moves.
     Approach {
         /// The leg to begin with.
@@ -162,6 +166,7 @@ impl Action {
             self,
             Self::Home
                 | Self::Jog { .. }
+                | Self::Park
                 | Self::Approach { .. }
                 | Self::Queue
                 | Self::NextLeg

@@ -443,10 +443,9 @@ mod tests {
                 },
                 (1, _) if session.state == State::Stopping => Event::Rested,
                 (_, Action::Home) => Event::Homed,
-                (
-                    _,
-                    Action::Jog { .. } | Action::Park | Action::Approach { .. } | Action::SpindleOn,
-                ) => Event::Arrived,
+                (_, Action::Jog { .. } | Action::Park | Action::Approach { .. } | Action::SpindleOn) => {
+                    Event::Arrived
+                }
                 (2, Action::NextLeg) => Event::BitWanted,
                 (3, Action::NextLeg) => Event::ChangeWanted,
                 (_, Action::ChangeTool) => Event::Changed,

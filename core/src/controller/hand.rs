@@ -50,7 +50,9 @@ impl Controller {
             EngineAsk::SetZero { axes, height_mm } if self.at_rest() && self.may_set_zero(axes) => {
                 self.set_zero(axes, height_mm);
             }
-            EngineAsk::ZeroAt { place_mm } if self.is_free() => self.write_zero(place_mm, ZeroWanted::default()),
+            EngineAsk::ZeroAt { place_mm } if self.is_free() => {
+                self.write_zero(place_mm, ZeroWanted::default())
+            }
             EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
                 (self.probed, self.height) = (None, BoardHeight::Unknown);
                 let down = format!("G91G38.2Z-{}F{}", number(depth_mm.abs()), number(mm_per_min));

@@ -309,6 +309,8 @@ pub enum Stage {
     Jog,
     /// Slowly towards a board or a plate, to where the contact closes.
     Touch,
+    /// Homing: slowly away from the end sensor, to the index pulse.
+    Index,
 }
 
 /// What is switched before a piece of motion.
@@ -364,11 +366,17 @@ pub enum Input {
     CoverOpen,
     /// There is air for clamp and foot.
     Air,
+    /// The motor of X is at its index pulse, which comes once a turn.
+    XIndex,
+    /// The motor of Y is.
+    YIndex,
+    /// The motor of Z is.
+    ZIndex,
 }
 
 impl Input {
     /// All of them, in the order of their bits.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 16] = [
         Self::XMin,
         Self::XMax,
         Self::YMin,
@@ -382,6 +390,9 @@ impl Input {
         Self::PlaceTaken,
         Self::CoverOpen,
         Self::Air,
+        Self::XIndex,
+        Self::YIndex,
+        Self::ZIndex,
     ];
 
     /// Those of the axes and of the tip: the first ones.

@@ -15,6 +15,7 @@ mod foot;
 mod magazine;
 mod mills;
 mod parallel;
+mod park;
 pub mod phases;
 mod presets;
 mod settings;
@@ -34,6 +35,7 @@ pub use foot::Foot;
 pub use magazine::{MOST_PLACES, Magazine};
 pub use mills::{MILL_KEY, MILLS, MillProfile, mill};
 pub use parallel::Parallel;
+pub use park::{Park, ParkAt};
 pub use presets::{
     VIRTUAL_NAME, hobby_3018, lab, preset, preset_name, preset_words, presets, six_spindles, virtual_drill,
 };
@@ -119,6 +121,8 @@ pub struct Machine {
     pub magazine: Magazine,
     /// The presser foot.
     pub foot: Foot,
+    /// Where the head is parked.
+    pub park: Park,
     /// The tools one owns.
     pub rack: Vec<RackTool>,
     /// How far a hole's size may be from the bit used for it.
@@ -183,6 +187,10 @@ pub struct Axis {
     pub home_search: Length,
     /// Distance from the sensor's edge to the resting place after homing.
     pub home_offset: Length,
+    /// Homing ends at the index pulse of its motor, not at the edge of the end sensor.
+    pub index: bool,
+    /// The way of a turn of its motor: from one index pulse to the next.
+    pub index_within: Length,
     /// Play of the drive: way that the motor turns after a change of direction before the axis follows.
     pub backlash: Length,
     /// What the motor's phases get, step by step.
@@ -303,6 +311,15 @@ pub struct Process {
     pub surface: Length,
 }
 
+/// The input that tells of the index pulse of `axis`.
+pub fn index_input(axis: usize) -> Input {
+    match axis {
+        0 => Input::XIndex,
+        1 => Input::YIndex,
+        _ => Input::ZIndex,
+    }
+}
+
 /// The name of an axis of a stream, as people say it.
 pub fn axis_name(axis: usize) -> String {
     match axis {
@@ -407,10 +424,12 @@ impl Machine {
         }
     }
 
-    /// The inputs that it cannot do without: of the home ends, and of the end of a stroke where a sensor tells it.
+    /// The inputs that it cannot do without: of the home ends, of index pulses that homing ends at, and of the end of a stroke where a
+    /// sensor tells it.
     pub(super) fn needed_inputs(&self) -> impl Iterator<Item = Input> {
         let ends = [0, 1, 2].map(|axis| self.home_input(axis));
-        ends.into_iter().chain((self.stroke_end == StrokeEnd::Sensor).then_some(Input::ZBottom))
+        let pulses = (0..3).filter(|axis| self.axis(*axis).index).map(index_input);
+        ends.into_iter().chain(pulses).chain((self.stroke_end == StrokeEnd::Sensor).then_some(Input::ZBottom))
     }
 
     /// The input that tells that `axis` reached its home end.

@@ -7,7 +7,7 @@ use super::boards;
 use super::mills::{MILLS, mill};
 use super::{
     AdapterWiring, Axis, Card, Converter, DownLimits, DriveKind, Dynamics, Foot, HomeEnd, Law, Machine,
-    Magazine, MotionLaws, Output, Overlap, Parallel, PhaseTable, Process, RackTool, Scale, StrokeEnd,
+    Magazine, MotionLaws, Output, Overlap, Parallel, Park, PhaseTable, Process, RackTool, Scale, StrokeEnd,
     ToolChange,
 };
 use crate::units::Length;
@@ -51,6 +51,8 @@ pub fn virtual_drill() -> Machine {
         home_speed_mm_per_s: 40.0,
         home_search: mm(max + 30.0),
         home_offset: mm(1.0),
+        index: false,
+        index_within: mm(4.0),
         backlash: Length::ZERO,
         phases: PhaseTable::full_step(),
     };
@@ -97,6 +99,7 @@ pub fn virtual_drill() -> Machine {
         tool_change: ToolChange::Manual,
         magazine: Magazine::default(),
         foot: Foot::default(),
+        park: Park::default(),
         process: virtual_process(),
     }
 }
@@ -139,6 +142,8 @@ pub fn lab() -> Machine {
         home_speed_mm_per_s: 16.0,
         home_search: counts(max - min + 100.0),
         home_offset: counts(10.0),
+        index: false,
+        index_within: mm(4.0),
         backlash: Length::ZERO,
         phases: PhaseTable::arendt(),
     };
@@ -159,6 +164,8 @@ pub fn lab() -> Machine {
             home_speed_mm_per_s: 3.0,
             home_search: mm(25.0),
             home_offset: mm(0.25),
+            index: false,
+            index_within: mm(4.0),
             backlash: Length::ZERO,
             phases: PhaseTable::arendt(),
         },

@@ -91,6 +91,10 @@ macro_rules! axis {
                 $axis.home_speed_mm_per_s),
             length!(concat!(stringify!($axis), ".home_search"), ValueKind::Number(0.1, 4000.0), false, $axis.home_search),
             length!(concat!(stringify!($axis), ".home_offset"), ValueKind::Number(0.0, 100.0), false, $axis.home_offset),
+            row!(concat!(stringify!($axis), ".index"), "", ValueKind::Choice(&["no", "yes"]), false,
+                |m| Value::Text(if m.$axis.index { "yes" } else { "no" }.to_owned()),
+                |m, v| m.$axis.index = text(v) == "yes"),
+            length!(concat!(stringify!($axis), ".index_within"), ValueKind::Number(0.01, 100.0), false, $axis.index_within),
             length!(concat!(stringify!($axis), ".backlash"), ValueKind::Number(0.0, 2.0), true, $axis.backlash),
             row!(concat!(stringify!($axis), ".phases"), "", ValueKind::Wholes(0.0, 255.0), false,
                 |m| Value::Numbers(m.$axis.phases.columns.iter().map(|byte| f64::from(*byte)).collect()),
@@ -274,4 +278,5 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
     ),
     ("magazine", super::magazine::ROWS),
     ("foot", super::foot::ROWS),
+    ("park", super::park::ROWS),
 ];

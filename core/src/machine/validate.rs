@@ -6,7 +6,7 @@
 
 use super::{
     DriveKind, HomeEnd, Machine, Output, StrokeEnd, adapter, card, converter, dynamics, foot, magazine,
-    parallel, phases, spindles, table_speeds,
+    parallel, park, phases, spindles, table_speeds,
 };
 use crate::diagnostic::Diagnostic;
 use crate::job::Input;
@@ -54,6 +54,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
         diagnostics.push(Diagnostic::error("machine.no_spindle_enabled").with("key", "spindle.enabled"));
     }
     diagnostics.extend(homing_of_z(machine));
+    diagnostics.extend(index_pulses(machine));
     diagnostics.extend(play_of_z(machine));
     diagnostics.extend(contact(machine));
     diagnostics.extend(outputs(machine));
@@ -67,6 +68,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(converter::validate(machine));
     diagnostics.extend(foot::validate(machine));
     diagnostics.extend(magazine::validate(machine));
+    diagnostics.extend(park::validate(machine));
     diagnostics
 }
 
@@ -80,6 +82,39 @@ fn homing_of_z(machine: &Machine) -> Option<Diagnostic> {
     let room = z.max - process.surface - process.safe_height;
     (room >= Length::ZERO && z.home_offset > room)
         .then(|| refuse("machine.rests_in_board", "z.home_offset", z.home_offset.mm(), room.mm()))
+}
+
+/// Index pulses that homing cannot end at: nobody looks at them, there are several, or one of them lies where the axis must not be.
+fn index_pulses(machine: &Machine) -> Vec<Diagnostic> {
+    let mut diagnostics = Vec::new();
+    let room_of_z = machine.z.max - machine.process.surface - machine.process.safe_height;
+    let axes = [
+        ("x", &machine.x, machine.x.max - machine.x.min),
+        ("y", &machine.y, machine.y.max - machine.y.min),
+        ("z", &machine.z, room_of_z),
+    ];
+    for (name, axis, room) in axes.into_iter().filter(|(_, axis, _)| axis.index) {
+        let key = format!("{name}.index");
+        if machine.output == Output::Adapter {
+            diagnostics.push(Diagnostic::error("machine.index_beside_adapter").with("key", &key));
+        }
+        if name == "z" && machine.spindles > 1 {
+            let why = Diagnostic::error("machine.index_of_several").with("key", &key);
+            diagnostics.push(why.with("spindles", machine.spindles));
+        }
+        let turn = axis.index_within;
+        if turn > room {
+            let key = format!("{name}.index_within");
+            diagnostics.push(refuse("machine.index_too_far", &key, turn.mm(), room.mm()));
+        }
+        // The switch may speak a quarter of a turn nearer than where its edge is taken to be.
+        let quarter_mm = turn.mm() / 4.0;
+        if axis.home_offset.mm() < quarter_mm {
+            let key = format!("{name}.home_offset");
+            diagnostics.push(refuse("machine.index_offset", &key, axis.home_offset.mm(), quarter_mm));
+        }
+    }
+    diagnostics
 }
 
 /// Play is taken up in the plane only. Z always hangs or is pulled one way, so a Z with play is none that can be driven to a depth.
@@ -256,6 +291,27 @@ mod tests {
             try_rows(&super::super::six_spindles(), &[(&list(on), *refusal)]);
         }
         try_rows(&virtual_drill(), &[(&list(&[0.0]), none)]);
+    }
+
+    #[test]
+    fn homing_ends_at_an_index_pulse_only_where_it_can() {
+        let on = |axis: &str| word(&format!("{axis}.index"), "yes");
+        let x = |changes: &[(String, Value)]| [&[on("x")][..], changes].concat();
+        let rows: [(Vec<(String, Value)>, Option<(&str, &str)>); 7] = [
+            (vec![on("x"), on("y"), on("z")], None),
+            (x(&[number("x.index_within", 4.1)]), Some(("machine.index_offset", "x.home_offset"))),
+            (x(&[number("x.index_within", 8.0), number("x.home_offset", 2.0)]), None),
+            (
+                vec![on("z"), number("z.index_within", 28.1), number("z.home_offset", 8.0)],
+                Some(("machine.index_too_far", "z.index_within")),
+            ),
+            (x(&[word("machine.output", "adapter")]), Some(("machine.index_beside_adapter", "x.index"))),
+            (x(&[word("machine.output", "card")]), Some(("machine.card_sensor_unwired", "card.sensors"))),
+            (vec![on("z"), number("machine.spindles", 2.0)], Some(("machine.index_of_several", "z.index"))),
+        ];
+        for (changes, refusal) in rows {
+            try_rows(&virtual_drill(), &[(&changes, refusal)]);
+        }
     }
 
     #[test]

@@ -86,12 +86,13 @@ pub(super) fn bits(value: &Value) -> Vec<i8> {
     numbers.iter().map(|number| *number as i8).collect()
 }
 
-/// How many inputs there were before those of presser foot and magazine: lists that are so long were written then.
-const FIRST_INPUTS: usize = 7;
+/// How many inputs there were before those of presser foot and magazine, and before index pulses: lists that are so long were
+/// written then.
+const FEWER_INPUTS: [usize; 2] = [7, 13];
 
 /// A list with a number for each of [`Input::ALL`]; the further inputs of one that knows the first ones alone get `rest`.
 pub(super) fn of_inputs<T: Clone>(mut numbers: Vec<T>, rest: T) -> Vec<T> {
-    if numbers.len() == FIRST_INPUTS {
+    if FEWER_INPUTS.contains(&numbers.len()) {
         numbers.resize(Input::ALL.len(), rest);
     }
     numbers

@@ -1,10 +1,11 @@
-//! The machine's own moves, outside any program: homing, going somewhere, jogging, lifting.
+//! The machine's own moves, outside any program: homing, going somewhere, parking, jogging, lifting.
 //!
 //! ```text
 //! homing one axis      | <- end sensor's edge
 //!      Seek     <======|=====     fast, until the sensor turns on
 //!      BackOff         |==>       slowly, off the sensor
 //!      Locate          |<-        slowly, until the sensor turns on again: the edge
+//!      Index           |->        slowly, until the motor's index pulse: half a turn from the edge, where the axis has one
 //!      Offset          |--->      to the resting place, `home_offset` from the edge
 //! ```
 //!
@@ -15,7 +16,7 @@ use super::timeline::Timeline;
 use super::writer::Writer;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Gate, Input, Otherwise, Stage, Switching};
-use crate::machine::{AXES, HomeEnd, Machine, Steps};
+use crate::machine::{AXES, HomeEnd, Machine, ParkAt, Steps, index_input};
 use crate::units::{Length, TICK_HZ};
 
 /// How far an axis backs off a sensor before it looks for the edge slowly.
@@ -46,6 +47,34 @@ pub fn home_count(machine: &Machine, axis: usize) -> i64 {
     home_edge(machine, axis) - if settings.home == HomeEnd::Min { play } else { 0 }
 }
 
+/// Where the motor of `axis` stands when homing finds its index pulse: that is taken to lie half a turn from the edge of the end
+/// sensor.
+pub fn index_count(machine: &Machine, axis: usize) -> i64 {
+    let settings = machine.axis(axis);
+    let half = settings.scale.steps(settings.index_within) / 2;
+    home_edge(machine, axis) + if settings.home == HomeEnd::Min { half } else { -half }
+}
+
+/// Machine steps of `axis` where it rests after homing.
+pub fn home_place(machine: &Machine, axis: usize) -> i64 {
+    let settings = machine.axis(axis);
+    let offset = settings.scale.steps(settings.home_offset);
+    home_edge(machine, axis) + if settings.home == HomeEnd::Min { offset } else { -offset }
+}
+
+/// Machine steps of X and Y where the head is parked: off the end sensors, also where homing leaves it on them.
+pub fn park_place(machine: &Machine) -> [i64; 2] {
+    [0, 1].map(|axis: usize| {
+        let settings = machine.axis(axis);
+        let place = match machine.park.at {
+            ParkAt::Home => home_place(machine, axis),
+            ParkAt::Place => settings.scale.steps(machine.park.place[axis]),
+        };
+        let (low, high) = (settings.scale.steps(settings.min), settings.scale.steps(settings.max));
+        place.clamp(low, high.max(low))
+    })
+}
+
 /// Homing of one axis, from wherever it stands: its start counts as 0, its end would be there without sensors.
 pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic> {
     let settings = machine.axis(axis);
@@ -54,27 +83,29 @@ pub fn home_axis(machine: &Machine, axis: usize) -> Result<Timeline, Diagnostic>
         HomeEnd::Max => 1,
     };
     let (fast, slow) = (settings.home_speed_mm_per_s, SLOW_SHARE * settings.home_speed_mm_per_s);
+    let (end, pulse) = (machine.home_input(axis), index_input(axis));
     let rows = [
-        (Stage::Seek, settings.home_search * towards, fast, true),
-        (Stage::BackOff, BACK_OFF * -towards, slow, false),
-        (Stage::Locate, LOCATE * towards, slow, true),
-        (Stage::Offset, settings.home_offset * -towards, fast, false),
+        (Stage::Seek, settings.home_search * towards, fast, Some(end)),
+        (Stage::BackOff, BACK_OFF * -towards, slow, None),
+        (Stage::Locate, LOCATE * towards, slow, Some(end)),
+        (Stage::Index, settings.index_within * -towards, slow, Some(pulse)),
+        (Stage::Offset, settings.home_offset * -towards, fast, None),
     ];
     let mut writer = Writer::new(machine, Steps::default());
-    for (stage, way, speed, gated) in rows {
+    for (stage, way, speed, input) in rows.into_iter().filter(|row| settings.index || row.0 != Stage::Index) {
         let mut to = writer.at();
         // A turn takes the play up first.
-        let turns = matches!(stage, Stage::BackOff | Stage::Offset) && axis < 2;
+        let turns = match stage {
+            Stage::BackOff | Stage::Index => axis < 2,
+            Stage::Offset => axis < 2 && !settings.index,
+            _ => false,
+        };
         let play = if turns { settings.scale.steps(settings.backlash) } else { 0 };
         for axis in together(machine, axis) {
             let steps = settings.scale.steps(way);
             to[axis] += steps + steps.signum() * play;
         }
-        let gate = gated.then(|| Gate {
-            input: machine.home_input(axis),
-            deadline_us: 0,
-            otherwise: Otherwise::Alarm,
-        });
+        let gate = input.map(|input| Gate { input, deadline_us: 0, otherwise: Otherwise::Alarm });
         writer.line(stage, to, speed, gate)?;
     }
     let mut timeline = writer.done();

@@ -184,7 +184,13 @@ impl Playhead {
 fn guard(segment: &Segment) -> u32 {
     let by_itself = !matches!(
         segment.stage,
-        Stage::Jog | Stage::Seek | Stage::BackOff | Stage::Locate | Stage::Offset | Stage::Retract
+        Stage::Jog
+            | Stage::Seek
+            | Stage::BackOff
+            | Stage::Locate
+            | Stage::Index
+            | Stage::Offset
+            | Stage::Retract
     );
     let moves = !segment.runs.is_empty();
     let mut guard = if moves && by_itself { Input::CoverOpen.bit() } else { 0 };

@@ -47,7 +47,10 @@ pub fn check(
         if let Some(command) = &queue.rows()[row].command {
             done.end = after(command, machine, outputs, &done.end).map_err(placed)?;
             match command {
-                WorkCommand::MoveBy { .. } | WorkCommand::MoveTo { .. } | WorkCommand::Home { .. } => {
+                WorkCommand::MoveBy { .. }
+                | WorkCommand::MoveTo { .. }
+                | WorkCommand::Home { .. }
+                | WorkCommand::Park => {
                     let at = [done.end.position[0], done.end.position[1]];
                     let low = done.lowest.unwrap_or(at);
                     let high = done.highest.unwrap_or(at);

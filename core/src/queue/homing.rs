@@ -1,18 +1,18 @@
-//! Homing, axis by axis and stage by stage (`motion::cycles`): of a queue's row, and of the whole machine.
+//! Homing (C4), axis by axis and stage by stage (`motion::cycles`): of a queue's row, and of the whole machine.
 //!
 //! ```text
 //! Seek ─gate▶ BackOff ─▶ Locate ─gate▶ the count is set right ─▶ Offset, to the very step where it always rests ─▶ next axis
+//!                                            └▶ Index ─gate▶ once more ─┘
 //! ```
 //!
 //! Comes in: reports of single segments. Goes out: the next segment and corrections of the count. Does not know why it is
 //! homed, nor who plays.
 
-use super::rules::home_place;
 use super::run::{Harm, QueueReport, guarded, late, missing};
 use super::text::refuse;
 use crate::diagnostic::Diagnostic;
 use crate::job::{Mark, Stage};
-use crate::machine::{Machine, Steps, axis_name};
+use crate::machine::{Machine, Steps, axis_name, index_input};
 use crate::motion::cycles;
 use crate::pins::Outcome;
 use crate::steps::{self, Segment};
@@ -32,6 +32,8 @@ pub struct Homing {
     stage: Stage,
     /// Axes whose count was believed before.
     counted: [bool; 3],
+    /// By how many steps the end sensor of this axis set its count right, where an index pulse follows.
+    by_sensor: i64,
     /// The first count that was wrong: axis, and by how many steps.
     off: Option<(usize, i64)>,
 }
@@ -53,7 +55,8 @@ impl Homing {
     /// Of these axes, in this order, with what is believed about each beforehand.
     pub fn new(axes: &[usize], counted: [bool; 3]) -> Self {
         let axes = axes.iter().copied().collect();
-        Self { axes, axis: 0, later: VecDeque::new(), stage: Stage::Seek, counted, off: None }
+        let later = VecDeque::new();
+        Self { axes, axis: 0, later, stage: Stage::Seek, counted, by_sensor: 0, off: None }
     }
 
     /// Which axis is being homed.
@@ -96,23 +99,28 @@ impl Homing {
             (_, Outcome::Missing(gone)) => return Err((missing(gone), Harm::Lost)),
             (_, Outcome::Late { ticks }) => return Err((late(ticks), Harm::Lost)),
             (_, Outcome::Spindle { trouble }) => return Err((trouble.diagnostic(), Harm::Lost)),
+            (Stage::Index, Outcome::Unmet(_)) => {
+                return Err(self.bad_index(machine, "control.index_not_found"));
+            }
             (_, Outcome::Unmet(_)) => return Err(lost("control.sensor_not_found")),
             (Stage::BackOff, _) if report.inputs & input.bit() != 0 => {
                 return Err(lost("control.sensor_stuck"));
             }
             (Stage::Locate, Outcome::Gated(at)) => {
-                // Of spindles that do not stand alike the lowest is the last to be up: how they stand to each other is counted on.
-                let lowest = cycles::together(machine, self.axis).map(|axis| at[axis]).min().unwrap_or(0);
-                correction = cycles::home_count(machine, self.axis) - lowest;
-                let counted = self.counted.get(self.axis).copied().unwrap_or(false);
-                if counted && correction.abs() > COUNT_TOLERANCE {
-                    self.off.get_or_insert((self.axis, correction));
+                correction = self.set_right(machine, cycles::home_count(machine, self.axis), &at, position);
+                self.by_sensor = correction;
+                if !machine.axis(self.axis).index {
+                    self.is_located(machine, correction, position)?;
                 }
-                for axis in cycles::together(machine, self.axis) {
-                    position[axis] += correction;
+            }
+            (Stage::Index, Outcome::Gated(at)) => {
+                correction = self.set_right(machine, cycles::index_count(machine, self.axis), &at, position);
+                let settings = machine.axis(self.axis);
+                // So far from the middle of its turn it may be the pulse before, or after.
+                if 4 * correction.abs() > settings.scale.steps(settings.index_within) {
+                    return Err(self.bad_index(machine, "control.index_unclear"));
                 }
-                let to_rest = offset(machine, self.axis, *position).map_err(|why| (why, Harm::Lost))?;
-                self.later.extend(to_rest);
+                self.is_located(machine, self.by_sensor + correction, position)?;
             }
             _ => {}
         }
@@ -132,9 +140,43 @@ impl Homing {
     }
 }
 
+impl Homing {
+    /// The axis was `at` these steps where it has this `count`. Gives by how many steps that is more, and sets `position` right by them.
+    fn set_right(&self, machine: &Machine, count: i64, at: &Steps, position: &mut Steps) -> i64 {
+        // Of spindles that do not stand alike the lowest is the last to be up: how they stand to each other is counted on.
+        let lowest = cycles::together(machine, self.axis).map(|axis| at[axis]).min().unwrap_or(0);
+        for axis in cycles::together(machine, self.axis) {
+            position[axis] += count - lowest;
+        }
+        count - lowest
+    }
+
+    /// Its place is known; it was `off` by so many steps. What is left is the way to where it rests.
+    fn is_located(
+        &mut self,
+        machine: &Machine,
+        off: i64,
+        position: &Steps,
+    ) -> Result<(), (Diagnostic, Harm)> {
+        let counted = self.counted.get(self.axis).copied().unwrap_or(false);
+        if counted && off.abs() > COUNT_TOLERANCE {
+            self.off.get_or_insert((self.axis, off));
+        }
+        let to_rest = offset(machine, self.axis, *position).map_err(|why| (why, Harm::Lost))?;
+        self.later.extend(to_rest);
+        Ok(())
+    }
+
+    fn bad_index(&self, machine: &Machine, code: &str) -> (Diagnostic, Harm) {
+        let input = format!("{:?}", index_input(self.axis));
+        let why = refuse(code).with("axis", axis_name(self.axis)).with("sensor", input);
+        (why.with("mm", machine.axis(self.axis).index_within.mm()), Harm::Lost)
+    }
+}
+
 /// From the sensor's edge to the step where the axis always rests after homing, all spindles alike.
 fn offset(machine: &Machine, axis: usize, from: Steps) -> Result<Vec<Segment>, Diagnostic> {
-    let (rests, speed) = (home_place(machine, axis), machine.axis(axis).home_speed_mm_per_s);
+    let (rests, speed) = (cycles::home_place(machine, axis), machine.axis(axis).home_speed_mm_per_s);
     let timeline = match axis {
         0 | 1 => cycles::jog(machine, from, axis, rests - from[axis], speed)?,
         _ => cycles::lower(machine, from, rests, speed)?,

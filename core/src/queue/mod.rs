@@ -34,7 +34,7 @@ pub use run::{
 };
 pub use text::{QueueRow, print, read, read_row};
 pub use words::{Argument, ArgumentKind, ArgumentValue, Axes, WORDS, Word, WorkCommand};
-pub use work::travel;
+pub use work::{park, travel};
 
 /// The longest text of a queue, in bytes: one frame of the wire has room for it.
 pub const LONGEST_TEXT: usize = 24_000;

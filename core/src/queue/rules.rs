@@ -12,7 +12,7 @@
 use super::text::refuse;
 use super::words::{Axes, WorkCommand};
 use crate::diagnostic::Diagnostic;
-use crate::machine::{HomeEnd, Machine, Steps, axis_name};
+use crate::machine::{Machine, Steps, axis_name};
 use crate::motion::cycles;
 use crate::units::Length;
 
@@ -36,7 +36,7 @@ impl Standing {
     pub fn just_homed(machine: &Machine) -> Self {
         let mut position = Steps::default();
         for axis in [0, 1].into_iter().chain(cycles::together(machine, 2)) {
-            position[axis] = home_place(machine, axis);
+            position[axis] = cycles::home_place(machine, axis);
         }
         Self { position, zero: Some([position[0], position[1]]), homed: [true; 3], rpm: 0, foot_down: false }
     }
@@ -55,18 +55,6 @@ pub(super) fn z_steps(machine: &Machine, height: Length) -> i64 {
 /// Machine steps of Z where all spindles stand alike and every tip is at its safe height or over it.
 fn all_safe(machine: &Machine) -> i64 {
     z_steps(machine, machine.process.safe_height) + machine.reach()
-}
-
-/// Where `axis` rests after homing.
-pub(super) fn home_place(machine: &Machine, axis: usize) -> i64 {
-    let (edge, towards) = home_edge(machine, axis);
-    edge - towards * machine.axis(axis).scale.steps(machine.axis(axis).home_offset)
-}
-
-/// First step of `axis` at which its home sensor is on, and the direction towards it.
-pub(super) fn home_edge(machine: &Machine, axis: usize) -> (i64, i64) {
-    let towards = if machine.axis(axis).home == HomeEnd::Min { -1 } else { 1 };
-    (cycles::home_edge(machine, axis), towards)
 }
 
 /// How the drill stands after `command`, or why it must not be begun. `outputs` are the names that may be switched.
@@ -112,6 +100,7 @@ pub fn after(
             next.foot_down = false;
         }
         WorkCommand::Home { axes } => home(machine, &mut next, *axes)?,
+        WorkCommand::Park => park(machine, &mut next)?,
         WorkCommand::Output { name, on, pulse_ms } => {
             if !outputs.contains(name) {
                 let known = if outputs.is_empty() { "–".to_owned() } else { outputs.join(", ") };
@@ -157,9 +146,19 @@ fn home(machine: &Machine, next: &mut Standing, axes: Axes) -> Result<(), Diagno
         }
         next.homed[axis] = true;
         for axis in cycles::together(machine, axis) {
-            next.position[axis] = home_place(machine, axis);
+            next.position[axis] = cycles::home_place(machine, axis);
         }
     }
+    Ok(())
+}
+
+/// Tips up, spindle off, then away.
+fn park(machine: &Machine, next: &mut Standing) -> Result<(), Diagnostic> {
+    homed(next, &[0, 1, 2])?;
+    let top = cycles::top(machine);
+    machine.spindle_axes().for_each(|axis| next.position[axis] = next.position[axis].max(top));
+    next.position[..2].copy_from_slice(&cycles::park_place(machine));
+    (next.rpm, next.foot_down) = (0, false);
     Ok(())
 }
 

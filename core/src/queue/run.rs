@@ -296,6 +296,7 @@ impl QueueRun {
             }
             WorkCommand::DrillDown => work::down(machine, from)?,
             WorkCommand::DrillUp => work::up(machine, from, next.position[2])?,
+            WorkCommand::Park => work::park(machine, from)?,
             WorkCommand::Spindle { rpm } if next.rpm != self.standing.rpm => {
                 work::spindle(machine, from, *rpm)
             }

@@ -62,6 +62,8 @@ pub enum WorkCommand {
         /// Which axes.
         axes: Axes,
     },
+    /// All the way up, spindle off, and to where the head is parked.
+    Park,
     /// Stay.
     Wait {
         /// For how long, in ms.
@@ -211,6 +213,9 @@ pub(super) const INPUTS: [&str; Input::ALL.len()] = [
     "PLACE_TAKEN",
     "COVER_OPEN",
     "AIR",
+    "X_INDEX",
+    "Y_INDEX",
+    "Z_INDEX",
 ];
 /// States of inputs and outputs.
 pub(super) const STATES: [&str; 2] = ["OFF", "ON"];
@@ -273,6 +278,7 @@ pub const WORDS: &[Word] = &[
     word!("HOME", ["KMD_INICJALIZACJA"], [argument("axes", "", ArgumentKind::Choice(&Axes::NAMES))],
         v => WorkCommand::Home { axes: Axes::EVERY[choice(v, 0, &Axes::NAMES)] },
         WorkCommand::Home { axes } => vec![said(Axes::NAMES[*axes as usize])]),
+    word!("PARK", [], [], _v => WorkCommand::Park, WorkCommand::Park => Vec::new()),
     word!("WAIT", [], [argument("ms", "ms", ArgumentKind::Whole(0, 600_000))],
         v => WorkCommand::Wait { ms: count(v, 0) },
         WorkCommand::Wait { ms } => vec![ArgumentValue::Whole(i64::from(*ms))]),
@@ -342,6 +348,7 @@ mod tests {
             WorkCommand::DrillDown,
             WorkCommand::DrillUp,
             WorkCommand::Home { axes: Axes::Y },
+            WorkCommand::Park,
             WorkCommand::Wait { ms: 7 },
             WorkCommand::WaitInput { input: Input::ZBottom, on: true, timeout_ms: 900 },
             WorkCommand::Output { name: "lamp".into(), on: true, pulse_ms: Some(40) },

@@ -52,6 +52,19 @@ pub(super) fn up(machine: &Machine, from: Steps, z: i64) -> Result<Vec<Segment>,
     Ok(pieces)
 }
 
+/// All the way up, the presser foot too, and the spindle off; then to where the head is parked.
+pub fn park(machine: &Machine, from: Steps) -> Result<Vec<Segment>, Diagnostic> {
+    let mut above = from;
+    machine.spindle_axes().for_each(|axis| above[axis] = from[axis].max(cycles::top(machine)));
+    let mut to = above;
+    to[..2].copy_from_slice(&cycles::park_place(machine));
+    let mut pieces = segments(&cycles::go_to(machine, from, above)?, machine);
+    pieces.extend(foot(machine, above, false));
+    pieces.push(rest(above, 0, Switching::Spindle { rpm: 0 }));
+    pieces.extend(travel(machine, above, to)?);
+    Ok(pieces)
+}
+
 /// Another spindle speed, and the time to reach it.
 pub(super) fn spindle(machine: &Machine, at: Steps, rpm: u32) -> Vec<Segment> {
     let spin_up = libm::ceil(machine.process.spin_up_ms * 1e-3 * TICK_HZ as f64) as u64;

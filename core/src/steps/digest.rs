@@ -127,6 +127,7 @@ const fn stage_tag(stage: Stage) -> u8 {
         Stage::NextHole => 11,
         Stage::Mill => 12,
         Stage::Touch => 13,
+        Stage::Index => 14,
     }
 }
 

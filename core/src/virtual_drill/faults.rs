@@ -206,6 +206,7 @@ impl Faults {
         self.bit_life = other.bit_life.or(self.bit_life);
         self.late_host = other.late_host.or(self.late_host);
         self.uneven = other.uneven.or(self.uneven);
+        self.scatter_steps = self.scatter_steps.max(other.scatter_steps);
         self.throws += other.throws;
         self.bit_breaks |= other.bit_breaks;
         self.bit_slips_mm += other.bit_slips_mm;

@@ -20,6 +20,7 @@ mod bit;
 mod changer;
 pub mod faults;
 mod rotor;
+mod scatter;
 mod switches;
 mod tally;
 mod uneven;
@@ -31,8 +32,9 @@ pub use tally::{Again, Tally, made_again, missing_legs, tally};
 pub use uneven::UnevenBoard;
 
 use self::changer::{Changer, Happened, Head};
+use self::scatter::Scatter;
 use crate::job::{self, Input};
-use crate::machine::{DriveKind, Machine, StrokeEnd};
+use crate::machine::{Axis, DriveKind, HomeEnd, Machine, StrokeEnd, index_input};
 use crate::magazine::{StockedTool, ToolStock};
 use crate::pins::{AxisSet, Pins};
 use crate::steps::TICK_HZ;
@@ -111,6 +113,8 @@ pub struct Faults {
     pub stuck_off: u32,
     /// Share of single readings of every input that say the opposite, 0 … 1.
     pub glitches: f64,
+    /// How far from their edges end switches close, anew each time, in steps at most.
+    pub scatter_steps: u32,
     /// Steps that are lost, with the turn of the current they belong to: axis, and which step of it since the start, from 1;
     /// sorted or not.
     pub lost_steps: Vec<(usize, u64)>,
@@ -160,6 +164,10 @@ pub struct VirtualDrill {
     tables: [Table; 2],
     /// First step of X, Y and the spindles at which their sensors are on: low end, high end.
     edges: [(i64, i64); 3],
+    /// A step of X, Y and Z1 at which the index pulse of the motor comes, and how many steps there are to the next; where homing
+    /// ends at it.
+    pulses: [Option<(i64, i64)>; 3],
+    scatter: Scatter,
     steps_per_mm: [f64; 3],
     /// The first and the last step of X and Y over the board.
     board: [(i64, i64); 2],
@@ -190,6 +198,17 @@ impl Table {
     }
 }
 
+/// A step at which the index pulse of each motor comes, and how many steps there are to the next: in the middle between the edge of the
+/// end switch and a turn from it.
+fn pulses(axes: [&Axis; 3], edges: [(i64, i64); 3]) -> [Option<(i64, i64)>; 3] {
+    std::array::from_fn(|index| {
+        let (axis, (low, high)) = (axes[index], edges[index]);
+        let turn = axis.scale.steps(axis.index_within).max(1);
+        let first = if axis.home == HomeEnd::Min { low + turn / 2 } else { high - turn / 2 };
+        axis.index.then_some((first, turn))
+    })
+}
+
 impl VirtualDrill {
     /// The twin of `machine`, at a place that depends on `seed`. Holes are told to `drilled`.
     pub fn new(machine: &Machine, seed: u64, faults: Faults, drilled: DrilledBoard) -> Self {
@@ -198,8 +217,7 @@ impl VirtualDrill {
             let axis = axes[index];
             (axis.scale.steps(axis.min) - 1, axis.scale.steps(axis.max) + 1)
         });
-        let process = &machine.process;
-        let (surface, z) = (process.surface, &machine.z);
+        let (process, surface, z) = (&machine.process, machine.process.surface, &machine.z);
         if machine.stroke_end == StrokeEnd::Sensor {
             let through = process.board_thickness + Length::from_nm(process.breakthrough.nm() / 2);
             edges[2].0 = z.scale.steps(surface - through);
@@ -244,11 +262,11 @@ impl VirtualDrill {
             rotors,
             tables,
             edges,
+            pulses: pulses(axes, edges),
+            scatter: Scatter::new(seed),
             steps_per_mm: axes.map(|axis| axis.scale.steps_per_mm()),
-            board: [0, 1].map(|axis: usize| {
-                let steps = |at: Length| axes[axis].scale.steps(at);
-                (steps(axes[axis].min + RIM), steps(axes[axis].max - RIM))
-            }),
+            board: [&machine.x, &machine.y]
+                .map(|axis| (axis.scale.steps(axis.min + RIM), axis.scale.steps(axis.max - RIM))),
             switches: Switches::new(seed, bouncing, faults.glitches),
             bits,
             changer: Changer::new(machine),
@@ -478,10 +496,20 @@ impl VirtualDrill {
         }
     }
 
+    /// The index pulses at which motors are.
+    fn pulse_inputs(&self) -> u32 {
+        let is_at = |(axis, pulse): (usize, &Option<(i64, i64)>)| {
+            let (first, turn) = (*pulse)?;
+            let at = self.rotors.get(axis)?.at;
+            ((at - first).rem_euclid(turn) == 0).then(|| index_input(axis).bit())
+        };
+        self.pulses.iter().enumerate().filter_map(is_at).fold(0, |inputs, input| inputs | input)
+    }
+
     /// What the sensors ought to say.
     fn sensed(&self) -> u32 {
         let on = |axis: usize, lowest: i64, (low, high): (Input, Input)| {
-            let (first, last) = self.edges[axis];
+            let (first, last) = self.scatter.edges(axis, self.edges[axis]);
             (if lowest <= first { low.bit() } else { 0 }) | (if lowest >= last { high.bit() } else { 0 })
         };
         let [x, y, _] = self.real();
@@ -494,6 +522,7 @@ impl VirtualDrill {
             | on(1, y, (Input::YMin, Input::YMax))
             | on(2, lowest, (Input::ZBottom, Input::ZTop))
             | contact
+            | self.pulse_inputs()
             | self.changer.inputs([x, y, lowest])
     }
 }
@@ -509,6 +538,7 @@ impl Pins for VirtualDrill {
             }
         }
         let sensed = self.sensed();
+        self.scatter.sensed(sensed, self.faults.scatter_steps);
         self.switches.stand(at_tick, sensed);
     }
 

@@ -2,7 +2,7 @@
 
 use crate::programs::machines;
 use annulus_core::job::{Input, Otherwise, Stage};
-use annulus_core::machine::{HomeEnd, Steps};
+use annulus_core::machine::{HomeEnd, Steps, Value, apply, virtual_drill};
 use annulus_core::motion::{cycles, laws};
 use annulus_core::steps;
 
@@ -31,6 +31,20 @@ fn homing_seeks_backs_off_locates_and_rests() {
         }
     }
     assert_eq!(machines()[0].home_input(2), Input::ZTop);
+}
+
+#[test]
+fn homing_with_an_index_pulse_goes_on_to_it_by_a_turn_at_most() {
+    let on = ("x.index".to_owned(), Value::Text("yes".to_owned()));
+    let machine = apply(&virtual_drill(), &[on]).unwrap();
+    let plan = cycles::home_axis(&machine, 0).unwrap();
+    laws::laws(&plan, &machine).unwrap();
+    let stages: Vec<_> = plan.moves.iter().map(|planned| planned.stage).collect();
+    assert_eq!(stages, [Stage::Seek, Stage::BackOff, Stage::Locate, Stage::Index, Stage::Offset]);
+    let index = &plan.moves[3];
+    assert_eq!(index.gate.map(|gate| (gate.input, gate.otherwise)), Some((Input::XIndex, Otherwise::Alarm)));
+    assert_eq!(index.to[0] - index.from[0], machine.x.scale.steps(machine.x.index_within));
+    assert_eq!(cycles::home_axis(&machine, 1).unwrap().moves.len(), 4, "Y has none");
 }
 
 #[test]

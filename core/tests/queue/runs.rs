@@ -3,7 +3,8 @@
 use super::words::{one_in, random_row};
 use crate::programs::{Chance, machines};
 use annulus_core::job::Input;
-use annulus_core::machine::{Machine, Value, apply, lab, six_spindles, virtual_drill};
+use annulus_core::machine::{HomeEnd, Machine, Value, apply, lab, six_spindles, virtual_drill};
+use annulus_core::motion::cycles;
 use annulus_core::pins::{Pins, Playhead, Recorder, Written};
 use annulus_core::queue::{
     Harm, Mode, Rehearsal, Rest, Rig, RowState, Standing, WorkCommand, check, print, read,
@@ -85,6 +86,39 @@ fn holes_are_where_the_queue_says() {
         assert!(results[8].ms > 50.0, "a stroke takes its time: {:?}", results[8]);
         let ends: Vec<usize> = run.trail().iter().map(|(row, _)| *row).collect();
         assert_eq!(ends[..6], [2, 8, 9, 4, 8, 9]);
+    }
+}
+
+#[test]
+fn a_parked_head_is_up_before_it_goes_away_and_its_spindle_is_off() {
+    let place = |machine: Machine, more: &[(&str, Value)]| {
+        let own = [
+            ("park.at", Value::Text("place".to_owned())),
+            ("park.x", Value::Number(7.0)),
+            ("park.y", Value::Number(machine.y.max.mm())),
+        ];
+        let changes: Vec<_> =
+            own.iter().chain(more).map(|(key, to)| ((*key).to_owned(), to.clone())).collect();
+        apply(&machine, &changes).unwrap()
+    };
+    let play = [("x.backlash", Value::Number(0.1)), ("y.backlash", Value::Number(0.1))];
+    let apart = [place(virtual_drill(), &play), place(lab(), &[]), place(six_spindles(), &[])];
+    for machine in machines().into_iter().chain(apart) {
+        let (mut drill, holes) = twin(&machine, Faults::default());
+        let bench = Rig::homed(&machine, &mut drill).unwrap();
+        let surface = machine.z.scale.steps(machine.process.surface);
+        let (lowest, highest) = (drill.real(), drill.real());
+        let mut pins = Watched { twin: &mut drill, lowest, highest, surface, dragged: false };
+        let mut run = rehearse("SPINDLE 20000\nMOVE_BY 900 40\nDRILL_DOWN\nPARK\n", bench);
+        let rest = run.go(&machine, Mode::ToEnd, &mut pins, usize::MAX);
+        assert_eq!((rest, pins.dragged), (Some(Rest::Done), false), "{}", machine.name);
+        let parked = cycles::park_place(&machine);
+        assert_eq!(drill.real()[..2], parked, "{}", machine.name);
+        assert!(drill.real()[2] >= cycles::top(&machine) && drill.broken().is_none(), "{}", machine.name);
+        assert_eq!(drill.lost(), [0; 3], "{}", machine.name);
+        let standing = run.bench().standing;
+        assert_eq!((standing.rpm, standing.position[..2].to_vec()), (0, parked.to_vec()), "{}", machine.name);
+        assert_eq!(holes.lock().unwrap().len(), machine.spindles as usize, "{}", machine.name);
     }
 }
 
@@ -259,6 +293,45 @@ fn what_was_checked_never_leaves_the_range_on_the_drill() {
     );
 }
 
+/// Homing of it ends at index pulses.
+fn indexed() -> Machine {
+    let on = ["x.index", "y.index", "z.index"].map(|key| (key.to_owned(), Value::Text("yes".to_owned())));
+    apply(&virtual_drill(), &on).unwrap()
+}
+
+#[test]
+fn an_index_pulse_is_found_at_the_same_step_however_the_switch_scatters() {
+    let play =
+        [("x.backlash".to_owned(), Value::Number(0.1)), ("y.home_end".to_owned(), Value::Text("max".into()))];
+    let scatters = Faults { scatter_steps: 25, ..Faults::default() };
+    for machine in [virtual_drill(), indexed(), apply(&indexed(), &play).unwrap()] {
+        let has_index = machine.x.index;
+        let away = if machine.y.home == HomeEnd::Min { 700 } else { -700 };
+        let (mut drill, _) = twin(&machine, scatters.clone());
+        let mut bench = Rig::homed(&machine, &mut drill).unwrap();
+        let mut places = std::collections::BTreeSet::new();
+        for round in 0..12 {
+            let mut run = rehearse(&format!("MOVE_BY 900 {away}\nHOME ALL\n"), bench.clone());
+            let rest = run.go(&machine, Mode::ToEnd, &mut drill, usize::MAX);
+            let found = |rest: &Option<Rest>| match rest {
+                Some(Rest::Failed { why, .. }) => why.code.clone(),
+                rest => format!("{rest:?}"),
+            };
+            // Where there is none, the count differs from what the switch says.
+            let is_well = rest == Some(Rest::Done) || !has_index && found(&rest) == "control.lost_count";
+            assert!(is_well, "round {round}: {rest:?}");
+            bench = run.bench();
+            places.insert([0, 1, 2].map(|axis: usize| drill.real()[axis]));
+        }
+        let rests = [0, 1, 2].map(|axis| cycles::home_place(&machine, axis));
+        if has_index {
+            assert_eq!(places.into_iter().collect::<Vec<_>>(), [rests], "{}", machine.name);
+        } else {
+            assert!(places.len() > 6, "the switch scatters: {places:?}");
+        }
+    }
+}
+
 /// Runs `text` from a homed bench on a drill with faults.
 fn with_faults(machine: &Machine, faults: Faults, text: &str) -> (Rest, Rehearsal) {
     let (mut sound, _) = twin(machine, Faults::default());
@@ -292,6 +365,8 @@ fn what_goes_wrong_stops_the_queue_at_its_row_with_a_named_alarm() {
         (lab(), never(Input::ZBottom), drill, "control.drilling_too_long", 2, Harm::None),
         (virtual_drill(), stuck(Input::ZTop), "WAIT 1\nHOME ALL", "control.sensor_stuck", 1, Harm::Lost),
         (virtual_drill(), never(Input::YMin), "HOME ALL", "control.sensor_not_found", 0, Harm::Lost),
+        (indexed(), never(Input::XIndex), "HOME ALL", "control.index_not_found", 0, Harm::Lost),
+        (indexed(), stuck(Input::YIndex), "WAIT 1\nHOME ALL", "control.index_unclear", 1, Harm::Lost),
         (
             virtual_drill(),
             Faults { lost_steps: (1..9).map(|n| (0, 30_000 + n)).collect(), ..Faults::default() },

@@ -188,6 +188,7 @@ pub(crate) fn random_row(chance: &mut Chance) -> QueueRow {
             on: one_in(chance, 2),
             pulse_ms: one_in(chance, 2).then(|| small(chance, 30) + 1),
         },
+        8 => WorkCommand::Park,
         _ => WorkCommand::Spindle { rpm: small(chance, 3) * 10_000 },
     };
     let note = one_in(chance, 5).then(|| text(chance, &["", "a note", "; twice", "ząb 孔"]));

@@ -3,6 +3,7 @@
 mod clamp;
 mod deaths;
 mod foot;
+mod park;
 mod port;
 mod refused;
 mod touch;

@@ -146,9 +146,8 @@ impl<F: Files> Station<F> {
             return refusal("control.not_homed");
         }
         let machine = &self.machine;
-        let from_low_mm = (machine.park.at == ParkAt::Place).then(|| {
-            [0, 1].map(|axis: usize| (machine.park.place[axis] - machine.axis(axis).min).mm())
-        });
+        let from_low_mm = (machine.park.at == ParkAt::Place)
+            .then(|| [0, 1].map(|axis: usize| (machine.park.place[axis] - machine.axis(axis).min).mm()));
         self.engine_asked(grbl::EngineAsk::Park { from_low_mm })?;
         self.hand.until = None;
         Ok(())

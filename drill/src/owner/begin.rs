@@ -210,6 +210,7 @@ impl Owner {
         if let Some(offer) = self.offer() {
             self.tell(offer);
         }
+        self.parks_after(&work, ending);
     }
 
     pub(crate) fn forget(&mut self) -> Result<(), Diagnostic> {

@@ -111,11 +111,12 @@ mod tests {
     use super::*;
 
     /// What every other setting is for: how it moves and in which order, nothing that it is built from.
-    const KEPT: [&str; 15] = [
+    const KEPT: [&str; 16] = [
         "machine.name",
         "machine.description",
         "motion.",
         "overlap.",
+        "park.",
         "stroke.longest_drilling",
         "stroke.settle",
         "stroke.safe_height",

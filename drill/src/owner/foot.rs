@@ -64,7 +64,7 @@ impl Owner {
     /// Whoever moves X or Y otherwise than a program, a queue or a change of tools does has a foot lifted first that may be down: a
     /// stop that was held may have left it so. A move by hand that takes the tip out of the board lifts it then.
     pub(super) fn with_foot_up(&self, doing: &Doing, mut moves: Vec<Segment>) -> Vec<Segment> {
-        let has_its_own = matches!(doing, Doing::Leg | Doing::Queue | Doing::Change);
+        let has_its_own = matches!(doing, Doing::Leg | Doing::Queue | Doing::Change | Doing::Park);
         if has_its_own || !self.foot_may_be_down() {
             return moves;
         }

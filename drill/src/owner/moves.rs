@@ -29,6 +29,8 @@ pub(crate) enum Doing {
     Homing(Homing),
     /// A move by hand.
     Jog,
+    /// To where the head is parked.
+    Park,
     /// To where the job starts, or the spindle on again.
     Approach,
     /// Some segments of the leg in work.

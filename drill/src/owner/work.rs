@@ -41,6 +41,8 @@ pub(crate) struct Work {
     pub(super) stop: Option<Steps>,
     /// A job that is taken up asks for its bit before the first leg, unless that leg does.
     pub(super) confirm_bit: bool,
+    /// Somebody stopped it, even if it was done by then: nothing moves behind it.
+    pub(super) was_stopped: bool,
 }
 
 impl Work {
@@ -51,7 +53,7 @@ impl Work {
         let asks = segments.iter().any(|next| matches!(next.effect, Switching::AwaitBit { .. }));
         let confirm_bit = bit.is_some() && !asks;
         let (anew, started, stop, given, first) = (None, Duration::ZERO, None, 0, leg);
-        let (wears, is_worn) = (worn::by_leg(&job.program), false);
+        let (wears, is_worn, was_stopped) = (worn::by_leg(&job.program), false, false);
         Self {
             job,
             wears,
@@ -68,6 +70,7 @@ impl Work {
             bit,
             stop,
             confirm_bit,
+            was_stopped,
         }
     }
 

@@ -44,6 +44,11 @@ pub(super) fn contacts() -> impl IntoView {
         let (holes, most) = rows.with(|rows| (rows.len(), rows.first().map_or(0.0, |row| row.off_mm.abs())));
         say!("page.contacts.found", holes = holes, middle = mm(middle()), most = mm(most))
     };
+    let unrecorded = move || {
+        let holes = line.shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count()));
+        let unrecorded = holes.saturating_sub(rows.with(Vec::len));
+        (unrecorded > 0).then(|| say!("page.contacts.unrecorded", holes = unrecorded))
+    };
     let more = move || {
         let more = rows.with(Vec::len).saturating_sub(LISTED);
         (more > 0).then(|| say!("page.contacts.more", holes = more))
@@ -54,6 +59,7 @@ pub(super) fn contacts() -> impl IntoView {
                 summary().child(t!("page.contacts.title")),
                 p().class("tabular").attr("role", "status").child(found),
                 p().class("quiet").child(t!("page.contacts.is")),
+                p().class("quiet").child(unrecorded),
                 move || map(&rows.get()),
                 div().class("wide-table").child(listed(rows)),
                 p().class("quiet").child(more),

@@ -22,15 +22,20 @@ fn lamp(input: Input, on: Memo<u32>) -> impl IntoView {
     ))
 }
 
-/// The inputs of presser foot and magazine.
-fn further() -> impl Iterator<Item = Input> {
-    Input::ALL.into_iter().skip(Input::OF_AXES.len())
-}
-
-/// Whether a setting says that there is a presser foot or a magazine.
-fn has_more((key, value): &(String, Value)) -> bool {
-    let is = |word: &str| *value == Value::Text(word.to_owned());
-    key == "foot.on" && is("yes") || key == "rack.change" && is("magazine")
+/// The inputs of presser foot and magazine, and the index pulses, as far as the settings say that there are such.
+fn further(settings: &[(String, Value)]) -> Vec<Input> {
+    let says = |key: &str, word: &str| {
+        let said = settings.iter().find(|(known, _)| known == key);
+        said.is_some_and(|(_, value)| *value == Value::Text(word.to_owned()))
+    };
+    let has_more = says("foot.on", "yes") || says("rack.change", "magazine");
+    let is_there = |input: &Input| match input {
+        Input::XIndex => says("x.index", "yes"),
+        Input::YIndex => says("y.index", "yes"),
+        Input::ZIndex => says("z.index", "yes"),
+        _ => has_more,
+    };
+    Input::ALL.into_iter().skip(Input::OF_AXES.len()).filter(is_there).collect()
 }
 
 /// Why a motor fell behind, in words.
@@ -58,7 +63,7 @@ pub(crate) fn sensors() -> impl IntoView {
     let line = link::link();
     let inputs =
         Memo::new(move |_| line.status.with(|status| status.as_ref().map_or(0, |status| status.inputs)));
-    let more = Memo::new(move |_| line.settings.with(|settings| settings.iter().any(has_more)));
+    let more = Memo::new(move |_| line.settings.with(|settings| further(settings)));
     let phases =
         Memo::new(move |_| line.status.with(|status| status.as_ref().map_or([0; 3], |status| status.phases)));
     let bits = move || {
@@ -78,7 +83,7 @@ pub(crate) fn sensors() -> impl IntoView {
             .class("lamps")
             .attr("role", "list")
             .child((Vec::from(Input::OF_AXES.map(|input| lamp(input, inputs))), move || {
-                more.get().then(|| further().map(|input| lamp(input, inputs)).collect::<Vec<_>>())
+                more.get().into_iter().map(|input| lamp(input, inputs)).collect::<Vec<_>>()
             })),
         h3().class("phases-title").child(t!("page.sensor.phases")),
         div().class("phase-bits").child(bits),

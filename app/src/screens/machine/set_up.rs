@@ -1,6 +1,6 @@
-//! Getting ready: initialise and base.
+//! Getting ready: home, park and base.
 //!
-//! Comes in: what the machine allows now. Goes out: `Home`, `SetZero`, `UndoZero`. Nothing here starts a job.
+//! Comes in: what the machine allows now. Goes out: `Home`, `Park`, `SetZero`, `UndoZero`. Nothing here starts a job.
 
 use super::controller;
 use crate::health::{Blocked, blocked};
@@ -34,11 +34,22 @@ fn ready(line: Link) -> bool {
     line.may_act() && line.state() == Some(State::Ready)
 }
 
-/// Home and base.
+/// Out of the way of a board that is laid on or taken off.
+fn park(line: Link) -> impl IntoView {
+    button()
+        .attr("type", "button")
+        .class("button large")
+        .prop("disabled", move || !ready(line))
+        .attr("title", t!("page.machine.park_is"))
+        .on(ev::click, |_| link::ask(Ask::Park))
+        .child(t!("page.machine.park"))
+}
+
+/// Home, park and base.
 pub(crate) fn set_up() -> impl IntoView {
     let line = link::link();
     let homed = move || line.state().is_some_and(|state| state != State::NotHomed);
-    let home_class = move || if homed() { "button large" } else { "button large primary" };
+    let home_class = move || if homed() { "button large grow" } else { "button large primary grow" };
     let home = button()
         .attr("type", "button")
         .class(home_class)
@@ -59,7 +70,7 @@ pub(crate) fn set_up() -> impl IntoView {
     };
     section().class("block").attr("aria-label", t!("page.machine.set_up")).child((
         header().child(h2().child(t!("page.machine.set_up"))),
-        home,
+        div().class("row").child((home, park(line))),
         p().class("quiet")
             .attr("id", HOME_IS)
             .child(move || crate::i18n::text(why_not(line).unwrap_or(key!("page.machine.home_is")), &[])),

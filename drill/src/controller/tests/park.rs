@@ -1,0 +1,53 @@
+//! A mill behind a controller is parked where its settings say; by itself after a job only where they do.
+
+use super::*;
+
+const PLACE_MM: [f64; 3] = [-50.0, -260.0, -1.0];
+
+fn is_parked(status: &Status) -> bool {
+    (0..3).all(|axis| (status.machine_mm[axis] - PLACE_MM[axis]).abs() < 0.01)
+}
+
+#[test]
+fn a_mill_is_parked_where_its_settings_say_and_after_a_job_where_they_do() {
+    let word = |word: &str| Value::Text(word.to_owned());
+    let set = |rows: &[(&str, Value)]| {
+        let changes = rows.iter().map(|(key, value)| ((*key).to_owned(), value.clone()));
+        Ask::Configure { changes: changes.collect() }
+    };
+    // From the lowest ends of a travel of 300 mm, as the settings have them.
+    let low_mm = |bench: &Bench, key: &str| {
+        let told = bench.heard.iter().rev().find_map(|tell| match tell {
+            Tell::Machine { settings, .. } => settings.iter().find(|(known, _)| known == key),
+            _ => None,
+        });
+        if let Some((_, Value::Number(mm))) = told { *mm } else { panic!("{key}: {told:?}") }
+    };
+    for (after_job, parks) in [("no", false), ("yes", true)] {
+        let mut board = Automaton::new([-20.0, -30.0, -10.0]);
+        // How far homing leaves it from its switches.
+        board.settings.push((27, 1.0));
+        let mut bench = Bench::ready_with(&Memory::default(), board);
+        let along = |key: &str, axis: usize| Value::Number(low_mm(&bench, key) + 300.0 + PLACE_MM[axis]);
+        let apart =
+            [("park.at", word("place")), ("park.x", along("x.min", 0)), ("park.y", along("y.min", 1))];
+        assert_eq!(bench.refused(&set(&apart)), None);
+        assert_eq!(bench.refused(&set(&[("park.after_job", word(after_job))])), None);
+        assert_eq!(bench.refused(&Ask::Park), None);
+        bench.state(State::Parking);
+        let status = bench.state(State::Ready);
+        assert!(is_parked(&status), "{status:?}");
+        bench.heard.clear();
+        let key = bench.upload(&holes(4));
+        bench.start(&key, 0);
+        assert_eq!(bench.finish(), (Ending::Done, 4));
+        (0..9_000).for_each(|_| bench.millisecond());
+        let status = bench.status().unwrap().clone();
+        let was_parking = bench
+            .heard
+            .iter()
+            .any(|tell| matches!(tell, Tell::Status(status) if status.state == State::Parking));
+        assert_eq!((is_parked(&status), was_parking), (parks, parks), "{after_job}: {status:?}");
+        assert_eq!((status.state, status.trust), (State::Ready, Trust::Trusted), "{after_job}");
+    }
+}
