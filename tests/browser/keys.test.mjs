@@ -90,10 +90,14 @@ test("Shift+2 shows what is chosen where one draws too, and Shift+C types a plac
     await page.keyboard.press("Escape");
     await page.keyboard.press("v");
     await page.keyboard.press("Control+a");
+    await page.getByRole("heading", { name: /^\d+ selected$/ }).waitFor();
     const look = () => data(page, "zoom");
     const before = Number(await settled(look, "a picture at rest"));
-    await page.keyboard.press("Shift+2");
-    await until(async () => Number(await look()) > 1.5 * before, "what is chosen, close by");
+    // Where the chosen ones are is known once they are drawn.
+    await until(async () => {
+      await page.keyboard.press("Shift+2");
+      return Number(await look()) > 1.5 * before;
+    }, "what is chosen, close by");
     await page.keyboard.press("Shift+c");
     assert.equal(await page.locator("#draw-place").inputValue(), "@");
   } finally {

@@ -149,6 +149,8 @@ pub struct Controller {
     pub(super) idle_reports: u32,
     /// Reports of rest since an answer is overdue, to questions of then.
     pub(super) rests_overdue: u32,
+    /// When a person said that the tool is in, while that waits for a zero to be taken.
+    pub(super) ready_asked_ms: Option<u64>,
     pub(super) probed: Option<bool>,
     /// Where the probe met the board, machine coordinates, mm.
     pub(super) probed_at_mm: Option<[f64; 3]>,
@@ -197,6 +199,7 @@ impl Default for Controller {
             jog_ends: false,
             idle_reports: 0,
             rests_overdue: 0,
+            ready_asked_ms: None,
             probed: None,
             probed_at_mm: None,
             run: None,
@@ -236,6 +239,7 @@ pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Con
         EngineEvent::Ask(ask) => controller.ask(ask),
     }
     controller.time();
+    controller.tool_ready_waits();
     controller.send_overrides();
     controller.feed();
     if ran && controller.run.is_none() {
@@ -266,6 +270,7 @@ impl Controller {
     pub(super) fn set(&mut self, phase: EnginePhase) {
         if self.phase != phase {
             (self.phase, self.since_ms, self.jog_ends) = (phase, self.now_ms, false);
+            self.ready_asked_ms = None;
         }
         if phase != EnginePhase::Jogging {
             (self.jog, self.park) = (None, None);
@@ -454,6 +459,13 @@ impl Controller {
         self.set(phase);
     }
 
+    /// A move by hand is at its end: the machine rests, where no way to its parking place goes on.
+    fn hand_is_over(&mut self) {
+        if !self.park_goes_on() {
+            self.rest();
+        }
+    }
+
     fn alarmed(&mut self, number: u16) {
         let why = Diagnostic::error(&settings::alarm_code(number)).with("number", number);
         let why = self.setter_alarm(number).unwrap_or(why);
@@ -533,9 +545,7 @@ impl Controller {
                     && self.queue.is_empty()
                     && !self.jog_goes_on() =>
             {
-                if !self.park_goes_on() {
-                    self.rest();
-                }
+                self.hand_is_over();
             }
             // It was not heard, or came before the move began.
             EnginePhase::Jogging if self.jog_ends && doing == ReportedState::Jog => {

@@ -51,7 +51,7 @@ impl Controller {
                 self.set_zero(axes, height_mm);
             }
             EngineAsk::ZeroAt { place_mm } if self.is_free() => {
-                self.write_zero(place_mm, ZeroWanted::default())
+                self.write_zero(place_mm, ZeroWanted::default());
             }
             EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
                 (self.probed, self.height) = (None, BoardHeight::Unknown);
@@ -75,8 +75,8 @@ impl Controller {
             }
             EngineAsk::Start(start) if self.phase == EnginePhase::Ready => self.begin(&start),
             EngineAsk::ToolBefore { section } => self.tool_before(section),
-            EngineAsk::ToolReady if self.phase == EnginePhase::ToolChange && self.idle() => {
-                self.ask_tool_ready();
+            EngineAsk::ToolReady if self.phase == EnginePhase::ToolChange => {
+                self.ready_asked_ms = Some(self.now_ms);
             }
             EngineAsk::NewBit => self.bit_is_another(),
             EngineAsk::Set { number, value } if self.phase == EnginePhase::Ready && self.idle() => {
@@ -88,7 +88,7 @@ impl Controller {
     }
 
     /// Nothing is in flight.
-    fn idle(&self) -> bool {
+    pub(super) fn idle(&self) -> bool {
         self.buffer.is_empty() && self.queue.is_empty() && self.reset_at.is_none()
     }
 

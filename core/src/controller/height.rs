@@ -24,6 +24,8 @@ use crate::diagnostic::Diagnostic;
 
 /// How far zero of Z may be from where it was and still be the same: the last digit of a report.
 pub(super) const SAME_HEIGHT_MM: f64 = 0.001_5;
+/// Within so many ms a controller has told where it is by a new zero.
+const TOLD_MS: u64 = 2_000;
 
 /// For which bit zero of Z is the height of the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -99,8 +101,19 @@ impl Controller {
         }
     }
 
+    /// Whoever says that the tool is in right after zero was set does not know that the controller is still writing it, or has not told
+    /// yet where it is by that zero: it counts as soon as that is over.
+    pub(super) fn tool_ready_waits(&mut self) {
+        let Some(asked_ms) = self.ready_asked_ms else { return };
+        let is_to_come = self.place().is_none() && self.now_ms < asked_ms + TOLD_MS;
+        if self.idle() && !is_to_come {
+            self.ready_asked_ms = None;
+            self.ask_tool_ready();
+        }
+    }
+
     /// The tool is in: on, where its height over the board is known; where a tool setter tells it, to that first.
-    pub(super) fn ask_tool_ready(&mut self) {
+    fn ask_tool_ready(&mut self) {
         let Some(place) = self.place() else { return self.found(Diagnostic::error("grbl.no_report")) };
         let known = self.height == BoardHeight::OfThisBit;
         match self.run.as_ref().and_then(Run::setter) {

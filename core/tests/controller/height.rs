@@ -215,6 +215,41 @@ fn a_touch_that_failed_in_a_change_leaves_the_tool_unknown() {
 }
 
 #[test]
+fn whoever_goes_on_right_after_zero_was_set_waits_for_it_and_no_longer() {
+    let zero = |bench: &Bench| {
+        let height_mm = bench.engine().place().unwrap()[2];
+        EngineAsk::SetZero { axes: [false, false, true], height_mm }
+    };
+    let mut bench = ready();
+    bench.second_change();
+    let ask = zero(&bench);
+    bench.event(EngineEvent::Ask(ask.clone()));
+    assert_eq!(bench.tool_ready(), Vec::<String>::new(), "it is not refused");
+    assert_eq!(bench.engine().phase, EnginePhase::ToolChange, "and waits");
+    bench.phases(EnginePhase::Running);
+    assert_eq!(bench.engine().height(), BoardHeight::OfThisBit);
+    // A zero that is not taken is none.
+    let mut bench = ready();
+    bench.second_change();
+    bench.instead = Some((b"G21G10L2P1Z-30\n", b"G21G10L2P1Z-36\n"));
+    bench.event(EngineEvent::Ask(ask.clone()));
+    bench.asked(EngineAsk::ToolReady);
+    bench.until(3_000, |_| false);
+    let told = format!("{:?}", bench.words());
+    assert_eq!(found(&bench), ["grbl.zero_not_taken", "grbl.height_first"], "{told}");
+    assert_eq!(bench.engine().phase, EnginePhase::ToolChange);
+    // STOP is STOP.
+    bench.instead = None;
+    bench.event(EngineEvent::Ask(ask));
+    bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
+    bench.asked(EngineAsk::Stop);
+    assert!(bench.until(20_000, |bench| bench.ended().is_some()), "{:?}", bench.words());
+    let cuts = bench.board.cuts.len();
+    bench.until(10_000, |_| false);
+    assert_eq!((bench.ended(), bench.board.cuts.len()), (Some(Ending::Stopped), cuts));
+}
+
+#[test]
 fn a_line_that_moved_the_zero_of_the_plane_ends_the_job() {
     let mut bench = ready();
     bench.second_change();
