@@ -129,6 +129,8 @@ pub struct LayerLook {
     pub colour: Option<Colour>,
     /// Nothing of it is caught or changed.
     pub locked: bool,
+    /// It looks as on the board that is made: a mask is the film that it is, not its openings, and copper is copper on either side.
+    pub made: bool,
 }
 
 /// Groups of layers shown with one press.
@@ -144,18 +146,38 @@ pub enum Preset {
     Copper,
     /// Holes alone.
     Holes,
+    /// The board as it is made: copper under its mask, with the legend on it.
+    Made,
 }
+
+/// How much of what is under a mask it hides.
+const MASK_SHARE: f64 = 0.82;
 
 impl LayerLook {
     /// A layer as it is seen first.
     pub fn new(name: String, kind: LayerKind, side: LayerSide, mesh: Option<usize>) -> Self {
-        Self { name, kind, side, mesh, eye: kind.first_seen(), opacity: 100, colour: None, locked: false }
+        Self { name, kind, side, mesh, eye: kind.first_seen(), opacity: 100, colour: None, locked: false, made: false }
     }
 
     /// The colour it is drawn in.
     pub fn tint(&self, palette: &Palette) -> Colour {
-        let alpha = u16::from(self.opacity.min(100)) * 255 / 100;
-        self.colour.unwrap_or_else(|| self.kind.colour(palette)).alpha(alpha as u8)
+        let share = f64::from(self.opacity.min(100)) / 100.0 * if self.is_film() { MASK_SHARE } else { 1.0 };
+        let own = match self.kind {
+            LayerKind::Mask if self.made => palette.mask,
+            LayerKind::CopperBottom if self.made => palette.copper_top,
+            kind => kind.colour(palette),
+        };
+        self.colour.unwrap_or(own).alpha((share * 255.0) as u8)
+    }
+
+    /// The board is covered but where the layer is.
+    pub fn is_film(&self) -> bool {
+        self.made && self.kind == LayerKind::Mask
+    }
+
+    /// Is seen as `preset` shows it, or not.
+    pub fn choose(&mut self, preset: Preset) {
+        (self.eye, self.made) = (self.in_preset(preset), preset == Preset::Made);
     }
 
     /// Whether `preset` shows it.
@@ -175,6 +197,9 @@ impl LayerLook {
                 )
             }
             Preset::Holes => through,
+            Preset::Made => {
+                !matches!(self.kind, LayerKind::CopperInner | LayerKind::Paste | LayerKind::Other)
+            }
         }
     }
 }
@@ -183,8 +208,8 @@ impl LayerLook {
 pub fn kept(fresh: Vec<LayerLook>, before: &[LayerLook]) -> Vec<LayerLook> {
     let keep = |look: LayerLook| match before.iter().find(|old| old.name == look.name) {
         Some(old) => {
-            let LayerLook { eye, opacity, colour, locked, .. } = *old;
-            LayerLook { eye, opacity, colour, locked, ..look }
+            let LayerLook { eye, opacity, colour, locked, made, .. } = *old;
+            LayerLook { eye, opacity, colour, locked, made, ..look }
         }
         None => look,
     };
@@ -198,6 +223,12 @@ pub fn drawn(looks: &[LayerLook], from_below: bool) -> Vec<&LayerLook> {
         let height = look.kind.height(look.side);
         if from_below { -height } else { height }
     });
+    let sides = [LayerSide::Top, LayerSide::Bottom];
+    let [near, far] = if from_below { [sides[1], sides[0]] } else { sides };
+    // A board is not seen through under its mask.
+    if order.iter().any(|look| look.is_film() && look.side == near) {
+        order.retain(|look| look.side != far);
+    }
     order
 }
 
@@ -244,12 +275,33 @@ mod tests {
             (Preset::Bottom, "bottom holes outline"),
             (Preset::Copper, "top bottom outline"),
             (Preset::Holes, "holes outline"),
+            (Preset::Made, "top bottom legend holes outline"),
         ];
         for (preset, expected) in rows {
             let shown: Vec<_> =
                 looks().iter().filter(|look| look.in_preset(preset)).map(|look| look.name.clone()).collect();
             assert_eq!(shown.join(" "), expected, "{preset:?}");
         }
+    }
+
+    #[test]
+    fn of_a_board_as_it_is_made_the_side_that_is_looked_at_is_seen() {
+        let mut looks = looks();
+        let films = [("film", LayerSide::Top, 3), ("film below", LayerSide::Bottom, 4)];
+        looks.extend(
+            films.map(|(name, side, mesh)| LayerLook::new(name.to_owned(), LayerKind::Mask, side, Some(mesh))),
+        );
+        looks.push(LayerLook::new("paste".to_owned(), LayerKind::Paste, LayerSide::Top, Some(5)));
+        looks.iter_mut().for_each(|look| look.choose(Preset::Made));
+        assert_eq!(names(&drawn(&looks, false)), "top film legend");
+        assert_eq!(names(&drawn(&looks, true)), "bottom film below");
+        let palette = Palette::DARK;
+        assert_eq!(looks[1].tint(&palette), palette.copper_top, "copper is copper");
+        let film = looks.iter().find(|look| look.name == "film").unwrap();
+        assert_eq!(film.tint(&palette), palette.mask.alpha(209));
+        looks.iter_mut().for_each(|look| look.choose(Preset::All));
+        assert_eq!(names(&drawn(&looks, false)), "film below bottom top film paste legend");
+        assert!(looks.iter().all(|look| !look.is_film()));
     }
 
     #[test]

@@ -225,3 +225,64 @@ test("in the review every layer has a picture of its own, and so has the other w
     await context.close();
   }
 });
+
+/** Which share of the picture is copper, and which is green: solder mask. */
+async function shares(page) {
+  const shot = (await page.locator("canvas").first().screenshot()).toString("base64");
+  return page.evaluate(async (shot) => {
+    const bytes = Uint8Array.from(atob(shot), (sign) => sign.charCodeAt(0));
+    const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+    const whole = new OffscreenCanvas(image.width, image.height).getContext("2d");
+    whole.drawImage(image, 0, 0);
+    const { data } = whole.getImageData(0, 0, image.width, image.height);
+    let [copper, mask] = [0, 0];
+    for (let at = 0; at < data.length; at += 4) {
+      const [red, green, blue] = data.subarray(at, at + 3);
+      if (red > green + 50 && red > blue + 80) copper += 1;
+      if (green > red + 40 && green > blue + 20) mask += 1;
+    }
+    return { copper: (400 * copper) / data.length, mask: (400 * mask) / data.length };
+  }, shot);
+}
+
+test("a board as it is made is copper under a mask that is open where it is soldered, from the side that is looked at", async () => {
+  const { page, context } = await fresh();
+  try {
+    const gerber = (name, role, size, body) => {
+      writeFileSync(join(folder, name), `%FSLAX33Y33*%\n%MOMM*%\n%TF.FileFunction,${role}*%\n%ADD10C,${size}*%\nD10*\n${body}\nM02*\n`);
+      return join(folder, name);
+    };
+    const pads = "X10000Y15000D03*\nX30000Y15000D03*";
+    const edge = "G01*\nX0Y0D02*\nX40000Y0D01*\nX40000Y30000D01*\nX0Y30000D01*\nX0Y0D01*";
+    await opened(page, [
+      gerber("m-F_Cu.gbr", "Copper,L1,Top", 4, `${pads}\nG01*\nX10000Y15000D02*\nX30000Y15000D01*`),
+      gerber("m-B_Cu.gbr", "Copper,L2,Bot", 8, "X20000Y8000D03*"),
+      gerber("m-F_Mask.gbr", "Soldermask,Top", 4, pads),
+      gerber("m-B_Mask.gbr", "Soldermask,Bot", 6, "X20000Y8000D03*"),
+      gerber("m-Edge.gbr", "Profile,NP", 0.1, edge),
+    ]);
+    const layers = page.getByRole("region", { name: "Layers" });
+    const seen = async (name) => {
+      await layers.getByRole("button", { name, exact: true }).click();
+      await atRest(page);
+      return shares(page);
+    };
+    const drawn = await seen("Copper");
+    const made = await seen("As made");
+    await page.screenshot({ path: picture("as-made-1440") });
+    assert.ok(drawn.mask < 1 && made.mask > 20, `the board is covered: ${drawn.mask} % and ${made.mask} %`);
+    const told = `${drawn.copper} % drawn, ${made.copper} % bare`;
+    assert.ok(made.copper > 0.2 * drawn.copper, `pads are bare: ${told}`);
+    assert.ok(made.copper < 0.6 * drawn.copper, `a track is covered: ${told}`);
+    const again = await seen("Copper");
+    assert.ok(again.mask < 1, `another group is as it was: ${again.mask} %`);
+    await seen("As made");
+    await layers.getByRole("group", { name: "Seen from" }).getByRole("button", { name: "Bottom" }).click();
+    await atRest(page);
+    const under = await shares(page);
+    await page.screenshot({ path: picture("as-made-below-1440") });
+    assert.ok(under.mask > 20 && under.copper > 0.2 * made.copper, `the other side: ${JSON.stringify(under)}`);
+  } finally {
+    await context.close();
+  }
+});

@@ -46,10 +46,10 @@ pub fn scene(
     let mut layers: Vec<Area> = Vec::with_capacity(sheet.areas.len() + 1);
     for wanted in order {
         let own = sheet.areas.iter().filter(|(layer, _)| wanted(*layer));
-        layers.extend(own.map(|(layer, mesh)| Area { mesh: mesh.clone(), colour: seen(*layer) }));
+        layers.extend(own.map(|(layer, mesh)| Area { mesh: mesh.clone(), colour: seen(*layer), openings: false }));
     }
     if !chosen.mesh.triangles.is_empty() {
-        layers.push(Area { mesh: chosen.mesh.clone(), colour: palette.selected.alpha(110) });
+        layers.push(Area { mesh: chosen.mesh.clone(), colour: palette.selected.alpha(110), openings: false });
     }
     let mut sizes: Vec<Length> = sheet.holes.iter().map(|hole| hole.diameter).collect();
     sizes.sort_unstable();

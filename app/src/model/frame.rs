@@ -463,7 +463,7 @@ fn change_layers(frame: &mut Frame, event: &FrameEvent) {
         FrameEvent::LayerOpacity { index, percent } => look(frame, index, |look| look.opacity = percent),
         FrameEvent::LayerColour { index, colour } => look(frame, index, |look| look.colour = colour),
         FrameEvent::LayerPreset { preset } => {
-            frame.layers.iter_mut().for_each(|look| look.eye = look.in_preset(preset));
+            frame.layers.iter_mut().for_each(|look| look.choose(preset));
         }
         _ => {}
     }

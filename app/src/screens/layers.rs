@@ -26,7 +26,7 @@ pub(crate) fn seen_laid() -> Vec<FilledLayer> {
         let layer = |(row, mesh): (&LayerRow, &Arc<Mesh>)| {
             let kind = LayerKind::of(&row.role, row.side.as_deref());
             let look = looks.iter().find(|look| look.kind == kind).filter(|look| look.eye && kind == up)?;
-            Some(FilledLayer { mesh: mesh.clone(), colour: look.tint(&Palette::DARK) })
+            Some(FilledLayer { mesh: mesh.clone(), colour: look.tint(&Palette::DARK), openings: false })
         };
         rows.filter_map(layer).collect()
     })
@@ -40,7 +40,7 @@ pub(crate) fn seen() -> Vec<FilledLayer> {
         frame().layers.with(|looks| {
             let layer = |look: &LayerLook| {
                 let mesh = document.meshes.get(look.mesh?)?.clone();
-                Some(FilledLayer { mesh, colour: look.tint(&Palette::DARK) })
+                Some(FilledLayer { mesh, colour: look.tint(&Palette::DARK), openings: look.is_film() })
             };
             layers::drawn(looks, from_below).into_iter().filter_map(layer).collect()
         })
@@ -52,12 +52,13 @@ pub(crate) fn kind_seen(kind: LayerKind) -> bool {
     frame().layers.with(|looks| looks.iter().filter(|look| look.kind == kind).all(|look| look.eye))
 }
 
-const PRESETS: [(Preset, &str); 5] = [
+const PRESETS: [(Preset, &str); 6] = [
     (Preset::All, key!("page.layers.all")),
     (Preset::Top, key!("page.side.top")),
     (Preset::Bottom, key!("page.side.bottom")),
     (Preset::Copper, key!("page.kind.copper")),
     (Preset::Holes, key!("page.layers.holes")),
+    (Preset::Made, key!("page.layers.made")),
 ];
 
 /// The block.

@@ -373,6 +373,7 @@ fn changed_copper(palette: &Palette) -> Vec<FilledLayer> {
     let layer = |mesh: &Mesh, colour: Colour| FilledLayer {
         mesh: Arc::new(mesh.clone()),
         colour: colour.alpha(CHANGED_ALPHA),
+        openings: false,
     };
     let marks = compared.iter().flat_map(|compared| &compared.marks);
     marks.flat_map(|side| [layer(&side.gone, palette.failed), layer(&side.added, palette.done)]).collect()

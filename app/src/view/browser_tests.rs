@@ -109,6 +109,43 @@ async fn webgpu_and_webgl2_and_the_plain_canvas_draw_the_same_picture() {
     }
 }
 
+/// A film of that colour over the board but for an opening in its upper right quarter.
+fn with_film(colour: Colour) -> Scene {
+    let corners_mm = vec![[12.0, 15.0], [18.0, 15.0], [18.0, 19.0], [12.0, 19.0], [30.0, 15.0], [30.0, 19.0]];
+    // One opening reaches over the edge of the board, and two lie over each other.
+    let triangles = vec![[0, 1, 2], [0, 2, 3], [0, 1, 2], [1, 4, 5], [1, 5, 2]];
+    let mesh = std::sync::Arc::new(Mesh { corners_mm, triangles, rings: vec![[0, 4]] });
+    let body = vec![[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 0.0], [20.0, 20.0], [0.0, 20.0]];
+    let layers = vec![FilledLayer { mesh, colour, openings: true }];
+    Scene { plate: None, body, layers, discs: Vec::new(), ..scene() }
+}
+
+#[wasm_bindgen_test]
+async fn a_film_covers_the_board_but_where_it_is_open() {
+    let film = Colour::rgb(0x0012_6b43);
+    for wanted in [PainterChoice::WebGpu, PainterChoice::WebGl2, PainterChoice::Flat] {
+        let view = View::new(&host(), wanted, Palette::DARK).await.unwrap();
+        let palette = Palette::DARK;
+        view.set_scene(with_film(film));
+        view.fit();
+        let seen = pixels(&view);
+        let so = |what: &str| format!("{what}, {wanted:?}");
+        close(seen([5.0, 10.0]), film, &so("covered"));
+        close(seen([9.9, 10.1]), film, &so("covered where two triangles of the body meet"));
+        close(seen([14.0, 17.0]), palette.plate, &so("open"));
+        close(seen([17.0, 16.0]), palette.plate, &so("open twice"));
+        close(seen([22.0, 17.0]), palette.background, &so("beside the board"));
+        close(seen([10.0, 2.0]), Colour::rgb(0x00ff_0000), &so("what lies over it"));
+        view.set_scene(with_film(film.alpha(0)));
+        close(pixels(&view)([5.0, 10.0]), palette.plate, &so("a film that is not there"));
+        view.set_scene(Scene { plate: scene().plate, body: Vec::new(), ..with_film(film) });
+        let seen = pixels(&view);
+        close(seen([5.0, 10.0]), film, &so("a board without an outline"));
+        close(seen([0.15, 19.85]), palette.background, &so("its round corner"));
+        close(seen([14.0, 17.0]), palette.plate, &so("open there too"));
+    }
+}
+
 pub(super) async fn tick() {
     let promise = js_sys::Promise::new(&mut |resolve, _| {
         web_sys::window()

@@ -5,7 +5,8 @@
 use super::gpu::Look;
 use super::marks::Emphasis;
 use super::palette::Colour;
-use super::scene::{Disc, HoleState, Line, UNORDERED, Width};
+use super::scene::{Disc, FilledLayer, HoleState, Line, Mesh, UNORDERED, Width};
+use std::cell::OnceCell;
 use std::f64::consts::TAU;
 use wasm_bindgen::JsCast;
 use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
@@ -14,14 +15,15 @@ use web_sys::{CanvasRenderingContext2d, HtmlCanvasElement};
 pub(super) struct Flat {
     canvas: HtmlCanvasElement,
     context: CanvasRenderingContext2d,
+    /// Where a film gets its openings; made when the first one is drawn.
+    sheet: OnceCell<Option<(HtmlCanvasElement, CanvasRenderingContext2d)>>,
 }
 
 impl Flat {
     /// Takes the canvas, or says why it cannot be had.
     pub(super) fn new(canvas: &HtmlCanvasElement) -> Result<Self, String> {
-        let context = canvas.get_context("2d").ok().flatten().and_then(|context| context.dyn_into().ok());
-        let context = context.ok_or("this browser has no 2D canvas")?;
-        Ok(Self { canvas: canvas.clone(), context })
+        let context = context_of(canvas).ok_or("this browser has no 2D canvas")?;
+        Ok(Self { canvas: canvas.clone(), context, sheet: OnceCell::new() })
     }
 
     /// Draws one frame.
@@ -73,15 +75,7 @@ impl Flat {
     }
 
     fn body(&self, look: &Look<'_>) {
-        self.context.begin_path();
-        for triangle in look.scene.body.chunks_exact(3) {
-            for (index, corner) in triangle.iter().enumerate() {
-                let [x, y] = look.camera.to_px(corner.map(f64::from));
-                if index == 0 { self.context.move_to(x, y) } else { self.context.line_to(x, y) }
-            }
-        }
-        self.context.set_fill_style_str(&look.palette.plate.css());
-        self.context.fill();
+        fill(&self.context, look, look.scene.body.iter().copied(), look.palette.plate);
         // closes the hairs between neighbouring triangles
         self.stroke(0.75, look.palette.plate);
         for ring in &look.scene.outline {
@@ -93,18 +87,36 @@ impl Flat {
     /// Each layer as one path, so that a translucent one is as light where its triangles meet.
     fn layers(&self, look: &Look<'_>) {
         for layer in &look.scene.layers {
-            self.context.begin_path();
-            for corners in &layer.mesh.triangles {
-                for (index, corner) in corners.iter().enumerate() {
-                    let at = layer.mesh.corners_mm.get(*corner as usize).copied().unwrap_or_default();
-                    let [x, y] = look.camera.to_px(at.map(f64::from));
-                    if index == 0 { self.context.move_to(x, y) } else { self.context.line_to(x, y) }
-                }
-                self.context.close_path();
+            if layer.openings {
+                self.film(look, layer);
+                continue;
             }
-            self.context.set_fill_style_str(&layer.colour.css());
-            self.context.fill();
+            fill(&self.context, look, mesh_corners(&layer.mesh), layer.colour);
         }
+    }
+
+    /// The body but where the layer is, made on a sheet of its own.
+    fn film(&self, look: &Look<'_>, layer: &FilledLayer) {
+        let made = || {
+            let sheet = self.canvas.owner_document()?.create_element("canvas").ok()?;
+            let sheet: HtmlCanvasElement = sheet.dyn_into().ok()?;
+            let context = context_of(&sheet)?;
+            Some((sheet, context))
+        };
+        let Some((sheet, on_sheet)) = self.sheet.get_or_init(made) else { return };
+        // A canvas that is given a size is empty.
+        sheet.set_width(self.canvas.width());
+        sheet.set_height(self.canvas.height());
+        let _ = on_sheet.set_transform(look.density, 0.0, 0.0, look.density, 0.0, 0.0);
+        let solid = layer.colour.alpha(255);
+        fill(on_sheet, look, look.scene.cover().iter().copied(), solid);
+        let _ = on_sheet.set_global_composite_operation("destination-out");
+        fill(on_sheet, look, mesh_corners(&layer.mesh), solid);
+        self.context.save();
+        let _ = self.context.set_transform(1.0, 0.0, 0.0, 1.0, 0.0, 0.0);
+        self.context.set_global_alpha(f64::from(layer.colour.0[3]) / 255.0);
+        let _ = self.context.draw_image_with_html_canvas_element(sheet, 0.0, 0.0);
+        self.context.restore();
     }
 
     fn path(&self, look: &Look<'_>, points: &[[f32; 2]], width_px: f64, colour: Colour) {
@@ -194,4 +206,37 @@ impl Flat {
         self.context.line_to(b[0], b[1]);
         self.stroke(width, colour);
     }
+}
+
+fn context_of(canvas: &HtmlCanvasElement) -> Option<CanvasRenderingContext2d> {
+    canvas.get_context("2d").ok().flatten().and_then(|context| context.dyn_into().ok())
+}
+
+/// The corners of a mesh, three each triangle.
+fn mesh_corners(mesh: &Mesh) -> impl Iterator<Item = [f32; 2]> + '_ {
+    let corner = |index: &u32| mesh.corners_mm.get(*index as usize).copied().unwrap_or_default();
+    mesh.triangles.iter().flatten().map(corner)
+}
+
+/// Triangles, three corners each, as one path.
+fn fill(
+    context: &CanvasRenderingContext2d,
+    look: &Look<'_>,
+    corners: impl Iterator<Item = [f32; 2]>,
+    colour: Colour,
+) {
+    context.begin_path();
+    for (index, corner) in corners.enumerate() {
+        let [x, y] = look.camera.to_px(corner.map(f64::from));
+        if index % 3 == 0 {
+            context.move_to(x, y);
+        } else {
+            context.line_to(x, y);
+        }
+        if index % 3 == 2 {
+            context.close_path();
+        }
+    }
+    context.set_fill_style_str(&colour.css());
+    context.fill();
 }

@@ -5,13 +5,14 @@
 //! Both back ends blend in linear light: where the canvas is not sRGB itself (WebGPU) it is drawn through an sRGB view.
 //! Where the adapter can, every pixel is sampled four times, so that the edges of triangles are smooth too.
 
-use super::areas::Layers;
+use super::areas::{Cover, Layers};
 use super::buffers::{Instances, fill, vertex_buffer};
 use super::camera::Camera;
 use super::carved::{Carved, Sight};
 use super::marks::{self, Afar, Emphasis, Mark};
 use super::orbit::Orbit;
 use super::palette::Palette;
+use super::pipelines::{Drawing, OVER, Paint, pipeline};
 use super::relief::{Cutting, Patch, ReliefField};
 use super::scene::{Line, OrderProgress, Scene};
 use std::ops::Range;
@@ -23,7 +24,6 @@ const MARK_SIZE: u64 = size_of::<Mark>() as u64;
 /// From this zoom on the layers have edges; `edge_corner` of the shader fades them in.
 const EDGED_FROM_PX_PER_MM: f64 = 8.0;
 const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
-const TINT_SIZE: u64 = size_of::<super::palette::Colour>() as u64;
 
 /// Everything a frame is drawn with, but the marks. The shader has the same struct.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -80,14 +80,15 @@ pub(super) struct Gpu {
     view_format: wgpu::TextureFormat,
     ground: wgpu::RenderPipeline,
     body: wgpu::RenderPipeline,
-    areas: wgpu::RenderPipeline,
-    edges: wgpu::RenderPipeline,
     strokes: wgpu::RenderPipeline,
     samples: u32,
     smooth: Option<wgpu::TextureView>,
     numbers: wgpu::Buffer,
     group: wgpu::BindGroup,
+    /// The board's body, that of a plate too.
     triangles: wgpu::Buffer,
+    cover_count: u32,
+    /// How many corners are drawn as the body: a plate is part of the ground.
     corner_count: u32,
     layers: Layers,
     marks: Instances,
@@ -151,37 +152,28 @@ impl Gpu {
             bind_group_layouts: &[Some(&group_layout)],
             immediate_size: 0,
         });
-        let make = |names: [&str; 2], shape, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
-            pipeline(&device, &layout, &shader, (view_format, samples), names, shape, buffers)
+        let make = |paint: &Paint, drawing: Drawing, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
+            pipeline(&device, (&layout, &shader), (view_format, samples), paint, drawing, buffers)
         };
         let (strip, list) = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::PrimitiveTopology::TriangleList);
-        let ground = make(["ground_corner", "ground_colour"], strip, &[]);
+        let ground = make(&OVER, (["ground_corner", "ground_colour"], strip), &[]);
         let corners = wgpu::VertexBufferLayout {
             array_stride: CORNER_SIZE,
             step_mode: wgpu::VertexStepMode::Vertex,
             attributes: &wgpu::vertex_attr_array![0 => Float32x2],
         };
-        let body = make(["body_corner", "body_colour"], list, &[Some(corners.clone())]);
-        let tints = wgpu::VertexBufferLayout {
-            array_stride: TINT_SIZE,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &wgpu::vertex_attr_array![1 => Unorm8x4],
-        };
-        let areas =
-            make(["layer_corner", "layer_colour"], list, &[Some(corners.clone()), Some(tints.clone())]);
-        let lines = wgpu::PrimitiveTopology::LineList;
-        let edges = make(["edge_corner", "layer_colour"], lines, &[Some(corners), Some(tints)]);
+        let body = make(&OVER, (["body_corner", "body_colour"], list), &[Some(corners)]);
         let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Unorm8x4, 3 => Uint32];
         let instances = wgpu::VertexBufferLayout {
             array_stride: MARK_SIZE,
             step_mode: wgpu::VertexStepMode::Instance,
             attributes: &attributes,
         };
-        let strokes = make(["stroke_corner", "stroke_colour"], strip, &[Some(instances)]);
+        let strokes = make(&OVER, (["stroke_corner", "stroke_colour"], strip), &[Some(instances)]);
         let triangles = vertex_buffer(&device, CORNER_SIZE);
         let (marks, over) = (Instances::new(&device), Instances::new(&device));
         let head = vertex_buffer(&device, MARK_SIZE);
-        let layers = Layers::new(&device);
+        let layers = Layers::new(&device, &make);
         let smooth = smooth(&device, &config, view_format, samples);
         Self {
             surface,
@@ -191,14 +183,13 @@ impl Gpu {
             view_format,
             ground,
             body,
-            areas,
-            edges,
             strokes,
             samples,
             smooth,
             numbers,
             group,
             triangles,
+            cover_count: 0,
             corner_count: 0,
             layers,
             marks,
@@ -249,8 +240,9 @@ impl Gpu {
         let built = marks::build(scene, palette, emphasis);
         (self.first_disc, self.afar) = (built.first_disc, built.afar);
         self.marks.set(&self.device, &self.queue, &built.all);
-        self.corner_count = scene.body.len() as u32;
-        fill(&self.device, &self.queue, &mut self.triangles, bytemuck::cast_slice(&scene.body));
+        let cover = scene.cover();
+        (self.cover_count, self.corner_count) = (cover.len() as u32, scene.body.len() as u32);
+        fill(&self.device, &self.queue, &mut self.triangles, bytemuck::cast_slice(&cover));
         self.layers.set(&self.device, &self.queue, &scene.layers);
     }
 
@@ -338,8 +330,8 @@ impl Gpu {
             pass.draw(0..self.corner_count, 0..1);
         }
         if !self.layers.is_empty() {
-            let edged = (px_per_mm >= EDGED_FROM_PX_PER_MM).then_some(&self.edges);
-            self.layers.draw(&mut pass, &self.areas, edged);
+            let cover = Cover { corners: &self.triangles, count: self.cover_count };
+            self.layers.draw(&mut pass, &cover, px_per_mm >= EDGED_FROM_PX_PER_MM);
         }
         pass.set_pipeline(&self.strokes);
         self.marks.draw_some(&mut pass, self.afar.drawn(self.marks.count(), px_per_mm));
@@ -458,41 +450,4 @@ fn surface_config(
         config.view_formats.push(view_format);
     }
     Ok((config, view_format))
-}
-
-fn pipeline(
-    device: &wgpu::Device,
-    layout: &wgpu::PipelineLayout,
-    shader: &wgpu::ShaderModule,
-    (format, samples): (wgpu::TextureFormat, u32),
-    [vertex, fragment]: [&str; 2],
-    topology: wgpu::PrimitiveTopology,
-    buffers: &[Option<wgpu::VertexBufferLayout<'_>>],
-) -> wgpu::RenderPipeline {
-    let target = wgpu::ColorTargetState {
-        format,
-        blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-        write_mask: wgpu::ColorWrites::ALL,
-    };
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label: Some(fragment),
-        layout: Some(layout),
-        vertex: wgpu::VertexState {
-            module: shader,
-            entry_point: Some(vertex),
-            compilation_options: Default::default(),
-            buffers,
-        },
-        primitive: wgpu::PrimitiveState { topology, ..Default::default() },
-        depth_stencil: None,
-        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
-        fragment: Some(wgpu::FragmentState {
-            module: shader,
-            entry_point: Some(fragment),
-            compilation_options: Default::default(),
-            targets: &[Some(target)],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }

@@ -45,6 +45,8 @@ mod held;
 #[cfg(target_arch = "wasm32")]
 mod life;
 #[cfg(target_arch = "wasm32")]
+mod pipelines;
+#[cfg(target_arch = "wasm32")]
 mod solid;
 #[cfg(target_arch = "wasm32")]
 mod space;

@@ -77,6 +77,8 @@ pub struct Palette {
     pub copper_bottom: Colour,
     /// Legend.
     pub silk: Colour,
+    /// Solder mask.
+    pub mask: Colour,
     /// Copper that cannot be isolated.
     pub joined: Colour,
     /// What the proof has found.
@@ -114,6 +116,7 @@ impl Palette {
         copper_top: Colour::rgb(0x00d9_6a3a),
         copper_bottom: Colour::rgb(0x004a_7fd0),
         silk: Colour::rgb(0x00e6_e9e6),
+        mask: Colour::rgb(0x0012_6b43),
         joined: Colour::rgb(0x00ff_5a52),
         finding: Colour::rgb(0x00ff_5cd6),
         bore: Colour::rgb(0x000b_0e10),
@@ -138,6 +141,7 @@ impl Palette {
         copper_top: Colour::rgb(0x00e0_7444),
         copper_bottom: Colour::rgb(0x005a_90e0),
         silk: Colour::rgb(0x00f2_f4f2),
+        mask: Colour::rgb(0x0018_7a4d),
         joined: Colour::rgb(0x00ff_6b63),
         finding: Colour::rgb(0x00ff_6bdb),
         bore: Colour::rgb(0x000e_1513),

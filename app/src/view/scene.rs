@@ -4,6 +4,8 @@
 
 use super::palette::Colour;
 use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+use std::f32::consts::FRAC_PI_2;
 use std::sync::Arc;
 
 /// A thing that takes no part in the order of a plan.
@@ -39,6 +41,8 @@ pub struct FilledLayer {
     pub mesh: Arc<Mesh>,
     /// Its colour; the alpha is its opacity.
     pub colour: Colour,
+    /// The triangles are openings: the rest of the body is filled.
+    pub openings: bool,
 }
 
 /// Triangles with shared corners.
@@ -143,6 +147,14 @@ pub struct OrderProgress {
 }
 
 impl Scene {
+    /// The body as triangles, three corners each: that of a plate too.
+    pub fn cover(&self) -> Cow<'_, [[f32; 2]]> {
+        match self.plate {
+            Some(plate) if self.body.is_empty() => Cow::Owned(plate.triangles()),
+            _ => Cow::Borrowed(&self.body),
+        }
+    }
+
     /// Lower left and upper right corner of everything; none for an empty scene.
     pub fn bounds_mm(&self) -> Option<[[f32; 2]; 2]> {
         let plate = self.plate.iter().map(|plate| [plate.min_mm, plate.max_mm]);
@@ -157,6 +169,29 @@ impl Scene {
             let low = [a[0][0].min(b[0][0]), a[0][1].min(b[0][1])];
             [low, [a[1][0].max(b[1][0]), a[1][1].max(b[1][1])]]
         })
+    }
+}
+
+impl Plate {
+    /// A fan round its middle, three corners each triangle.
+    fn triangles(&self) -> Vec<[f32; 2]> {
+        const STEPS: u8 = 8;
+        let half: [f32; 2] = std::array::from_fn(|axis| 0.5 * (self.max_mm[axis] - self.min_mm[axis]));
+        let middle: [f32; 2] = std::array::from_fn(|axis| self.min_mm[axis] + half[axis]);
+        let round = self.corner_mm.min(half[0]).min(half[1]).max(0.0);
+        let signs = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0_f32]];
+        let corner = |(quarter, sign): (u8, [f32; 2])| {
+            (0..=STEPS).map(move |step| {
+                let angle = (f32::from(quarter) + f32::from(step) / f32::from(STEPS)) * FRAC_PI_2;
+                let turned = [libm::cosf(angle), libm::sinf(angle)];
+                std::array::from_fn(|axis| {
+                    middle[axis] + sign[axis] * (half[axis] - round) + turned[axis] * round
+                })
+            })
+        };
+        let rim: Vec<[f32; 2]> = (0..).zip(signs).flat_map(corner).collect();
+        let next = rim.iter().skip(1).chain(rim.first());
+        rim.iter().zip(next).flat_map(|(a, b)| [middle, *a, *b]).collect()
     }
 }
 
@@ -212,6 +247,23 @@ mod tests {
         scene.plate = Some(Plate { min_mm: [0.0, 0.0], max_mm: [11.0, 20.0], corner_mm: 1.0 });
         assert_eq!(scene.bounds_mm(), Some([[0.0, 0.0], [12.0, 20.0]]));
         assert_eq!(Scene::default().bounds_mm(), None);
+    }
+
+    #[test]
+    fn a_plate_is_covered_to_its_round_corners() {
+        let plate = Plate { min_mm: [-2.0, 1.0], max_mm: [10.0, 9.0], corner_mm: 1.5 };
+        let scene = Scene { plate: Some(plate), ..Scene::default() };
+        let (cover, mut area) = (scene.cover(), 0.0);
+        for triangle in cover.chunks_exact(3) {
+            let [a, b, c] = [triangle[0], triangle[1], triangle[2]];
+            let twice = (b[0] - a[0]) * (c[1] - a[1]) - (c[0] - a[0]) * (b[1] - a[1]);
+            assert!(twice >= 0.0, "{triangle:?}");
+            area += 0.5 * twice;
+        }
+        let exact = 12.0 * 8.0 - (4.0 - std::f32::consts::PI) * 1.5 * 1.5;
+        assert!((area - exact).abs() < 0.1, "{area} of {exact}");
+        let body = vec![[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]];
+        assert_eq!(*Scene { body: body.clone(), ..scene }.cover(), *body, "the outline says better");
     }
 
     #[test]
