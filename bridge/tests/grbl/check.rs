@@ -33,7 +33,7 @@ fn a_job_is_read_without_a_step_and_runs_afterwards() {
 fn a_line_that_the_firmware_refuses_is_told_with_its_line() {
     let Some(instrument) = instrument() else { return };
     // GRBL is compiled without mist.
-    let text = jobs::board().text.replacen("M3 S9000\n", "M3 S9000\nM7\n", 1);
+    let text = jobs::board().text.replacen("M3 S9000\n", "M3 S9000\nM7\nM9\n", 1);
     let mut board = Board::new(instrument, &settings(false), HERE, &[]);
     let desk = Desk::new(&text);
     let (exit, object) = desk.run(&board, "check job.nc");

@@ -248,7 +248,7 @@ impl Controller {
         };
         match step {
             SetterStep::Up | SetterStep::Lift => {
-                self.setter_moves(&format!("G90G53G0Z{}", number(top_mm)), step)
+                self.setter_moves(&format!("G90G53G0Z{}", number(top_mm)), step);
             }
             SetterStep::Over => {
                 self.setter_moves(&format!("G90G53G0X{}Y{}", number(x), number(y)), step);

@@ -297,7 +297,7 @@ mod tests {
     fn homing_ends_at_an_index_pulse_only_where_it_can() {
         let on = |axis: &str| word(&format!("{axis}.index"), "yes");
         let x = |changes: &[(String, Value)]| [&[on("x")][..], changes].concat();
-        let rows: [(Vec<(String, Value)>, Option<(&str, &str)>); 7] = [
+        let rows: [(Vec<_>, Option<(&str, &str)>); 7] = [
             (vec![on("x"), on("y"), on("z")], None),
             (x(&[number("x.index_within", 4.1)]), Some(("machine.index_offset", "x.home_offset"))),
             (x(&[number("x.index_within", 8.0), number("x.home_offset", 2.0)]), None),
