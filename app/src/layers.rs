@@ -156,7 +156,17 @@ const MASK_SHARE: f64 = 0.82;
 impl LayerLook {
     /// A layer as it is seen first.
     pub fn new(name: String, kind: LayerKind, side: LayerSide, mesh: Option<usize>) -> Self {
-        Self { name, kind, side, mesh, eye: kind.first_seen(), opacity: 100, colour: None, locked: false, made: false }
+        Self {
+            name,
+            kind,
+            side,
+            mesh,
+            eye: kind.first_seen(),
+            opacity: 100,
+            colour: None,
+            locked: false,
+            made: false,
+        }
     }
 
     /// The colour it is drawn in.
@@ -288,9 +298,10 @@ mod tests {
     fn of_a_board_as_it_is_made_the_side_that_is_looked_at_is_seen() {
         let mut looks = looks();
         let films = [("film", LayerSide::Top, 3), ("film below", LayerSide::Bottom, 4)];
-        looks.extend(
-            films.map(|(name, side, mesh)| LayerLook::new(name.to_owned(), LayerKind::Mask, side, Some(mesh))),
-        );
+        looks
+            .extend(films.map(|(name, side, mesh)| {
+                LayerLook::new(name.to_owned(), LayerKind::Mask, side, Some(mesh))
+            }));
         looks.push(LayerLook::new("paste".to_owned(), LayerKind::Paste, LayerSide::Top, Some(5)));
         looks.iter_mut().for_each(|look| look.choose(Preset::Made));
         assert_eq!(names(&drawn(&looks, false)), "top film legend");

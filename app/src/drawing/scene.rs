@@ -46,7 +46,11 @@ pub fn scene(
     let mut layers: Vec<Area> = Vec::with_capacity(sheet.areas.len() + 1);
     for wanted in order {
         let own = sheet.areas.iter().filter(|(layer, _)| wanted(*layer));
-        layers.extend(own.map(|(layer, mesh)| Area { mesh: mesh.clone(), colour: seen(*layer), openings: false }));
+        layers.extend(own.map(|(layer, mesh)| Area {
+            mesh: mesh.clone(),
+            colour: seen(*layer),
+            openings: false,
+        }));
     }
     if !chosen.mesh.triangles.is_empty() {
         layers.push(Area { mesh: chosen.mesh.clone(), colour: palette.selected.alpha(110), openings: false });

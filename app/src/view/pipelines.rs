@@ -9,10 +9,8 @@ pub(super) struct Paint {
 }
 
 /// Over what is there.
-pub(super) const OVER: Paint = Paint {
-    blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING),
-    writes: wgpu::ColorWrites::ALL,
-};
+pub(super) const OVER: Paint =
+    Paint { blend: Some(wgpu::BlendState::PREMULTIPLIED_ALPHA_BLENDING), writes: wgpu::ColorWrites::ALL };
 
 /// The names of its two shaders, and of what its corners are.
 pub(super) type Drawing = ([&'static str; 2], wgpu::PrimitiveTopology);

@@ -93,7 +93,10 @@ fn a_cable_that_slips_out_ends_a_move_by_hand() {
         let rests_mm = -(board.rests()[0] as f64) / STEPS;
         board.end();
         let brake_mm = MM_PER_S * MM_PER_S / (2.0 * acceleration);
-        println!("{acceleration} mm/s²: at {} mm by its last report, rests at {rests_mm} mm", gone_mm(&desk, from_mm));
+        println!(
+            "{acceleration} mm/s²: at {} mm by its last report, rests at {rests_mm} mm",
+            gone_mm(&desk, from_mm)
+        );
         assert!(rests_mm <= sent_mm + 0.01 && rests_mm < WAY_MM - 1.0, "{rests_mm} of {sent_mm} mm");
         let went_on_mm = rests_mm - gone_mm(&desk, from_mm);
         assert!(went_on_mm <= MOST_S * MM_PER_S + brake_mm, "{acceleration} mm/s²: {went_on_mm} mm");

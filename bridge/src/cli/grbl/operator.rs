@@ -5,8 +5,8 @@
 use super::program::Programs;
 use super::{GREETING, How, TouchArgs, WhichMap, controller_object, time_s};
 use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
-use crate::controller::ledger::Ledger;
 use crate::controller::Owner;
+use crate::controller::ledger::Ledger;
 use crate::signals::Signals;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settings};
@@ -392,7 +392,9 @@ impl Operator {
         self.owner.ask(EngineAsk::ToolReady);
         self.until(|operator| operator.phase() != Some(EnginePhase::ToolChange) || operator.worst.is_some());
         // It may be measured first; what comes of that, and the way up behind it.
-        self.until(|operator| !matches!(operator.phase(), Some(EnginePhase::Measuring | EnginePhase::Jogging)));
+        self.until(|operator| {
+            !matches!(operator.phase(), Some(EnginePhase::Measuring | EnginePhase::Jogging))
+        });
         self.phase() != Some(EnginePhase::ToolChange) || self.gone || self.interrupted
     }
 
