@@ -86,7 +86,7 @@ fn setter(line: Link, now: Memo<ToolLengths>) -> impl IntoView {
         ),
         rect().attr("x", 10).attr("y", 68).attr("width", 78).attr("height", 12),
         rect().attr("x", 118).attr("y", 54).attr("width", 14).attr("height", 26),
-        rect().attr("x", 106).attr("y", 76).attr("width", 38).attr("height", 4),
+        rect().attr("x", 106).attr("y", 80).attr("width", 38).attr("height", 4),
     ));
     let stands = move || {
         let trusted = |trust: Trust| trust == Trust::Trusted;
