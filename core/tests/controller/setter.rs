@@ -20,7 +20,7 @@ fn surface(x: f64, y: f64) -> f64 {
 }
 
 fn is_at_pin(x: f64, y: f64) -> bool {
-    (x - PIN[0]).hypot(y - PIN[1]) < 3.0
+    (x - PIN[0]).abs().max((y - PIN[1]).abs()) < 3.0
 }
 
 fn setter() -> ToolSetter {

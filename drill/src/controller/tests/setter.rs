@@ -15,7 +15,8 @@ const SETTER: ToolSetter = ToolSetter {
 };
 
 fn surface(x: f64, y: f64) -> f64 {
-    if (x + 250.0).hypot(y + 20.0) < 3.0 { ZERO[2] + 20.0 } else { ZERO[2] }
+    let (x, y) = (x + 250.0, y + 20.0);
+    if x * x + y * y < 9.0 { ZERO[2] + 20.0 } else { ZERO[2] }
 }
 
 fn on(word: &str) -> Ask {
