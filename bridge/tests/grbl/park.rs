@@ -28,7 +28,7 @@ fn the_head_is_up_before_it_goes_away_and_rests_where_it_is_parked() {
             desk.until("a move by hand", rests);
         }
         let before = board.rests();
-        let edges_before = board.snapshot()["edges"].as_u64().unwrap();
+        let edges_before = board.snapshot()["edges_total"].as_u64().unwrap();
         desk.ask(EngineAsk::Park { from_low_mm });
         desk.until("it is parked", rests);
         let parked = board.steps_at([x, y, -1.0]);
