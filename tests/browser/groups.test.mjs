@@ -6,7 +6,7 @@ import { mkdtempSync, rmSync, writeFileSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, test } from "node:test";
-import { atRest, data, downloaded, findings, picture, planned, root, stand, until } from "./harness.mjs";
+import { atRest, data, downloaded, failed, findings, picture, planned, root, stand, until } from "./harness.mjs";
 
 const { fresh } = stand("none");
 const folder = mkdtempSync(join(tmpdir(), "annulus-groups-"));
@@ -256,10 +256,11 @@ test("a board as it is made is copper under a mask that is open where it is sold
     const edge = "G01*\nX0Y0D02*\nX40000Y0D01*\nX40000Y30000D01*\nX0Y30000D01*\nX0Y0D01*";
     await opened(page, [
       gerber("m-F_Cu.gbr", "Copper,L1,Top", 4, `${pads}\nG01*\nX10000Y15000D02*\nX30000Y15000D01*`),
-      gerber("m-B_Cu.gbr", "Copper,L2,Bot", 8, "X20000Y8000D03*"),
+      gerber("m-B_Cu.gbr", "Copper,L2,Bot", 8, "X20000Y15000D03*"),
       gerber("m-F_Mask.gbr", "Soldermask,Top", 4, pads),
-      gerber("m-B_Mask.gbr", "Soldermask,Bot", 6, "X20000Y8000D03*"),
+      gerber("m-B_Mask.gbr", "Soldermask,Bot", 6, "X20000Y15000D03*"),
       gerber("m-Edge.gbr", "Profile,NP", 0.1, edge),
+      drill("m.drl", [[10, 15], [30, 15]]),
     ]);
     const layers = page.getByRole("region", { name: "Layers" });
     const seen = async (name) => {
@@ -282,6 +283,8 @@ test("a board as it is made is copper under a mask that is open where it is sold
     const under = await shares(page);
     await page.screenshot({ path: picture("as-made-below-1440") });
     assert.ok(under.mask > 20 && under.copper > 0.2 * made.copper, `the other side: ${JSON.stringify(under)}`);
+  } catch (error) {
+    throw await failed(page, "as-made-failed-1440", error);
   } finally {
     await context.close();
   }
