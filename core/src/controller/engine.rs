@@ -627,7 +627,8 @@ impl Controller {
             || self.run.as_ref().is_some_and(Run::looks);
         let wait = match self.asked_ms {
             Some(_) => ASK_AGAIN_MS,
-            None if soon && self.late_reports < LATE_REPORTS => ASK_SOON_MS,
+            // A move by hand goes by its reports.
+            None if soon && (self.jog.is_some() || self.late_reports < LATE_REPORTS) => ASK_SOON_MS,
             None => ASK_USUALLY_MS,
         };
         // So near to a look it is held back: the look's own question could not be asked at once after it.
