@@ -69,7 +69,7 @@ fn tabs() -> impl IntoView {
         button()
             .attr("type", "button")
             .class("tab")
-            .attr("data-count", move || to_fix.get().map(|count| count.to_string()))
+            .attr("data-count", move || to_fix.get().map(|count| of_two_digits(count)))
             .attr("aria-label", spoken)
             .attr("title", spoken)
             .attr("aria-current", move || chosen().then_some("page"))
@@ -80,6 +80,11 @@ fn tabs() -> impl IntoView {
             ))
     });
     nav().class("tabs").attr("aria-label", t!("page.tab.title")).child(buttons.collect::<Vec<_>>())
+}
+
+/// As much of a number as there is room for over a tab.
+fn of_two_digits(count: usize) -> String {
+    if count > 99 { "99+".to_owned() } else { count.to_string() }
 }
 
 fn units() -> impl IntoView {

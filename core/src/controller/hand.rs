@@ -166,15 +166,20 @@ impl Controller {
         self.write(signs::JOG_CANCEL);
     }
 
+    /// Zero is where the head is, and the controller itself counts where that is: a report that was damaged on the way is no zero, the one
+    /// that is read again is another.
     fn set_zero(&mut self, axes: [bool; 3], height_mm: f64) {
         let Some(machine) = self.status.as_ref().and_then(|status| status.machine_mm) else {
             return self.found(Diagnostic::error("grbl.no_report"));
         };
         let heights = [0.0, 0.0, height_mm];
+        let words = AXES.into_iter().zip(heights).zip(axes).filter(|(_, wanted)| *wanted);
+        let words = words.map(|((letter, height_mm), _)| format!("{letter}{}", number(height_mm)));
+        self.send(&format!("G21G10L20P1{}", words.collect::<String>()), Meaning::Written);
         let place_mm = core::array::from_fn(|axis| axes[axis].then_some(machine[axis] - heights[axis]));
         // Without switches a person's word is all there is to know a place by: once the controller has it.
         let trusts = axes[0] && axes[1] && !self.homes() && self.phase == EnginePhase::Ready;
-        self.write_zero(place_mm, ZeroWanted { trusts, ..ZeroWanted::default() });
+        self.read_zero(place_mm, ZeroWanted { trusts, ..ZeroWanted::default() });
     }
 
     /// This place in machine coordinates is to be the zero of its axes. It is said as a place: where the head is by now does not

@@ -231,7 +231,7 @@ fn whoever_goes_on_right_after_zero_was_set_waits_for_it_and_no_longer() {
     // A zero that is not taken is none.
     let mut bench = ready();
     bench.second_change();
-    bench.instead = Some((b"G21G10L2P1Z-30\n", b"G21G10L2P1Z-36\n"));
+    bench.instead = Some((b"G21G10L20P1Z8\n", b"G21G10L20P1Z2\n"));
     bench.event(EngineEvent::Ask(ask.clone()));
     bench.asked(EngineAsk::ToolReady);
     bench.until(3_000, |_| false);
@@ -255,7 +255,7 @@ fn a_line_that_moved_the_zero_of_the_plane_ends_the_job() {
     bench.second_change();
     let place = bench.engine().place().unwrap();
     assert!((place[2] - 8.0).abs() < 0.001, "{place:?}");
-    bench.instead = Some((b"G21G10L2P1Z-30\n", b"G21G10L2P1X-30\n"));
+    bench.instead = Some((b"G21G10L20P1Z8\n", b"G21G10L20P1X8\n"));
     bench.asked(EngineAsk::SetZero { axes: [false, false, true], height_mm: 8.0 });
     assert!(bench.until(20_000, |bench| bench.ended().is_some()), "{:?}", bench.words());
     assert_eq!((bench.ended(), found(&bench)), (Some(Ending::Alarm), vec!["grbl.zero_not_taken".to_owned()]));
@@ -271,7 +271,7 @@ fn without_switches_a_place_is_known_once_the_board_has_its_zero() {
     bench.asked(EngineAsk::Unlock);
     bench.phases(EnginePhase::Ready);
     let plane = EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 };
-    bench.instead = Some((b"G21G10L2P1X0Y0\n", b"G21G10L2P1X0Y\n"));
+    bench.instead = Some((b"G21G10L20P1X0Y0\n", b"G21G10L20P1X0Y\n"));
     bench.asked(plane.clone());
     assert_eq!(bench.engine().trust, Trust::Lost, "asked for is not taken");
     bench.until(2_000, |_| false);
@@ -281,18 +281,27 @@ fn without_switches_a_place_is_known_once_the_board_has_its_zero() {
     assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)));
     bench.until(1_000, |bench| bench.engine().place().is_some());
     assert_eq!(bench.engine().trust, Trust::Trusted);
+    bench.touch_off();
+    assert_eq!(bench.engine().height(), BoardHeight::OfThisBit);
+    // Asked for where it is already, and one letter changed: X stays, but zero of Z is elsewhere now.
     bench.asked(EngineAsk::Jog { axis: 2, um: 5_000, mm_per_min: 2_000.0 });
     bench.phases(EnginePhase::Ready);
-    bench.asked(EngineAsk::SetZero { axes: [false, false, true], height_mm: 0.0 });
-    assert!(bench.until(2_000, |bench| bench.engine().height() == BoardHeight::OfThisBit));
-    // Asked for where it is already, and one letter changed: X stays, but zero of Z is elsewhere now.
-    bench.instead = Some((b"G21G10L2P1X0Y0\n", b"G21G10L2P1Z0Y0\n"));
+    bench.instead = Some((b"G21G10L20P1X0Y0\n", b"G21G10L20P1Z0Y0\n"));
     bench.asked(plane);
     bench.until(2_000, |_| false);
     assert_eq!(
         (found(&bench), bench.engine().height()),
         (vec!["grbl.zero_not_taken".to_owned()], BoardHeight::Unknown)
     );
+}
+
+#[test]
+fn a_report_that_was_damaged_on_the_way_makes_no_zero() {
+    let mut bench = ready();
+    bench.event(EngineEvent::Bytes(b"<Idle|MPos:-1.000,-2.000,-3.000|FS:0,0>\r\n".to_vec()));
+    bench.asked(EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 });
+    bench.until(2_000, |_| false);
+    assert_eq!(found(&bench), ["grbl.zero_not_taken"]);
 }
 
 #[test]
