@@ -69,7 +69,7 @@ fn tabs() -> impl IntoView {
         button()
             .attr("type", "button")
             .class("tab")
-            .attr("data-count", move || to_fix.get().map(|count| of_two_digits(count)))
+            .attr("data-count", move || to_fix.get().map(of_two_digits))
             .attr("aria-label", spoken)
             .attr("title", spoken)
             .attr("aria-current", move || chosen().then_some("page"))
