@@ -77,6 +77,8 @@ async function rests(board) {
 
 /** Holds a button of the jog pad, and waits until the axis has gone some way. */
 async function hold(page, board, axis, up, mm) {
+  // What was before, a page that hung among it, is over for the page too.
+  await shown(page, "At rest, position known.");
   const from = (await board.steps())["XYZ".indexOf(axis)];
   const button = page.getByRole("button", { name: WAYS[axis][up ? 1 : 0], exact: true });
   await button.scrollIntoViewIfNeeded();

@@ -648,6 +648,9 @@ impl Controller {
 
     fn silent(&mut self) {
         self.found(Diagnostic::error("grbl.no_answer"));
+        // It may hear what it does not answer: what moves is held.
+        self.write(signs::JOG_CANCEL);
+        self.write(signs::HOLD);
         self.out.push(EngineAction::Close);
         self.closed();
     }

@@ -47,6 +47,14 @@ impl Controller {
             EngineAsk::Unlock if self.phase == EnginePhase::Locked => self.unlock(),
             EngineAsk::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
             EngineAsk::Park { from_low_mm } if self.is_free() => self.begin_park(from_low_mm),
+            EngineAsk::SetZero { .. }
+            | EngineAsk::ZeroAt { .. }
+            | EngineAsk::Probe { .. }
+            | EngineAsk::Edge { .. }
+                if self.is_to_be_homed() && (self.at_rest() || self.is_free()) =>
+            {
+                self.found(Diagnostic::error("grbl.not_homed"));
+            }
             EngineAsk::SetZero { axes, height_mm } if self.at_rest() && self.may_set_zero(axes) => {
                 self.set_zero(axes, height_mm);
             }
@@ -95,6 +103,11 @@ impl Controller {
     /// At rest, and no job in work.
     fn is_free(&self) -> bool {
         self.phase == EnginePhase::Ready && self.idle()
+    }
+
+    /// It could know where it is and does not: a zero would be another one after homing.
+    fn is_to_be_homed(&self) -> bool {
+        self.homes() && self.trust != Trust::Trusted
     }
 
     /// Moves by hand may begin.
@@ -312,6 +325,7 @@ impl Controller {
             return found;
         };
         found.extend(self.check_zero(start));
+        found.extend(self.overrides_that_stand());
         found.extend(self.check_setter(start));
         let homed = self.homes() && self.trust == Trust::Trusted;
         let positive = self.is_positive();

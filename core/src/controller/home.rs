@@ -11,6 +11,7 @@
 use super::asks::{EnginePhase, signs};
 use super::engine::{Controller, Meaning};
 use super::heard::{HeardLine, ReportedState};
+use super::height::BoardHeight;
 use super::settings;
 use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
@@ -36,6 +37,10 @@ impl Controller {
     pub(super) fn home(&mut self) {
         if !settings::on(&self.info.values, 22) {
             return self.found(Diagnostic::error("grbl.cannot_home"));
+        }
+        // From where nobody knew, its places count from elsewhere then, and the board is as much higher or lower.
+        if self.trust != Trust::Trusted {
+            self.height = BoardHeight::Unknown;
         }
         self.trust = Trust::Lost;
         if self.needs_reset {

@@ -102,6 +102,13 @@ impl Controller {
         self.overrides.0[row] = Some(Wish { percent, reckoned: from, left, sent_ms, tries: 0 });
     }
 
+    /// What is not as programmed before a job begins: no program takes it back.
+    pub(super) fn overrides_that_stand(&self) -> Option<Diagnostic> {
+        let [feed, rapid, spindle] = self.status.as_ref()?.overrides.filter(|all| *all != [100; 3])?;
+        let why = Diagnostic::warning("grbl.overrides_stand").with("feed", feed);
+        Some(why.with("rapid", rapid).with("spindle", spindle))
+    }
+
     /// Sends the characters that are due.
     pub(super) fn send_overrides(&mut self) {
         if matches!(self.phase, EnginePhase::Closed | EnginePhase::Greeting) || self.reset_at.is_some() {

@@ -263,6 +263,47 @@ fn a_line_that_moved_the_zero_of_the_plane_ends_the_job() {
 }
 
 #[test]
+fn where_a_machine_could_know_its_place_and_does_not_no_zero_is_set() {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.plug();
+    bench.phases(EnginePhase::Locked);
+    bench.asked(EngineAsk::Unlock);
+    bench.phases(EnginePhase::Ready);
+    let plane = EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 };
+    let place = EngineAsk::ZeroAt { place_mm: [Some(1.0), None, None] };
+    let edge = EngineAsk::Edge { axis: 0, reach_mm: 5.0, mm_per_min: 100.0, radius_mm: 0.5, back_mm: 2.0 };
+    for ask in [plane.clone(), place, TOUCH, edge] {
+        bench.asked(ask.clone());
+        assert_eq!(found(&bench), ["grbl.not_homed"], "{ask:?}");
+        bench.until(1_000, |_| false);
+        assert_eq!((bench.engine().phase, bench.board.cuts.len()), (EnginePhase::Ready, 0), "{ask:?}");
+    }
+    bench.asked(EngineAsk::Home);
+    bench.phases(EnginePhase::Ready);
+    bench.asked(plane);
+    assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)), "{:?}", bench.words());
+}
+
+#[test]
+fn what_moves_is_held_where_a_board_does_not_answer_any_more() {
+    let mut bench = ready();
+    bench.start_as(job(0));
+    bench.phases(EnginePhase::ToolChange);
+    assert_eq!(bench.tool_ready(), Vec::<String>::new());
+    bench.phases(EnginePhase::Running);
+    bench.told.clear();
+    // Its answers are lost, not what is said to it.
+    for _ in 0..8_000 {
+        bench.now_ms += 1;
+        bench.event(EngineEvent::Tick);
+    }
+    let close = bench.told.iter().position(|action| *action == EngineAction::Close);
+    let held = bench.told.iter().position(|action| *action == EngineAction::Write(b"!".to_vec()));
+    assert!(held.is_some() && held < close, "{:?}", bench.words());
+    assert_eq!(bench.engine().phase, EnginePhase::Closed);
+}
+
+#[test]
 fn without_switches_a_place_is_known_once_the_board_has_its_zero() {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.settings.retain(|(number, _)| *number != 22);

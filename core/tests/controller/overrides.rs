@@ -92,3 +92,29 @@ fn what_no_controller_can_is_refused_and_a_reset_ends_what_was_on_its_way() {
     bench.wish(OverrideOf::Spindle, 50);
     assert_eq!(found(&bench), ["grbl.not_now"]);
 }
+
+#[test]
+fn what_stands_of_the_job_before_is_told_before_the_next_one() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    let told = |bench: &Bench| {
+        let found = bench.engine().check(&job(0));
+        found
+            .into_iter()
+            .filter(|why| why.code == "grbl.overrides_stand")
+            .map(|why| why.message("en"))
+            .collect()
+    };
+    let stand: Vec<String> = told(&bench);
+    assert_eq!(stand, Vec::<String>::new());
+    bench.wish(OverrideOf::Feed, 150);
+    bench.wish(OverrideOf::Spindle, 60);
+    bench.until(10_000, |_| false);
+    let stand: Vec<String> = told(&bench);
+    assert_eq!(stand, ["Overrides of before stand: feed 150 %, rapids 100 %, spindle 60 %."]);
+    bench.wish(OverrideOf::Feed, 100);
+    bench.wish(OverrideOf::Spindle, 100);
+    bench.until(10_000, |_| false);
+    let stand: Vec<String> = told(&bench);
+    assert_eq!(stand, Vec::<String>::new());
+}

@@ -58,7 +58,10 @@ impl<F: Files> Station<F> {
             Ask::Start { job, from_leg, .. } => self.start(&job, from_leg),
             Ask::Pause => self.engine_asked(grbl::EngineAsk::Hold),
             Ask::Resume => self.engine_asked(grbl::EngineAsk::Resume),
-            Ask::StopAfterHole => self.engine_asked(grbl::EngineAsk::StopAfter),
+            Ask::StopAfterHole => {
+                self.hand.stops_after = self.work.is_some();
+                self.engine_asked(grbl::EngineAsk::StopAfter)
+            }
             Ask::FeedOverride { percent } => self.override_to(OverrideOf::Feed, percent),
             Ask::SpindleOverride { percent } => self.override_to(OverrideOf::Spindle, percent),
             Ask::RapidOverride { percent } => self.override_to(OverrideOf::Rapid, percent),

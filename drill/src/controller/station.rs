@@ -53,6 +53,8 @@ pub(super) struct Hand {
     pub(super) zero_meant: bool,
     /// A job is done, after which the head is parked: as soon as the controller rests, unless anything is asked before.
     pub(super) parks: bool,
+    /// The job in work is to stop after its hole: no move that nobody wanted comes behind that, be it the last hole.
+    pub(super) stops_after: bool,
     /// What zero of Z goes by, where it was set since the port was opened and its place is not lost.
     pub(super) height: Option<HeightSet>,
 }
@@ -392,7 +394,8 @@ impl<F: Files> Station<F> {
     fn ended(&mut self, ending: Ending) {
         let Some(work) = self.work.take() else { return };
         let done = ending == Ending::Done;
-        self.hand.parks = done && self.machine.park.after_job;
+        let stops = std::mem::take(&mut self.hand.stops_after);
+        self.hand.parks = done && !stops && self.machine.park.after_job;
         let legs =
             if done { work.order.program.legs.len() } else { work.order.leg(self.attended.entry().done) };
         let (holes_done, toolpaths_done) = made(work.order.program.legs.iter().take(legs));

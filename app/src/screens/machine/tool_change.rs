@@ -92,7 +92,11 @@ fn steps(line: Link) -> impl IntoView {
     };
     ol().child((
         li().child(t!("page.change.wait")),
-        li().child(t!("page.change.swap")),
+        // The controller takes the first bit of a job for the one with which zero of Z was set.
+        move || {
+            let is_first = touches_off.get() && bits_of_change(line).0.is_none();
+            li().child(move || if is_first { say!("page.change.first") } else { say!("page.change.swap") })
+        },
         move || {
             worn(line).map(|(name, tool, wear)| {
                 let words = wear_words(&tool, &wear);

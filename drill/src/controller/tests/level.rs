@@ -13,7 +13,7 @@ fn bowed(x: f64, y: f64) -> f64 {
     ZERO[2] + 0.004 * x - 0.003 * y + 0.000_2 * x * (40.0 - x)
 }
 
-fn one_bit(count: usize) -> Program {
+pub(super) fn one_bit(count: usize) -> Program {
     drilled::holes(&hobby_3018(), count, 4, |_| 800)
 }
 

@@ -23,7 +23,7 @@ fn a_mill_is_parked_where_its_settings_say_and_after_a_job_where_they_do() {
         });
         if let Some((_, Value::Number(mm))) = told { *mm } else { panic!("{key}: {told:?}") }
     };
-    for (after_job, parks) in [("no", false), ("yes", true)] {
+    for (after_job, stops, parks) in [("no", false, false), ("yes", false, true), ("yes", true, false)] {
         let mut board = Automaton::new([-20.0, -30.0, -10.0]);
         // How far homing leaves it from its switches.
         board.settings.push((27, 1.0));
@@ -38,8 +38,14 @@ fn a_mill_is_parked_where_its_settings_say_and_after_a_job_where_they_do() {
         let status = bench.state(State::Ready);
         assert!(is_parked(&status), "{status:?}");
         bench.heard.clear();
-        let key = bench.upload(&holes(4));
+        let key = bench.upload(&super::level::one_bit(4));
         bench.start(&key, 0);
+        if stops {
+            bench.state(State::ToolChange);
+            assert_eq!(bench.refused(&Ask::ToolChanged), None);
+            bench.until(|status| status.holes_done == 3);
+            bench.ask(&Ask::StopAfterHole);
+        }
         assert_eq!(bench.finish(), (Ending::Done, 4));
         (0..9_000).for_each(|_| bench.millisecond());
         let status = bench.status().unwrap().clone();
@@ -47,7 +53,7 @@ fn a_mill_is_parked_where_its_settings_say_and_after_a_job_where_they_do() {
             .heard
             .iter()
             .any(|tell| matches!(tell, Tell::Status(status) if status.state == State::Parking));
-        assert_eq!((is_parked(&status), was_parking), (parks, parks), "{after_job}: {status:?}");
+        assert_eq!((is_parked(&status), was_parking), (parks, parks), "{after_job} {stops}: {status:?}");
         assert_eq!((status.state, status.trust), (State::Ready, Trust::Trusted), "{after_job}");
     }
 }
