@@ -19,6 +19,16 @@ const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 impl Controller {
     pub(super) fn ask(&mut self, ask: EngineAsk) {
+        use EngineAsk::{Edge, Probe, SetZero, ZeroAt};
+        let is_of_place = matches!(ask, SetZero { .. } | ZeroAt { .. } | Probe { .. } | Edge { .. });
+        if is_of_place && self.is_to_be_homed() && self.at_rest() {
+            return self.found(Diagnostic::error("grbl.not_homed"));
+        }
+        self.act(ask);
+    }
+
+    /// Does what is asked, or says that it cannot be done now.
+    fn act(&mut self, ask: EngineAsk) {
         match ask {
             EngineAsk::Stop => self.ask_stop(),
             EngineAsk::Hold if self.phase == EnginePhase::Running => {
@@ -47,14 +57,6 @@ impl Controller {
             EngineAsk::Unlock if self.phase == EnginePhase::Locked => self.unlock(),
             EngineAsk::Jog { axis, um, mm_per_min } if self.at_rest() => self.jog(axis, um, mm_per_min),
             EngineAsk::Park { from_low_mm } if self.is_free() => self.begin_park(from_low_mm),
-            EngineAsk::SetZero { .. }
-            | EngineAsk::ZeroAt { .. }
-            | EngineAsk::Probe { .. }
-            | EngineAsk::Edge { .. }
-                if self.is_to_be_homed() && (self.at_rest() || self.is_free()) =>
-            {
-                self.found(Diagnostic::error("grbl.not_homed"));
-            }
             EngineAsk::SetZero { axes, height_mm } if self.at_rest() && self.may_set_zero(axes) => {
                 self.set_zero(axes, height_mm);
             }
