@@ -117,7 +117,8 @@ fn with_film(colour: Colour) -> Scene {
     let mesh = std::sync::Arc::new(Mesh { corners_mm, triangles, rings: vec![[0, 4]] });
     let body = vec![[0.0, 0.0], [20.0, 0.0], [20.0, 20.0], [0.0, 0.0], [20.0, 20.0], [0.0, 20.0]];
     let layers = vec![FilledLayer { mesh, colour, openings: true }];
-    Scene { plate: None, body, layers, discs: Vec::new(), ..scene() }
+    let wanted_mm = Some([[0.0, 0.0], [20.0, 20.0]]);
+    Scene { plate: None, body, layers, discs: Vec::new(), wanted_mm, ..scene() }
 }
 
 #[wasm_bindgen_test]
