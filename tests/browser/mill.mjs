@@ -40,6 +40,18 @@ export async function moveTo(page, axis, to) {
   }
 }
 
+/** Over the board, zero and height set; steps of the zero. */
+export async function ready(page, board) {
+  for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
+  await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
+  await until(async () => isZero(await digits(page, "X")), "zero of X");
+  await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
+  await until(async () => isZero(await digits(page, "Z")), "zero of Z");
+  // It is read again before it counts.
+  await settled(() => digits(page, "Z"), "the height", 1000);
+  return board.steps();
+}
+
 /** Reads the pre-flight, ticks what is to be ticked, and begins. */
 export async function begin(page, name) {
   const dialog = page.getByRole("dialog", { name: "Before the start" });

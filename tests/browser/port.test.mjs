@@ -4,8 +4,8 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { STEPS, instrument, startBoard } from "./grbl.mjs";
-import { failed, openBrowser, picture, planned, press, serveFiles, settled, until } from "./harness.mjs";
-import { HOLES, SPEED, WAYS, begin, connect, digits, drillFile, home, isZero, moveTo, opened, shown, touchOff } from "./mill.mjs";
+import { failed, openBrowser, picture, planned, press, serveFiles, until } from "./harness.mjs";
+import { HOLES, SPEED, WAYS, begin, connect, drillFile, home, opened, ready, shown, touchOff } from "./mill.mjs";
 
 /** One tool, six holes. */
 const DRILL = drillFile({ 0.8: HOLES.slice(0, 6) });
@@ -38,18 +38,6 @@ async function connected(page) {
   await press(page, connect(page));
   await shown(page, /^GRBL 1\.1h/);
   await home(page);
-}
-
-/** Over the board, zero and height set; steps of the zero. */
-async function ready(page, board) {
-  for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
-  await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
-  await until(async () => isZero(await digits(page, "X")), "zero of X");
-  await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
-  await until(async () => isZero(await digits(page, "Z")), "zero of Z");
-  // It is read again before it counts.
-  await settled(() => digits(page, "Z"), "the height", 1000);
-  return board.steps();
 }
 
 /** A job of one tool, in its second hole. */

@@ -4,8 +4,8 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { STEPS, instrument, startBoard } from "./grbl.mjs";
-import { failed, openBrowser, picture, planned, press, serveFiles, settled, tab, until } from "./harness.mjs";
-import { HOLES, SPEED, begin, connect, digits, drillFile, home, isZero, moveTo, opened, shown } from "./mill.mjs";
+import { failed, openBrowser, picture, planned, press, serveFiles, tab, until } from "./harness.mjs";
+import { HOLES, SPEED, begin, connect, drillFile, home, opened, ready, shown } from "./mill.mjs";
 
 const tools = instrument();
 let browser;
@@ -47,13 +47,7 @@ test("a tool setter is chosen once, said before the start, and measures each too
     await field("How far down at most").press("Enter");
     await page.screenshot({ path: picture("setter-settings") });
     await tab(page, "Machine").click();
-    for (const axis of ["X", "Y", "Z"]) await moveTo(page, axis, -21);
-    await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
-    await until(async () => isZero(await digits(page, "X")), "zero of X");
-    await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
-    await until(async () => isZero(await digits(page, "Z")), "zero of Z");
-    await settled(() => digits(page, "Z"), "the height", 1000);
-    const zero = await board.steps();
+    const zero = await ready(page, board);
     await planned(page);
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");
