@@ -295,8 +295,9 @@ export const tab = (page, name) => page.getByRole("navigation", { name: "Screens
 /** The screens, in the order of their keys. */
 export const SCREENS = ["Draw", "Board", "CAM", "Simulate", "Machine", "Lab", "Settings"];
 
-/** Goes to a screen by its key, whatever has the focus. */
+/** Goes to a screen by its key, whatever has the focus. A key under a dialog is nobody's: one that was answered is gone first. */
 export async function show(page, screen) {
+  await until(async () => (await page.locator("dialog[open]").count()) === 0, "the dialog's end");
   await page.evaluate(() => document.activeElement?.blur());
   await page.keyboard.press(String(SCREENS.indexOf(screen)));
   await until(async () => (await tab(page, screen).getAttribute("aria-current")) === "page", screen);
