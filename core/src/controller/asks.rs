@@ -371,6 +371,8 @@ pub struct Info {
     pub values: Values,
     /// Stored places.
     pub offsets: BTreeMap<String, Vec<f64>>,
+    /// The lowest and the highest place of X, Y and Z, where it says so itself, mm.
+    pub said_ends_mm: [Option<[f64; 2]>; 3],
 }
 
 impl Info {

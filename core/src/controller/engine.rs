@@ -16,10 +16,11 @@
 use super::asks::{EngineAction, EngineEvent, EnginePhase, Info, signs};
 use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
 use super::check::CheckRun;
+use super::ends::AxisEnds;
 use super::heard::{ControllerStatus, Ear, HeardLine, Modes, ReportedState, hear};
 use super::height::{BoardHeight, ZeroWanted};
 use super::home::Homing;
-use super::jog::JogRun;
+use super::jog::{JogEnd, JogRun};
 use super::overrides::OverrideWishes;
 use super::park::ParkRun;
 use super::routine::Routine;
@@ -139,12 +140,14 @@ pub struct Controller {
     pub(super) zero_wanted: Option<ZeroWanted>,
     pub(super) height: BoardHeight,
     pub(super) homing: Homing,
+    /// The ends of X, Y and Z, as homing told them.
+    pub(super) ends: [Option<AxisEnds>; 3],
     /// The move by hand that is sent piece by piece.
     pub(super) jog: Option<JogRun>,
     /// A way to where it is parked.
     pub(super) park: Option<ParkRun>,
     /// The move by hand was to end: should it be heard of still, it is told so again.
-    pub(super) jog_ends: bool,
+    pub(super) jog_end: JogEnd,
     /// Reports of rest since it was to come to rest.
     pub(super) idle_reports: u32,
     /// Reports of rest since an answer is overdue, to questions of then.
@@ -194,9 +197,10 @@ impl Default for Controller {
             zero_wanted: None,
             height: BoardHeight::Unknown,
             homing: Homing::default(),
+            ends: [None; 3],
             jog: None,
             park: None,
-            jog_ends: false,
+            jog_end: JogEnd::NotYet,
             idle_reports: 0,
             rests_overdue: 0,
             ready_asked_ms: None,
@@ -269,7 +273,7 @@ impl Controller {
 
     pub(super) fn set(&mut self, phase: EnginePhase) {
         if self.phase != phase {
-            (self.phase, self.since_ms, self.jog_ends) = (phase, self.now_ms, false);
+            (self.phase, self.since_ms, self.jog_end) = (phase, self.now_ms, JogEnd::NotYet);
             self.ready_asked_ms = None;
         }
         if phase != EnginePhase::Jogging {
@@ -368,8 +372,8 @@ impl Controller {
                 self.probed = Some(met);
                 self.probed_at_mm = Some(place.map(|value| value * self.unit_mm()));
             }
-            HeardLine::About { .. } | HeardLine::Message(_) | HeardLine::Startup(_) | HeardLine::Other(_) => {
-            }
+            HeardLine::Message(text) => self.info.hear_ends(&text),
+            HeardLine::About { .. } | HeardLine::Startup(_) | HeardLine::Other(_) => {}
         }
     }
 
@@ -529,6 +533,9 @@ impl Controller {
         self.rests_overdue += u32::from(fresh && status.doing.is_at_rest() && self.is_overdue());
         let status = self.completed(status);
         let doing = status.doing;
+        if self.status.as_ref().is_some_and(|before| self.began_anew(before, &status)) {
+            return self.greets_anew();
+        }
         let before = self.status.replace(status).map(|before| before.doing);
         if let Some(told) = told {
             self.overrides_reported(told, self.last_ask_ms);
@@ -548,11 +555,11 @@ impl Controller {
                 self.hand_is_over();
             }
             // It was not heard, or came before the move began.
-            EnginePhase::Jogging if self.jog_ends && doing == ReportedState::Jog => {
+            EnginePhase::Jogging if self.jog_is_to_end() && doing == ReportedState::Jog => {
                 self.write(signs::JOG_CANCEL);
             }
             // A move by hand that is held by a door or a button never ends by itself: at rest a reset leaves the position as it was.
-            EnginePhase::Jogging if self.jog_ends && doing.is_held_at_rest() => self.reset(),
+            EnginePhase::Jogging if self.jog_is_to_end() && doing.is_held_at_rest() => self.reset(),
             // What was locked when it greeted has said so there.
             EnginePhase::Ready
                 if doing == ReportedState::Alarm

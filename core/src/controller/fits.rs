@@ -24,8 +24,8 @@ pub struct MachineRange<'m> {
     pub zero_mm: [f64; 3],
     /// Machine coordinates mean places: it was homed.
     pub homed: bool,
-    /// Its places run from 0 up, not from minus the travel to 0.
-    pub positive: bool,
+    /// The lowest and the highest place of X, Y and Z, machine coordinates, where homing has told them.
+    pub ends_mm: [Option<[f64; 2]>; 3],
     /// An 8-bit board, whose rate of steps is limited.
     pub small: bool,
 }
@@ -64,11 +64,6 @@ fn step_rates(machine: &MachineRange<'_>) -> Vec<Diagnostic> {
         .collect()
 }
 
-/// The ends of an axis with so much travel, in machine coordinates, mm.
-pub(super) fn ends(travel_mm: f64, positive: bool) -> [f64; 2] {
-    if positive { [0.0, travel_mm] } else { [-travel_mm, 0.0] }
-}
-
 fn travel(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
     let (Some([low, high]), Some(travel)) = (routine.reach(), settings::axes(machine.values, 130)) else {
         return Vec::new();
@@ -82,10 +77,10 @@ fn travel(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
             found.push(error.with("needs", round(high - low)).with("travel", round(travel[axis])));
             continue;
         }
-        let ends = ends(travel[axis], machine.positive);
+        let Some(ends) = machine.ends_mm[axis].filter(|_| machine.homed) else { continue };
         let (from, to) = (low + machine.zero_mm[axis], high + machine.zero_mm[axis]);
         let past = (ends[0] - from).max(to - ends[1]);
-        if machine.homed && past > SLACK_MM {
+        if past > SLACK_MM {
             let error = Diagnostic::error("grbl.out_of_travel").with("axis", AXES[axis]);
             found.push(error.with("past", round(past)).with("from", round(from)).with("to", round(to)));
         }
@@ -171,8 +166,13 @@ mod tests {
         let values: Values = [(110, 1_000.0), (111, 2_000.0), (112, 300.0)].into_iter().collect();
         let routine =
             read("a", &[("a.nc".to_owned(), format!("G21 G90 G94\nG0 Z2\nM3 S1\n{text}\nG0 Z2\nM2\n"))]);
-        let machine =
-            MachineRange { values: &values, zero_mm: [0.0; 3], homed: false, positive: false, small: false };
+        let machine = MachineRange {
+            values: &values,
+            zero_mm: [0.0; 3],
+            homed: false,
+            ends_mm: [None; 3],
+            small: false,
+        };
         let found = feeds(&routine.unwrap(), &machine).into_iter();
         found
             .map(|found| found.args.into_iter().map(|(_, value)| value).collect::<Vec<_>>().join(" "))

@@ -6,8 +6,8 @@ use super::asks::{EngineAction, EngineAsk, EnginePhase, EngineStart, signs};
 use super::engine::{Controller, Meaning};
 use super::fits::{self, MachineRange};
 use super::height::{BoardHeight, ZeroWanted};
+use super::jog::JogEnd;
 use super::lines::number;
-use super::settings;
 use crate::control::{Ending, Trust};
 use crate::diagnostic::{Diagnostic, Severity};
 
@@ -61,6 +61,7 @@ impl Controller {
                 self.set_zero(axes, height_mm);
             }
             EngineAsk::ZeroAt { place_mm } if self.is_free() => {
+                self.counts_from_g54();
                 self.write_zero(place_mm, ZeroWanted::default());
             }
             EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
@@ -130,7 +131,14 @@ impl Controller {
                 self.lose_place();
                 self.reset();
             }
-            EnginePhase::Jogging if self.run.is_none() => self.end_jog(),
+            EnginePhase::Jogging if self.jog_end == JogEnd::Stopped => {
+                self.lose_place();
+                self.reset();
+            }
+            EnginePhase::Jogging if self.run.is_none() => {
+                self.end_jog();
+                self.jog_end = JogEnd::Stopped;
+            }
             // It is the job that is to end, not only the move in its tool change.
             EnginePhase::Jogging => {
                 self.end_jog();
@@ -177,8 +185,15 @@ impl Controller {
     /// Ends a move by hand, one that waits to be sent too.
     fn end_jog(&mut self) {
         self.queue.retain(|next| !next.text.starts_with("$J="));
-        (self.jog, self.jog_ends) = (None, true);
+        (self.jog, self.jog_end) = (None, JogEnd::Asked);
         self.write(signs::JOG_CANCEL);
+    }
+
+    /// Another program may have left another zero in force.
+    fn counts_from_g54(&mut self) {
+        if self.zero_off_mm().is_some() {
+            self.send("G54", Meaning::Jog);
+        }
     }
 
     /// Zero is where the head is, and the controller itself counts where that is: a report that was damaged on the way is no zero, the one
@@ -190,6 +205,7 @@ impl Controller {
         let heights = [0.0, 0.0, height_mm];
         let words = AXES.into_iter().zip(heights).zip(axes).filter(|(_, wanted)| *wanted);
         let words = words.map(|((letter, height_mm), _)| format!("{letter}{}", number(height_mm)));
+        self.counts_from_g54();
         self.send(&format!("G21G10L20P1{}", words.collect::<String>()), Meaning::Written);
         let place_mm = core::array::from_fn(|axis| axes[axis].then_some(machine[axis] - heights[axis]));
         // Without switches a person's word is all there is to know a place by: once the controller has it.
@@ -204,22 +220,6 @@ impl Controller {
         let words = words.filter_map(|(letter, mm)| Some(format!("{letter}{}", number(mm?))));
         self.send(&format!("G21G10L2P1{}", words.collect::<String>()), Meaning::Written);
         self.read_zero(place_mm, wanted);
-    }
-
-    /// The lowest and the highest place of an axis in machine coordinates, mm; none where that is not known: nothing was homed.
-    pub fn room_mm(&self, axis: usize) -> Option<[f64; 2]> {
-        let values = &self.info.values;
-        let homed = self.homes() && self.trust == Trust::Trusted;
-        let travel = *settings::axes(values, 130)?.get(axis).filter(|_| homed)?;
-        // Where the switches were left after homing; nearer to them they may speak.
-        let pull_off = values.get(&27).copied().unwrap_or(0.0).clamp(0.0, travel / 2.0);
-        let [low, high] = fits::ends(travel, self.is_positive());
-        Some([low + pull_off, high - pull_off])
-    }
-
-    /// Its places run from 0 up, not from minus the travel to 0.
-    pub(super) fn is_positive(&self) -> bool {
-        self.info.options.letters.contains('Z')
     }
 
     /// What a person asked for and had to wait for a reset.
@@ -326,13 +326,14 @@ impl Controller {
             found.push(Diagnostic::error("grbl.no_report"));
             return found;
         };
+        found.extend(self.check_listed());
         found.extend(self.check_zero(start));
         found.extend(self.overrides_that_stand());
         found.extend(self.check_setter(start));
         let homed = self.homes() && self.trust == Trust::Trusted;
-        let positive = self.is_positive();
+        let ends_mm = core::array::from_fn(|axis| self.ends_mm(axis));
         let small = self.info.flavour() == "GRBL";
-        let machine = MachineRange { values: &self.info.values, zero_mm: zero, homed, positive, small };
+        let machine = MachineRange { values: &self.info.values, zero_mm: zero, homed, ends_mm, small };
         found.extend(fits::compare(&start.routine, &machine));
         found.sort_by_key(|diagnostic| std::cmp::Reverse(severity(diagnostic)));
         found

@@ -25,7 +25,7 @@ use crate::diagnostic::Diagnostic;
 /// How far zero of Z may be from where it was and still be the same: the last digit of a report.
 pub(super) const SAME_HEIGHT_MM: f64 = 0.001_5;
 /// Within so many ms a controller has told where it is by a new zero.
-const TOLD_MS: u64 = 2_000;
+const TOLD_MS: u64 = 4_000;
 
 /// For which bit zero of Z is the height of the board.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -105,6 +105,10 @@ impl Controller {
     /// yet where it is by that zero: it counts as soon as that is over.
     pub(super) fn tool_ready_waits(&mut self) {
         let Some(asked_ms) = self.ready_asked_ms else { return };
+        // One that was damaged on its way is told again.
+        if self.zero_off_mm().is_some() {
+            self.zero_mm = None;
+        }
         let is_to_come = self.place().is_none() && self.now_ms < asked_ms + TOLD_MS;
         if self.idle() && !is_to_come {
             self.ready_asked_ms = None;

@@ -1,12 +1,13 @@
 //! Homing, and whether it was heard: the line has no checksum, and much that `$H` becomes on its way is answered with `ok` as well.
 //!
 //! ```text
-//!  $H ─┬─ ok, some time later, and nothing else said ─▶ trusted
+//!  $H ─┬─ ok, some time later, and nothing else said ─▶ a report ─┬─ every axis where its switch leaves it ─▶ trusted
+//!      │                                                          └─ not, twice ─▶ told, not trusted
 //!      ├─ ok at once, or behind an answer to something else ─▶ not heard: reset, told
 //!      └─ no ok, and reports of rest ─▶ not heard: reset, told
 //! ```
 //!
-//! Comes in: what is said while the machine looks for its switches. Goes out: trust, or a reset. ms. Does not know where switches are.
+//! Comes in: what is said while the machine looks for its switches. Goes out: trust, or a reset. ms. Where the switches leave it: `ends`.
 
 use super::asks::{EnginePhase, signs};
 use super::engine::{Controller, Meaning};
@@ -20,7 +21,10 @@ use crate::diagnostic::Diagnostic;
 const QUICKEST_MS: u64 = 150;
 /// Between two questions meanwhile: some answer at once, GRBL when it is done.
 const ASK_MS: u64 = 1_000;
-/// Reports of rest without an answer that are believed.
+/// The same once it has answered, and how long it may take to tell where it is.
+const ASK_SOON_MS: u64 = 100;
+const TOLD_MS: u64 = 5_000;
+/// Reports of rest without an answer, or from elsewhere, that are believed.
 const REPORTS: u32 = 2;
 
 /// What was noticed since `$H` was sent.
@@ -30,6 +34,10 @@ pub(super) struct Homing {
     other: bool,
     /// Reports of rest.
     rests: u32,
+    /// When it was answered.
+    answered_ms: Option<u64>,
+    /// Reports from where no switch leaves it.
+    elsewhere: u32,
 }
 
 impl Controller {
@@ -59,7 +67,13 @@ impl Controller {
     /// What time brings meanwhile: silence is no fault of it.
     pub(super) fn time_homing(&mut self) {
         self.heard_ms = self.now_ms;
-        if self.reset_at.is_none() && self.now_ms >= self.last_ask_ms.max(self.since_ms) + ASK_MS {
+        let answered = self.homing.answered_ms;
+        if answered.is_some_and(|answered| self.now_ms >= answered + TOLD_MS) && self.reset_at.is_none() {
+            self.found(Diagnostic::error("grbl.no_report"));
+            return self.set(EnginePhase::Ready);
+        }
+        let wait_ms = if answered.is_some() { ASK_SOON_MS } else { ASK_MS };
+        if self.reset_at.is_none() && self.now_ms >= self.last_ask_ms.max(self.since_ms) + wait_ms {
             self.write(signs::ASK);
             (self.last_ask_ms, self.asked_ms) = (self.now_ms, Some(self.now_ms));
         }
@@ -80,6 +94,12 @@ impl Controller {
 
     /// A report while it should look for its switches.
     pub(super) fn report_homing(&mut self, doing: ReportedState, fresh: bool) {
+        if self.homing.answered_ms.is_some() && doing == ReportedState::Idle {
+            if fresh {
+                self.judge_place();
+            }
+            return;
+        }
         let rests = matches!(doing, ReportedState::Idle | ReportedState::Alarm);
         self.homing.rests = if rests { self.homing.rests + u32::from(fresh) } else { 0 };
         if self.homing.rests >= REPORTS && self.reset_at.is_none() {
@@ -92,9 +112,25 @@ impl Controller {
         if self.homing.other || self.now_ms < self.since_ms + QUICKEST_MS {
             return self.unheard();
         }
-        self.status = None;
-        self.trust = Trust::Trusted;
-        self.set(EnginePhase::Ready);
+        (self.status, self.asked_ms) = (None, None);
+        self.homing.answered_ms = Some(self.now_ms);
+    }
+
+    /// It rests where homing left it: there every axis tells its ends, or that it did not look for its switch.
+    fn judge_place(&mut self) {
+        let Some(place) = self.status.as_ref().and_then(|status| status.machine_mm) else { return };
+        let judged: [_; 3] = core::array::from_fn(|axis| self.info.ends_by(axis, place[axis]));
+        let Some(axis) = (0..3).find(|axis| judged[*axis].is_none()) else {
+            self.ends = judged.map(Option::flatten);
+            self.trust = Trust::Trusted;
+            return self.set(EnginePhase::Ready);
+        };
+        self.homing.elsewhere += 1;
+        if self.homing.elsewhere >= REPORTS {
+            let why = Diagnostic::error("grbl.home_elsewhere").with("axis", ["X", "Y", "Z"][axis]);
+            self.found(why.with("place", format!("{:.3}", place[axis])));
+            self.set(EnginePhase::Ready);
+        }
     }
 
     fn unheard(&mut self) {

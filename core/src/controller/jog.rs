@@ -38,6 +38,18 @@ const FAST_SHARE: f64 = 0.95;
 const ROUNDED_MM: f64 = 0.01;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
+/// Whether a move by hand is to end before its time.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) enum JogEnd {
+    /// No.
+    #[default]
+    NotYet,
+    /// Nobody wants it any more.
+    Asked,
+    /// STOP was pressed: a second one does not wait for its rest.
+    Stopped,
+}
+
 /// A move by hand that is not all sent, or not at its end.
 #[derive(Clone, Debug)]
 pub(super) struct JogRun {
@@ -156,9 +168,14 @@ impl Controller {
         self.set(EnginePhase::Jogging);
     }
 
+    /// Whether a move by hand is to end before its time.
+    pub(super) fn jog_is_to_end(&self) -> bool {
+        self.jog_end != JogEnd::NotYet
+    }
+
     /// Puts the next piece of a move by hand into the queue, if one is due.
     pub(super) fn feed_jog(&mut self) -> bool {
-        if self.phase != EnginePhase::Jogging || self.jog_ends || self.reset_at.is_some() {
+        if self.phase != EnginePhase::Jogging || self.jog_is_to_end() || self.reset_at.is_some() {
             return false;
         }
         let blocks = match usize::from(self.info.options.blocks) {

@@ -9,7 +9,6 @@
 
 use super::asks::EnginePhase;
 use super::engine::{Controller, Meaning};
-use super::fits;
 use super::lines::number;
 use super::settings;
 use crate::control::Trust;
@@ -19,8 +18,6 @@ use crate::diagnostic::Diagnostic;
 const NEAR_MM: f64 = 0.05;
 /// How fast it goes where nobody knows how fast it may.
 const USUAL_MM_PER_MIN: f64 = 500.0;
-/// `$23`: a bit for each axis that homes to its low end.
-const HOMES_DOWN: u16 = 23;
 
 /// A way to where it is parked.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,16 +47,18 @@ impl Controller {
             };
             return self.found(Diagnostic::error(code));
         };
-        let values = &self.info.values;
-        let homes_down = values.get(&HOMES_DOWN).map_or(0, |mask| *mask as u32);
-        let travels = settings::axes(values, 130).unwrap_or_default();
-        let positive = self.is_positive();
+        let here = self.status.as_ref().and_then(|status| status.machine_mm);
+        let Some(here) = here else { return self.found(Diagnostic::error("grbl.no_report")) };
         let along = |axis: usize, [low, high]: [f64; 2]| match from_low_mm {
-            Some(from_low) => (fits::ends(travels[axis], positive)[0] + from_low[axis]).clamp(low, high),
-            None if homes_down >> axis & 1 == 1 => low,
+            Some(from_low) => {
+                let lowest = self.ends_mm(axis).map_or(low, |ends| ends[0]);
+                (lowest + from_low[axis]).clamp(low, high)
+            }
+            None if self.info.homes_low(axis) => low,
             None => high,
         };
-        let run = ParkRun { place_mm: [along(0, x), along(1, y), z[1]], is_up: false };
+        // Never down: not from where homing left it either.
+        let run = ParkRun { place_mm: [along(0, x), along(1, y), z[1].max(here[2])], is_up: false };
         self.jog_to(&format!("Z{}", number(run.place_mm[2])), &[2]);
         self.set(EnginePhase::Jogging);
         self.park = Some(run);
@@ -77,7 +76,7 @@ impl Controller {
     /// It rests on its way. Gives whether it goes on: where it is not up, X and Y stay where they are.
     pub(super) fn park_goes_on(&mut self) -> bool {
         let Some(run) = self.park.take() else { return false };
-        if self.jog_ends {
+        if self.jog_is_to_end() {
             return false;
         }
         let place_mm = self.status.as_ref().and_then(|status| status.machine_mm);

@@ -45,6 +45,17 @@ impl Default for Modal {
     }
 }
 
+/// How the places of a board count after homing.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Counts {
+    /// From minus the travel to zero.
+    Down,
+    /// From zero up.
+    Up,
+    /// From where homing leaves it.
+    FromThere,
+}
+
 /// The board.
 pub(super) struct Automaton {
     rx: VecDeque<u8>,
@@ -64,6 +75,10 @@ pub(super) struct Automaton {
     dwell_ms: f64,
     /// A line that waits for the planner to run empty, or for room.
     pending: Option<Vec<u8>>,
+    /// How its places count after homing.
+    pub(super) counts: Counts,
+    /// Axes that look for a switch.
+    pub(super) homes: [bool; 3],
     /// Physical place of machine zero: it changes when the board forgets where it is.
     pub(super) origin: [f64; 3],
     /// Bytes that had no room.
@@ -127,6 +142,8 @@ impl Automaton {
             check: false,
             dwell_ms: 0.0,
             pending: None,
+            counts: Counts::Down,
+            homes: [true; 3],
             origin: at,
             overrun: 0,
             cuts: Vec::new(),
@@ -176,6 +193,18 @@ impl Automaton {
         self.greet();
     }
 
+    /// The same on a board without switches, and its greeting is lost on its way.
+    pub(super) fn power_up_unheard(&mut self) {
+        self.power_up();
+        self.lock = Lock::None;
+        self.out.clear();
+    }
+
+    /// Another program left this work zero in force, 1 for G54.
+    pub(super) fn leaves_in_force(&mut self, place: usize) {
+        self.modal.zero = place - 1;
+    }
+
     fn begin_anew(&mut self) {
         self.rx.clear();
         self.line.clear();
@@ -211,6 +240,24 @@ impl Automaton {
     /// Whether a move by hand is on its way.
     fn jogs(&self) -> bool {
         self.queue.front().is_some_and(|block| block.by_hand)
+    }
+
+    /// Physically the travel goes from its minus to the origin; a switch leaves each axis a millimetre off one of its ends.
+    fn home(&mut self) {
+        let setting = |number: u16| {
+            self.settings.iter().find(|(known, _)| *known == number).map_or(0.0, |(_, value)| *value)
+        };
+        let (low, travel) = (setting(23) as u32, setting(130));
+        for axis in (0..3).filter(|axis| self.homes[*axis]) {
+            let physical = if low >> axis & 1 == 1 { 1.0 - travel } else { -1.0 };
+            self.at[axis] = match self.counts {
+                Counts::Down => physical,
+                Counts::Up => physical + travel,
+                Counts::FromThere => 0.0,
+            };
+            self.origin[axis] = physical - self.at[axis];
+        }
+        self.planned = self.at;
     }
 
     /// Where the carriage is, physically.
@@ -451,7 +498,7 @@ impl Automaton {
             }
             "I" => {
                 self.say("[VER:1.1h.20190830:]");
-                self.say("[OPT:V,15,128]");
+                self.say(if self.counts == Counts::FromThere { "[OPT:VZ,15,128]" } else { "[OPT:V,15,128]" });
             }
             "#" => {
                 for (index, zero) in self.zeros.into_iter().enumerate() {
@@ -486,9 +533,8 @@ impl Automaton {
                 if !self.queue.is_empty() {
                     return Err(8);
                 }
-                // The switches are at the physical origin, a millimetre above the resting place.
-                (self.lock, self.origin) = (Lock::None, [0.0; 3]);
-                (self.at, self.planned) = ([-1.0; 3], [-1.0; 3]);
+                self.lock = Lock::None;
+                self.home();
                 self.dwell_ms = 1_000.0;
             }
             _ => return Err(3),

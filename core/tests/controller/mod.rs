@@ -4,9 +4,11 @@
 mod automaton;
 mod check;
 mod height;
+mod home;
 mod jog;
 mod overrides;
 mod park;
+mod place;
 mod polling;
 mod setter;
 mod survey;

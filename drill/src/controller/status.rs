@@ -50,10 +50,10 @@ fn said(info: &Info) -> Vec<(String, Value)> {
         if let Some(acceleration) = axes(120) {
             set(format!("{name}.max_acceleration"), acceleration[axis]);
         }
-        if let Some(travel) = axes(130) {
-            set(format!("{name}.min"), -travel[axis]);
-            set(format!("{name}.max"), 0.0);
-            set(format!("{name}.home_search"), travel[axis] * 1.5);
+        if let Some([low, high]) = info.likely_ends_mm(axis) {
+            set(format!("{name}.min"), low);
+            set(format!("{name}.max"), high);
+            set(format!("{name}.home_search"), (high - low) * 1.5);
         }
     }
     if let (Some(scale), Some(rate), Some(acceleration)) = (axes(100), axes(110), axes(120)) {
@@ -63,8 +63,8 @@ fn said(info: &Info) -> Vec<(String, Value)> {
         set("drive.max_step_rate".to_owned(), hz.ceil());
         set("drive.pulse_width".to_owned(), (0.4e6 / hz).min(2.0));
     }
-    if let Some(travel) = axes(130) {
-        set("stroke.surface".to_owned(), -(travel[2] * 0.6).min(30.0));
+    if let Some([low, high]) = info.likely_ends_mm(2) {
+        set("stroke.surface".to_owned(), high - ((high - low) * 0.6).min(30.0));
     }
     if let Some(rpm) = info.values.get(&30).filter(|rpm| **rpm > 0.0) {
         set("spindle.max_speed".to_owned(), rpm.round());

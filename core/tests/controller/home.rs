@@ -1,0 +1,106 @@
+//! Homing with a GRBL of our own: where it left the axes has to agree with the settings, and up is up however the places count.
+
+use super::automaton::Counts;
+use super::{Bench, Faults};
+use annulus_core::control::Trust;
+use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase};
+
+/// A board that counts so, its axes homed low by this mask, homed; then some way towards the middle.
+fn homed(counts: Counts, low: u32) -> Bench {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.settings.extend([(27, 1.0), (23, f64::from(low))]);
+    bench.board.counts = counts;
+    bench.plug();
+    assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Locked));
+    bench.told.clear();
+    bench.event(EngineEvent::Ask(EngineAsk::Home));
+    assert!(bench.until(10_000, |bench| bench.engine().phase == EnginePhase::Ready), "{counts:?} {low}");
+    bench
+}
+
+fn found(bench: &Bench) -> Vec<&str> {
+    let found = bench.told.iter().filter_map(|told| match told {
+        EngineAction::Found(why) => Some(why.code.as_str()),
+        _ => None,
+    });
+    found.collect()
+}
+
+#[test]
+fn parking_goes_up_however_the_places_count() {
+    // Z homes up on each; X and Y to the low ends on every second.
+    for counts in [Counts::Down, Counts::Up, Counts::FromThere] {
+        for low in [0, 3] {
+            let mut bench = homed(counts, low);
+            assert_eq!((bench.engine().trust, found(&bench)), (Trust::Trusted, vec![]), "{counts:?} {low}");
+            let physical =
+                |bench: &Bench| [0, 1, 2].map(|axis| bench.board.origin[axis] + bench.board.at[axis]);
+            let away = if low == 0 { -50_000 } else { 50_000 };
+            for (axis, um) in [(0, away), (1, away), (2, -30_000)] {
+                bench.event(EngineEvent::Ask(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0 }));
+                assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready));
+            }
+            let mut highest_before = physical(&bench)[2];
+            bench.event(EngineEvent::Ask(EngineAsk::Park { from_low_mm: Some([250.0, 40.0]) }));
+            for _ in 0..20_000 {
+                bench.tick();
+                let z = physical(&bench)[2];
+                assert!(
+                    z >= highest_before - 1e-9,
+                    "{counts:?} {low}: it goes down, from {highest_before} to {z}"
+                );
+                highest_before = z;
+                if bench.engine().phase == EnginePhase::Ready {
+                    break;
+                }
+            }
+            // From the low ends of the travel, wherever zero is; an axis whose zero is where it is left has its ends a millimetre off.
+            let off = match (counts, low) {
+                (Counts::FromThere, 0) => -1.0,
+                (Counts::FromThere, _) => 1.0,
+                _ => 0.0,
+            };
+            let wanted = [-50.0 + off, -260.0 + off, -1.0];
+            let at = physical(&bench);
+            let is_there = at.iter().zip(wanted).all(|(at, wanted)| (at - wanted).abs() < 1e-6);
+            assert!(is_there, "{counts:?} {low}: {at:?}, not {wanted:?}");
+            assert_eq!(found(&bench), Vec::<&str>::new(), "{counts:?} {low}");
+        }
+    }
+}
+
+#[test]
+fn an_axis_that_did_not_look_for_its_switch_is_not_known() {
+    for axis in 0..3 {
+        let mut bench = Bench::new(1, Faults::default());
+        bench.board.settings.push((27, 1.0));
+        bench.board.homes[axis] = false;
+        bench.plug();
+        assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Locked));
+        bench.told.clear();
+        bench.event(EngineEvent::Ask(EngineAsk::Home));
+        assert!(bench.until(10_000, |bench| bench.engine().phase == EnginePhase::Ready));
+        assert_eq!(
+            (bench.engine().trust, found(&bench)),
+            (Trust::Lost, vec!["grbl.home_elsewhere"]),
+            "{axis}"
+        );
+        bench.told.clear();
+        bench.event(EngineEvent::Ask(EngineAsk::Park { from_low_mm: None }));
+        assert_eq!((bench.engine().parks(), found(&bench)), (false, vec!["grbl.not_homed"]));
+    }
+}
+
+#[test]
+fn one_report_that_was_damaged_is_no_reason_not_to_know_the_place() {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.settings.push((27, 1.0));
+    bench.plug();
+    assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Locked));
+    bench.event(EngineEvent::Ask(EngineAsk::Home));
+    assert!(bench.until(5_000, |bench| bench.engine().status.is_none()), "it was answered");
+    bench.heard_instead = Some(("MPos:-1.000,-1.000,-1.000", "MPos:-1.000,-1.400,-1.000"));
+    assert!(bench.until(10_000, |bench| bench.engine().phase == EnginePhase::Ready));
+    assert_eq!(bench.engine().trust, Trust::Trusted);
+    assert!(bench.heard_instead.is_none(), "it was damaged");
+}

@@ -1,0 +1,137 @@
+//! The place that is believed in, with a GRBL of our own: a zero that was damaged on its way, a board that began anew unheard, and STOP
+//! that is pressed again because the first one was lost.
+
+use super::survey::found;
+use super::{Bench, Faults, job};
+use annulus_core::control::{Ending, Trust};
+use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart};
+
+fn ready() -> Bench {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    bench
+}
+
+/// A report of where it is, with a zero whose Y lost its first digit.
+fn damaged(bench: &Bench) -> EngineEvent {
+    let [x, y, z] = bench.engine().status.as_ref().and_then(|status| status.machine_mm).unwrap();
+    let text = format!("<Idle|MPos:{x:.3},{y:.3},{z:.3}|FS:0,0|WCO:-150.000,-50.000,-30.000>\r\n");
+    EngineEvent::Bytes(text.into_bytes())
+}
+
+#[test]
+fn no_job_begins_by_a_zero_that_the_board_has_not_stored() {
+    let mut bench = ready();
+    let report = damaged(&bench);
+    bench.event(report);
+    bench.start(0);
+    assert_eq!(
+        (found(&bench), bench.engine().phase),
+        (vec!["grbl.zero_differs".to_owned()], EnginePhase::Ready)
+    );
+    // The next report is right.
+    bench.until(1_000, |_| false);
+    bench.start(0);
+    assert_eq!((found(&bench), bench.engine().phase), (vec![], EnginePhase::Running));
+}
+
+#[test]
+fn a_zero_that_was_damaged_is_told_again_before_a_tool_goes_down_by_it() {
+    let mut bench = ready();
+    bench.start_as(EngineStart { same_length: true, ..job(0) });
+    let so = |bench: &Bench| bench.ended().is_some() || bench.engine().phase == EnginePhase::ToolChange;
+    loop {
+        assert!(bench.until(600_000, so), "{:?}", bench.words());
+        if bench.ended().is_some() {
+            break;
+        }
+        let report = damaged(&bench);
+        bench.event(report);
+        bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
+        assert_eq!(bench.engine().phase, EnginePhase::ToolChange, "not by that one");
+        assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Running));
+    }
+    assert_eq!((bench.ended(), bench.missing(), bench.wrong()), (Some(Ending::Done), vec![], vec![]));
+}
+
+#[test]
+fn a_zero_of_another_program_is_not_the_one_of_the_job_and_one_that_is_set_is() {
+    let mut bench = ready();
+    let zero = bench.engine().zero_mm.unwrap();
+    // A line that the board runs as it starts, or a button at it.
+    bench.board.zeros[1] = [-100.0, -100.0, -20.0];
+    bench.board.leaves_in_force(2);
+    bench.until(1_000, |_| false);
+    bench.start(0);
+    assert!(found(&bench).contains(&"grbl.zero_differs".to_owned()), "{:?}", found(&bench));
+    bench.asked(EngineAsk::ZeroAt { place_mm: zero.map(Some) });
+    assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)), "{:?}", bench.words());
+    bench.until(1_000, |bench| bench.engine().place().is_some());
+    bench.start(0);
+    assert_eq!(found(&bench), Vec::<String>::new());
+    assert!(bench.run());
+    assert_eq!((bench.ended(), bench.missing(), bench.wrong()), (Some(Ending::Done), vec![], vec![]));
+}
+
+#[test]
+fn without_switches_a_board_that_began_anew_unheard_knows_no_place() {
+    for in_a_change in [false, true] {
+        let mut bench = Bench::new(1, Faults::default());
+        bench.board.settings.retain(|(number, _)| *number != 22);
+        bench.plug();
+        bench.phases(EnginePhase::Locked);
+        bench.asked(EngineAsk::Unlock);
+        bench.phases(EnginePhase::Ready);
+        for (axis, um) in [(0, -100_000), (1, -100_000), (2, -20_000)] {
+            bench.asked(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0 });
+            bench.phases(EnginePhase::Ready);
+        }
+        bench.asked(EngineAsk::SetZero { axes: [true; 3], height_mm: 5.0 });
+        assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)));
+        bench.until(1_000, |bench| bench.engine().place().is_some());
+        if in_a_change {
+            bench.start(0);
+            bench.phases(EnginePhase::ToolChange);
+        }
+        bench.told.clear();
+        bench.board.power_up_unheard();
+        assert!(bench.until(2_000, |bench| bench.engine().trust == Trust::Lost), "{in_a_change}");
+        assert_eq!(found(&bench), ["grbl.reset_by_itself"], "{in_a_change}");
+        assert_eq!(bench.ended(), in_a_change.then_some(Ending::Alarm));
+        bench.until(5_000, |_| false);
+        bench.start(0);
+        assert!(found(&bench).iter().any(|code| code == "grbl.no_zero" || code == "grbl.not_now"));
+    }
+}
+
+#[test]
+fn a_second_stop_in_a_long_move_by_hand_does_not_wait_for_a_rest() {
+    let mut bench = ready();
+    bench.asked(EngineAsk::Jog { axis: 2, um: 25_000, mm_per_min: 6_000.0 });
+    bench.phases(EnginePhase::Ready);
+    // The line swallows every jog cancel.
+    bench.instead = Some((b"\x85", b""));
+    bench.asked(EngineAsk::Park { from_low_mm: Some([10.0, 10.0]) });
+    assert!(bench.until(5_000, |bench| bench.board.at[0] < -20.0), "{:?}", bench.words());
+    bench.asked(EngineAsk::Stop);
+    bench.until(100, |_| false);
+    let from = bench.board.at;
+    bench.until(50, |_| false);
+    assert_ne!(bench.board.at, from, "it was not heard");
+    bench.asked(EngineAsk::Stop);
+    bench.until(20, |_| false);
+    let rests = bench.board.at;
+    bench.until(5_000, |_| false);
+    assert_eq!((bench.board.at[..2] == rests[..2], bench.engine().trust), (true, Trust::Lost));
+}
+
+#[test]
+fn a_stop_after_a_key_that_was_let_go_is_the_first_one() {
+    let mut bench = ready();
+    bench.asked(EngineAsk::Jog { axis: 0, um: -100_000, mm_per_min: 1_000.0 });
+    bench.until(500, |_| false);
+    bench.event(EngineEvent::Ask(EngineAsk::JogCancel));
+    bench.event(EngineEvent::Ask(EngineAsk::Stop));
+    bench.phases(EnginePhase::Ready);
+    assert_eq!(bench.engine().trust, Trust::Trusted);
+}
