@@ -246,7 +246,13 @@ impl Line {
 }
 
 impl Drop for Board {
+    /// Of a test that failed, what its pins and its line have done is part of the answer.
     fn drop(&mut self) {
+        if std::thread::panicking() {
+            let _ = kill_process(Pid::from_child(&self.child), Signal::TERM);
+            std::thread::sleep(Duration::from_secs(1));
+            println!("The board: {}", self.reports().pop().unwrap_or_default());
+        }
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
