@@ -12,8 +12,12 @@ mod magazine;
 mod one_planner;
 mod programs;
 mod provoked;
+#[cfg(target_os = "linux")]
+mod pty;
 mod queue;
 mod run;
 mod server;
+#[cfg(target_os = "linux")]
+mod swallowed;
 mod tools;
 mod twin;

@@ -28,6 +28,8 @@ const PROBE: (f64, f64) = (60.0, 2.0);
 const JOG_MM_PER_MIN: f64 = 300.0;
 /// How often homing, or a zero, is asked for when the line was damaged.
 const TRIES: u32 = 3;
+/// Within so long a board that is reset begins to greet.
+const RESET: Duration = Duration::from_secs(1);
 /// How long it may take to come to rest, and to say so.
 const REST: Duration = Duration::from_secs(30);
 /// Most lines that wait to be done.
@@ -226,8 +228,11 @@ impl Operator {
             }
             self.rests();
             let before = self.worst.take();
+            let said = self.said.len();
             self.owner.ask(EngineAsk::Home);
-            self.until(|operator| operator.phase() == Some(EnginePhase::Homing) || operator.worst.is_some());
+            self.until(|operator| {
+                operator.phase() == Some(EnginePhase::Homing) || operator.said.len() > said
+            });
             self.until(|operator| operator.phase() != Some(EnginePhase::Homing));
             self.rests();
             // What went wrong first is why: what is tried behind it may be refused for that alone.
@@ -248,13 +253,22 @@ impl Operator {
     fn set_zero(&mut self, there: Option<[f64; 3]>) -> Result<(), Refusal> {
         for _ in 0..TRIES {
             (self.worst, self.zero_set) = (None, false);
+            // Whatever is said meanwhile, a board that did not answer and was reset among it: what is not set by then will not be.
+            let said = self.said.len();
             self.owner.ask(match there {
                 Some(zero) => EngineAsk::ZeroAt { place_mm: zero.map(Some) },
                 None => EngineAsk::SetZero { axes: [true; 3], height_mm: 0.0 },
             });
-            self.until(|operator| operator.zero_set || operator.worst.is_some());
+            self.until(|operator| operator.zero_set || operator.said.len() > said);
+            if !self.zero_set {
+                // A board that is reset for it greets soon.
+                let since = Instant::now();
+                self.until(|operator| {
+                    operator.phase() == Some(EnginePhase::Greeting) || since.elapsed() > RESET
+                });
+            }
             self.rests();
-            if self.worst.is_none() {
+            if self.zero_set && self.worst.is_none() {
                 return Ok(());
             }
         }
