@@ -85,6 +85,11 @@ impl Recap {
         }
     }
 
+    /// The names of the tests that failed.
+    pub(crate) fn names(&self) -> Vec<String> {
+        self.failures.iter().map(|failure| failure.name.clone()).collect()
+    }
+
     /// Whether nothing failed.
     pub(crate) fn is_empty(&self) -> bool {
         self.failures.is_empty()

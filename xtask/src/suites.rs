@@ -27,16 +27,25 @@ pub(crate) struct Suite {
     pub(crate) counts: bool,
     /// Installs what it needs, and says what to run.
     pub(crate) command: fn() -> Done<Command>,
+    /// The same for these tests alone: of a suite that keeps the time of life on a computer that is busy beside it.
+    pub(crate) alone: Option<fn(&[String]) -> Done<Command>>,
+}
+
+impl Suite {
+    /// One whose failed tests have a second look, alone.
+    const fn looked_at_again(self, alone: fn(&[String]) -> Done<Command>) -> Self {
+        Self { alone: Some(alone), ..self }
+    }
 }
 
 /// A suite that counts tests.
 const fn tests(name: &'static str, after: &'static [&'static str], command: fn() -> Done<Command>) -> Suite {
-    Suite { name, after, counts: true, command }
+    Suite { name, after, counts: true, command, alone: None }
 }
 
 /// A suite that passes or fails as one.
 const fn check(name: &'static str, after: &'static [&'static str], command: fn() -> Done<Command>) -> Suite {
-    Suite { name, after, counts: false, command }
+    Suite { name, after, counts: false, command, alone: None }
 }
 
 /// All of them, in the order in which they begin.
@@ -46,9 +55,9 @@ pub(crate) const SUITES: &[Suite] = &[
     check("build", &[], || Ok(cargo("test", &["--no-run"]))),
     check("tools", &[], || this("tools")),
     tests("native", &["build"], native),
-    tests("browser", &["build", "page"], pages),
+    tests("browser", &["build", "page"], || pages(&[])).looked_at_again(pages),
     tests("clocks", &["native", "browser"], clocks),
-    tests("grbl", &["build"], controllers),
+    tests("grbl", &["build"], || controllers(&[])).looked_at_again(controllers),
     tests("adapter", &["build"], firmware::tests),
     tests("wasm-app", &["tools", "page"], || in_browser(&["-p", "annulus-app", "--lib"])),
     tests("wasm-core", &["tools", "page"], || in_browser(&["-p", "annulus-core", "--test", "core"])),
@@ -114,10 +123,15 @@ fn clocks() -> Done<Command> {
     Ok(clocks)
 }
 
-/// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds.
-fn controllers() -> Done<Command> {
+/// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds; or those of these names, one at a time.
+fn controllers(names: &[String]) -> Done<Command> {
     grbl::ensure()?;
-    Ok(cargo("test", &["--test", "grbl", "--", "--test-threads=3", "--show-output"]))
+    let threads = if names.is_empty() { "--test-threads=3" } else { "--test-threads=1" };
+    let mut controllers = cargo("test", &["--test", "grbl", "--", threads, "--show-output"]);
+    if !names.is_empty() {
+        controllers.arg("--exact").args(names);
+    }
+    Ok(controllers)
 }
 
 fn clippy_page() -> Done<Command> {
@@ -155,13 +169,16 @@ fn in_browser(which: &[&str]) -> Done<Command> {
     Ok(pack)
 }
 
-fn pages() -> Done<Command> {
+/// Tests of the page, or those of these names, one at a time.
+fn pages(names: &[String]) -> Done<Command> {
     let browser = browser::ensure()?;
     npm::ensure()?;
     grbl::ensure()?;
     let firmware = firmware::emulated()?;
     // Two files at a time: each has a bridge, a home and a browser of its own.
-    let mut pages = command("node", &["--test", "--test-concurrency=2"]);
+    let at_a_time = if names.is_empty() { "--test-concurrency=2" } else { "--test-concurrency=1" };
+    let mut pages = command("node", &["--test", at_a_time]);
+    pages.args(names.iter().map(|name| format!("--test-name-pattern=^{}$", literally(name))));
     for reporter in ["tap", "./tests/browser/seconds.mjs"] {
         pages.arg(format!("--test-reporter={reporter}")).arg("--test-reporter-destination=stdout");
     }
@@ -169,4 +186,32 @@ fn pages() -> Done<Command> {
     pages.env("ANNULUS_BIN", target().join("debug/annulus")).env("ANNULUS_CHROMIUM", &browser.chromium);
     pages.env("ANNULUS_FIRMWARE", firmware);
     Ok(pages)
+}
+
+/// A pattern that only `name` fits. TAP writes a sign that means something to it behind a backslash.
+fn literally(name: &str) -> String {
+    let mut pattern = String::new();
+    for sign in name.replace("\\#", "#").replace("\\\\", "\\").chars() {
+        if sign.is_ascii_punctuation() {
+            pattern.push('\\');
+        }
+        pattern.push(sign);
+    }
+    pattern
+}
+
+#[cfg(test)]
+mod tests {
+    use super::literally;
+
+    #[test]
+    fn a_name_is_a_pattern_for_itself_alone() {
+        for (name, pattern) in [
+            ("Shift+2 on Draw (twice)", "Shift\\+2 on Draw \\(twice\\)"),
+            ("hole \\#3", "hole \\#3"),
+            ("ein Bohrer, größer", "ein Bohrer\\, größer"),
+        ] {
+            assert_eq!(literally(name), pattern);
+        }
+    }
 }

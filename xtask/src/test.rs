@@ -33,6 +33,9 @@ impl Count {
     }
 }
 
+/// So many failed tests of a suite have a second look; with more of them it is not the computer that was busy.
+const LOOKED_AT_AGAIN: i64 = 3;
+
 /// How many suites run at a time: what compiles takes every core, what waits for a machine's own seconds takes none.
 const WORKERS: usize = 2;
 
@@ -115,16 +118,42 @@ fn one(suite: &Suite, long: bool, total: &Mutex<Total>) {
         say(&format!("{}: {}", suite.name, shown(&command)));
         run_suite(suite, &mut command)
     });
-    let (count, recap) = ended.unwrap_or_else(|sentence| {
+    let (mut count, recap) = ended.unwrap_or_else(|sentence| {
         let mut recap = Recap::default();
         recap.without_a_test(vec![sentence]);
         (Count { failed: 1, ..Count::default() }, recap)
     });
+    let passed_alone = passes_alone(suite, long, count, &recap);
+    if passed_alone {
+        (count.passed, count.failed) = (count.passed + count.failed, 0);
+    }
     let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
     total.told.extend(recap.told(suite.name));
+    if passed_alone {
+        total.told.push(format!("~ {}: what failed beside other tests passed alone.", suite.name));
+    }
     total.times.push(format!("{} {} s", suite.name, began.elapsed().as_secs()));
     total.count.add(count);
     total.ended.insert(suite.name);
+}
+
+/// Whether the few tests of `suite` that failed beside others pass alone. They are told all the same: it may be a fault that is seldom
+/// seen, not the computer.
+fn passes_alone(suite: &Suite, long: bool, count: Count, recap: &Recap) -> bool {
+    let names = recap.names();
+    let all_named = usize::try_from(count.failed).is_ok_and(|failed| failed == names.len());
+    let Some(alone) = suite.alone.filter(|_| all_named && (1..=LOOKED_AT_AGAIN).contains(&count.failed))
+    else {
+        return false;
+    };
+    let again = alone(&names).and_then(|mut command| {
+        if long {
+            command.env("ANNULUS_LONG", "1");
+        }
+        say(&format!("{}: {}", suite.name, shown(&command)));
+        run_suite(suite, &mut command)
+    });
+    again.is_ok_and(|(again, recap)| again.failed == 0 && again.passed == count.failed && recap.is_empty())
 }
 
 /// Runs one suite with its output shown, counting as it goes. A suite that fails without a failed test counts as one.
