@@ -26,8 +26,11 @@ fn a_damaged_line_stops_the_job_and_nothing_is_left_out() {
         }
         let (verdict, report) = bench.judged();
         println!(
-            "seed {seed}: {} lost, {} damaged, stops {stops:?}",
-            report["uart"]["dropped"], report["uart"]["garbled"]
+            "seed {seed}: {} lost, {} damaged, {} wrong, {} made twice, stops {stops:?}",
+            report["uart"]["dropped"],
+            report["uart"]["garbled"],
+            verdict.wrong.len(),
+            verdict.repeated
         );
         assert_eq!(verdict.left_out, Vec::<usize>::new(), "seed {seed}: {stops:?}");
         assert!(verdict.wrong.len() <= stops.len(), "seed {seed}: {stops:?} {:?}", verdict.wrong);
