@@ -40,6 +40,11 @@ impl Basis {
             && self.accepted == other.accepted
     }
 
+    /// Whether both are of one board.
+    pub(super) fn is_of_board(&self, other: &Self) -> bool {
+        self.board_key == other.board_key
+    }
+
     /// What there is to plan; nothing without a board.
     pub(super) fn of(model: &Model) -> Option<Self> {
         let (document, work) = model.board.document.as_ref().zip(model.job.work.as_ref())?;

@@ -128,6 +128,8 @@ pub struct Model {
     pub anew: Anew,
     /// What was planned last, or is being planned.
     asked: Option<asked::Basis>,
+    /// When what is planned was changed last; none where the board is planned for the first time.
+    changed_ms: Option<f64>,
     /// The number of the last request to the worker.
     request: u32,
 }
@@ -185,6 +187,11 @@ pub enum Event {
         number: u32,
         /// The answer, or why there is none.
         answer: Result<Answer, Stopped>,
+    },
+    /// Nothing has changed for a while since a plan was made.
+    Rested {
+        /// Its number.
+        number: u32,
     },
     /// The person calls off what the worker does.
     Cancelled,
@@ -249,6 +256,7 @@ impl Default for Model {
             keeping: Keeping::default(),
             anew: Anew::default(),
             asked: None,
+            changed_ms: None,
             request: 0,
         }
     }
@@ -324,6 +332,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         Event::Anew(event) => files::anew::update(model, event),
         Event::Progress { number, share } => worker::progress(model, number, share),
         Event::Answered { number, answer } => worker::answered(model, number, answer),
+        Event::Rested { number } => planning::rested(model, number),
         Event::Cancelled => planning::cancelled(model),
         Event::Level(event) => level::update(model, event),
         Event::TouchOff(event) => touch_off::update(model, event),

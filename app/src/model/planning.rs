@@ -2,16 +2,19 @@
 //! something it depends on has changed.
 //!
 //! ```text
-//! Nothing ─▶ Opening ─▶ Reading ─▶ Nothing ─▶ Planning: Plan ─▶ Prove ─▶ Time ─▶ Nothing
+//! Nothing ─▶ Opening ─▶ Reading ─▶ Nothing ─▶ Planning: Plan ─▶ Rest ─▶ Prove ─▶ Time ─▶ Nothing
 //!    ▲ called off, refused ◀┘          ▲──────────────┘ another job is wanted meanwhile: planned again after this step
 //! ```
+//!
+//! While a slider moves every change is planned and shown; proof and times follow once nothing has changed for a while, so that
+//! new toolpaths do not wait for the proof of old ones.
 //!
 //! Comes in: answers with their numbers. Goes out: requests. An answer whose number is not waited for is dropped: it is of an
 //! older generation. Does not know the worker.
 
 use super::asked::{Basis, WorkerTask, board_is_gone, files_first};
 use super::board::take_meshes;
-use super::{Effect, Job, LaidBoard, Model, OpenBoard, ToastAct, export, frame};
+use super::{Effect, Event, Job, LaidBoard, Model, OpenBoard, ToastAct, export, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, PlanReady, Request, Timed, ToPlan, ToProve, ToTime};
 use crate::said::{Text, key};
@@ -19,6 +22,9 @@ use annulus_core::project::anew::ExportedAnew;
 use annulus_core::project::saved::SaidOfFiles;
 use annulus_core::wire::program;
 use std::sync::Arc;
+
+/// After a change of what was planned before, a proof is not begun for so long: a hand that moves a slider comes again sooner.
+const REST_MS: f64 = 200.0;
 
 /// New exports of the open board, as they were brought.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -51,6 +57,11 @@ pub struct Wanted {
 pub enum PlanStep {
     /// The operations are planned.
     Plan,
+    /// Nothing, until it is certain that no other change follows at once.
+    Rest {
+        /// The plan.
+        planned: Arc<PlanReady>,
+    },
     /// What copper that leaves is looked at.
     Prove {
         /// The plan.
@@ -130,7 +141,7 @@ impl OnTheWay {
             Self::Planning { step: PlanStep::Plan, share, .. } => {
                 Some(WorkerTask { word: key!("page.task.planning"), share: *share })
             }
-            Self::Planning { step: PlanStep::Prove { .. }, .. } => {
+            Self::Planning { step: PlanStep::Rest { .. } | PlanStep::Prove { .. }, .. } => {
                 Some(WorkerTask { word: key!("page.task.proving"), share: 0.7 })
             }
             Self::Planning { step: PlanStep::Time { .. }, .. } => {
@@ -154,13 +165,18 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     if model.asked.as_ref().is_some_and(|asked| asked.same(&basis)) {
         return Vec::new();
     }
+    let is_change = model.asked.as_ref().is_some_and(|asked| asked.is_of_board(&basis));
+    model.changed_ms = is_change.then_some(model.clock.page_ms);
     model.asked = Some(basis);
     model.board.stale = true;
-    if let OnTheWay::Planning { again, .. } = &mut model.on_the_way {
-        *again = true;
-        return Vec::new();
+    match &mut model.on_the_way {
+        OnTheWay::Planning { step: PlanStep::Rest { .. }, .. } => plan(model),
+        OnTheWay::Planning { again, .. } => {
+            *again = true;
+            Vec::new()
+        }
+        _ => plan(model),
     }
-    plan(model)
 }
 
 /// Asks for a plan of what was asked for last.
@@ -214,7 +230,11 @@ pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answe
             was_proved(model, planned, *wanted, answer)
         }
         OnTheWay::Planning { step: PlanStep::Time { planned }, .. } => was_timed(model, &planned, answer),
-        OnTheWay::Nothing | OnTheWay::Opening { .. } | OnTheWay::Reading { .. } => Vec::new(),
+        // Nobody was asked for anything.
+        OnTheWay::Planning { step: PlanStep::Rest { .. }, .. }
+        | OnTheWay::Nothing
+        | OnTheWay::Opening { .. }
+        | OnTheWay::Reading { .. } => Vec::new(),
     }
 }
 
@@ -263,11 +283,36 @@ fn was_planned(
         effects.extend(plan_again(model));
         return effects;
     }
+    let rest_ms = model.changed_ms.map_or(0.0, |changed_ms| changed_ms + REST_MS - model.clock.page_ms);
+    if rest_ms <= 0.0 {
+        effects.extend(prove(model, planned, wanted));
+        return effects;
+    }
+    let number = model.next_request();
+    proceed(model, number, PlanStep::Rest { planned }, wanted);
+    effects.push(Effect::Wake { after_ms: rest_ms as u32 + 1, event: Box::new(Event::Rested { number }) });
+    effects
+}
+
+/// Nothing has changed for a while since the plan with this number was made.
+pub(super) fn rested(model: &mut Model, number: u32) -> Vec<Effect> {
+    match &model.on_the_way {
+        OnTheWay::Planning { number: own, step: PlanStep::Rest { planned }, wanted, .. }
+            if *own == number =>
+        {
+            let (planned, wanted) = (Arc::clone(planned), (**wanted).clone());
+            prove(model, planned, wanted)
+        }
+        _ => Vec::new(),
+    }
+}
+
+/// Asks what copper the plan leaves.
+fn prove(model: &mut Model, planned: Arc<PlanReady>, wanted: ToPlan) -> Vec<Effect> {
     let number = model.next_request();
     let (board_key, work, program) = (wanted.board_key, wanted.work.clone(), planned.program.clone());
-    effects.push(Effect::ask(number, Request::Prove(ToProve { board_key, program, work })));
     proceed(model, number, PlanStep::Prove { planned }, wanted);
-    effects
+    vec![Effect::ask(number, Request::Prove(ToProve { board_key, program, work }))]
 }
 
 /// Plans what is wanted by now.

@@ -26,7 +26,7 @@ fn a_plan_is_proved_and_then_timed() {
             ("open certain plan-refused", "nothing | board refused | "),
             ("open certain plan-stopped", "nothing | board | "),
             ("open certain plan prove time edit plan-refused", "nothing | board refused | "),
-            ("open certain plan-refused edit plan", "proving | board plan stale | prove"),
+            ("open certain plan-refused edit plan", "resting | board plan stale | plan-rests"),
         ],
         Story::stands,
     );
@@ -66,6 +66,63 @@ fn what_a_plan_depends_on_makes_a_new_one_and_nothing_else_does() {
 }
 
 #[test]
+fn while_changes_follow_each_other_every_one_is_planned_and_the_last_alone_is_proved() {
+    compare(
+        &[
+            ("open certain plan prove time edit plan", "resting | board plan proof job stale | plan-rests"),
+            // a change while it rests is planned at once: nobody is asked for anything that it would wait for
+            (
+                "open certain plan prove time edit plan edit",
+                "planning | board plan proof job stale | plan keep-rests",
+            ),
+            (
+                "open certain plan prove time edit plan edit plan-rested-before",
+                "planning | board plan proof job stale | ",
+            ),
+            (
+                "open certain plan prove time edit plan edit plan",
+                "resting | board plan proof job stale | plan-rests",
+            ),
+            (
+                "open certain plan prove time edit plan edit plan plan-rested-before",
+                "resting | board plan proof job stale | ",
+            ),
+            (
+                "open certain plan prove time edit plan plan-rested",
+                "proving | board plan proof job stale | prove",
+            ),
+            (
+                "open certain plan prove time edit plan plan-rested plan-rested",
+                "proving | board plan proof job stale | ",
+            ),
+            // the time that the plan itself took counts
+            (
+                "open certain plan prove time edit soon plan",
+                "resting | board plan proof job stale | plan-rests",
+            ),
+            (
+                "open certain plan prove time edit soon soon plan",
+                "proving | board plan proof job stale | prove",
+            ),
+            (
+                "open certain plan prove time edit soon soon edit plan plan",
+                "resting | board plan proof job stale | plan-rests",
+            ),
+            // what is called off while it rests is planned with the next change
+            (
+                "open certain plan prove time edit plan cancel",
+                "nothing | board plan proof job stale | call-off",
+            ),
+            (
+                "open certain plan prove time edit plan cancel plan-rested",
+                "nothing | board plan proof job stale | ",
+            ),
+        ],
+        Story::stands,
+    );
+}
+
+#[test]
 fn what_is_wanted_while_a_plan_is_made_is_planned_after_the_step() {
     compare(
         &[
@@ -73,13 +130,13 @@ fn what_is_wanted_while_a_plan_is_made_is_planned_after_the_step() {
             ("open certain edit edit edit", "planning-again | board stale | keep-rests"),
             // the plan in between is shown, and not proved
             ("open certain edit plan", "planning | board plan stale | toast-goes plan"),
-            ("open certain edit edit plan plan", "proving | board plan stale | prove"),
+            ("open certain edit edit plan plan", "resting | board plan stale | plan-rests"),
             ("open certain plan edit", "planning-again | board plan stale | keep-rests"),
             ("open certain plan edit prove", "planning | board plan stale | plan"),
             ("open certain plan prove edit", "planning-again | board plan proof stale | keep-rests"),
             ("open certain plan prove edit time", "planning | board plan proof stale | plan"),
             ("open certain edit plan-refused", "planning | board stale refused | plan"),
-            ("open certain edit plan-refused plan", "proving | board plan stale | prove"),
+            ("open certain edit plan-refused plan", "resting | board plan stale | plan-rests"),
             (
                 "open certain plan prove time edit plan edit prove plan prove time",
                 "nothing | board plan proof job | ",
@@ -143,7 +200,7 @@ fn a_worker_that_does_not_know_the_board_is_given_the_files_once() {
             ("open certain gone certain gone", "nothing | board refused | "),
             ("open certain gone read-refused plan-refused", "nothing | board refused | "),
             ("open certain edit gone", "planning-again | board stale | read plan"),
-            ("open certain edit gone certain plan plan", "proving | board plan stale | prove"),
+            ("open certain edit gone certain plan plan", "resting | board plan stale | plan-rests"),
             ("open certain gone cancel certain plan", "nothing | board stale | "),
         ],
         Story::stands,
@@ -167,6 +224,7 @@ fn what_is_done_is_told_while_it_lasts() {
             ("open certain half edit plan", "page.task.planning 0"),
             ("open certain plan", "page.task.proving 0.7"),
             ("open certain plan half", "page.task.proving 0.7"),
+            ("open certain plan edit prove plan", "page.task.proving 0.7"),
             ("open certain plan prove", "page.task.timing 0.9"),
             ("open certain plan prove time", ""),
             ("open certain cancel", ""),

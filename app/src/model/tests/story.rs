@@ -9,8 +9,8 @@ use crate::engine::messages::{
 };
 use crate::model::planning::{OnTheWay, PlanStep};
 use crate::model::{
-    AnewEvent, Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, LinkEvent, Model,
-    Offer, TemplateEvent, ToastAct, export, update,
+    AnewEvent, Clocks, Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, LinkEvent,
+    Model, Offer, TemplateEvent, ToastAct, export, update,
 };
 use crate::said::Text;
 use annulus_core::board::changes::{BoardChanges, Changed, Fate};
@@ -67,6 +67,7 @@ fn word(effect: &Effect) -> String {
             Event::Keep(KeepEvent::Rested { .. }) => "keep-rests".to_owned(),
             Event::Keep(KeepEvent::Drop { place }) => format!("drops-soon:{place}"),
             Event::Template(TemplateEvent::Rested { .. }) => "typing-rests".to_owned(),
+            Event::Rested { .. } => "plan-rests".to_owned(),
             other => format!("{other:?}"),
         },
         Effect::Save { name, .. } => format!("save:{name}"),
@@ -296,6 +297,10 @@ impl Story {
     /// Tells one word.
     pub(super) fn tell(&mut self, told: &str) {
         let (before, word) = told.strip_prefix("old-").map_or((0, told), |word| (1, word));
+        if word.starts_with("prove") && self.way() == "resting" {
+            // Before anybody proves, it is waited for whether anything else changes.
+            self.tell("plan-rested");
+        }
         if let Some((kind, _)) = answer(word, 0) {
             let number = self.number(kind, before);
             let (_, answer) = answer(word, number).unwrap();
@@ -387,6 +392,11 @@ impl Story {
                 Event::clone(&last)
             }
             "cancel" => Event::Cancelled,
+            "plan-rested" => {
+                Event::Rested { number: self.model.on_the_way.number().unwrap_or(self.model.request) }
+            }
+            "plan-rested-before" => Event::Rested { number: self.model.on_the_way.number()? - 1 },
+            "soon" => Event::Clock { clock: self.later(150.0) },
             "machine" => {
                 let value = Value::Text(format!("Drill {}", self.count));
                 described(vec![("machine.name".to_owned(), value)])
@@ -396,6 +406,12 @@ impl Story {
             "old-half" => Event::Progress { number: self.asked.first()?.1, share: 0.5 },
             _ => return None,
         })
+    }
+
+    /// The clocks so much later.
+    fn later(&self, ms: f64) -> Clocks {
+        let Clocks { page_ms, wall_ms } = self.model.clock;
+        Clocks { page_ms: page_ms + ms, wall_ms: wall_ms + ms }
     }
 
     fn anew_event(&mut self, word: &str) -> Option<Event> {
@@ -477,6 +493,7 @@ impl Story {
             OnTheWay::Reading { .. } => "reading",
             OnTheWay::Planning { again: true, .. } => "planning-again",
             OnTheWay::Planning { step: PlanStep::Plan, .. } => "planning",
+            OnTheWay::Planning { step: PlanStep::Rest { .. }, .. } => "resting",
             OnTheWay::Planning { step: PlanStep::Prove { .. }, .. } => "proving",
             OnTheWay::Planning { step: PlanStep::Time { .. }, .. } => "timing",
         }
