@@ -6,10 +6,12 @@
 
 use super::messages::LayerRow;
 use annulus_core::board::Board;
-use annulus_core::cam::toolpaths::{Planned, PlannedOperation};
+use annulus_core::cam::toolpaths::{Kept, Planned, PlannedOperation};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Bounds;
+use annulus_core::proof::Verdict;
 use std::collections::VecDeque;
+use std::rc::Rc;
 
 /// Parts kept beyond those of the job as it is: what one comes back to with an undo or a slider.
 const MORE_PARTS: usize = 16;
@@ -26,6 +28,19 @@ pub(super) struct Last {
     pub(super) titles: Vec<String>,
     /// The key of its program.
     pub(super) program: String,
+    /// How its board lies.
+    pub(super) laid_key: String,
+}
+
+/// How often something was made because it was not known.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Made {
+    /// Operations that were planned.
+    pub parts: u32,
+    /// Islands of copper, each with what it touches, that were grown or gone round.
+    pub families: u32,
+    /// Programs that were proved.
+    pub proofs: u32,
 }
 
 /// The worker's memory. A new worker has none.
@@ -40,14 +55,18 @@ pub struct Cache {
     last: Option<Last>,
     /// The latest last.
     parts: VecDeque<(String, PlannedOperation)>,
-    /// What must be read of programs that were proved, by the key of the program. The latest last.
-    proofs: VecDeque<(String, Vec<String>)>,
+    /// What was found in programs that were proved, by all that it depends on. The latest last.
+    proofs: VecDeque<(String, Rc<Verdict>)>,
+    /// What isolation made before, on this board or one before it.
+    kept: Kept,
+    made: Made,
 }
 
 impl Cache {
-    /// Keeps `board`, whose files have `lost`, and no other.
+    /// Keeps `board`, whose files have `lost`, and no other. What isolation made of the one before may serve it too.
     pub(super) fn keep(&mut self, key: u32, board: Board, lost: Vec<String>) {
-        *self = Self { board: Some((key, board)), lost, ..Self::default() };
+        let (kept, made) = (std::mem::take(&mut self.kept), self.made);
+        *self = Self { board: Some((key, board)), lost, kept, made, ..Self::default() };
     }
 
     /// Keeps how the copper of the board is shown in the box `body`.
@@ -84,23 +103,48 @@ impl Cache {
         self.last.as_ref().ok_or_else(gone)
     }
 
-    /// What must be read of the program with this key, if it was proved.
-    pub(super) fn proof(&self, key: &str) -> Option<Vec<String>> {
-        self.proofs.iter().find(|(kept, _)| kept == key).map(|(_, names)| names.clone())
+    /// How often something was made since there is this cache.
+    pub fn made(&self) -> Made {
+        Made { families: self.kept.made(), ..self.made }
     }
 
-    /// Keeps what must be read of a program.
-    pub(super) fn keep_proof(&mut self, key: String, names: Vec<String>) {
-        self.proofs.retain(|(kept, _)| *kept != key);
-        self.proofs.push_back((key, names));
+    /// What isolation made before, to be brought back by [`Cache::keep_kept`].
+    pub(super) fn take_kept(&mut self) -> Kept {
+        std::mem::take(&mut self.kept)
+    }
+
+    /// Keeps what isolation made.
+    pub(super) fn keep_kept(&mut self, kept: Kept) {
+        self.kept = kept;
+    }
+
+    /// What was found under `key`, if that was looked for.
+    pub(super) fn verdict(&mut self, key: &str) -> Option<Rc<Verdict>> {
+        let known = self.proofs.iter().position(|(kept, _)| kept == key)?;
+        let known = self.proofs.remove(known)?;
+        self.proofs.push_back(known);
+        self.proofs.back().map(|(_, verdict)| Rc::clone(verdict))
+    }
+
+    /// Keeps what was found anew.
+    pub(super) fn keep_verdict(&mut self, key: String, verdict: Verdict) -> Rc<Verdict> {
+        self.made.proofs += 1;
+        let verdict = Rc::new(verdict);
+        self.proofs.push_back((key, Rc::clone(&verdict)));
         while self.proofs.len() > MOST_PROOFS {
             self.proofs.pop_front();
         }
+        verdict
     }
 
     /// The part that was planned under `key`.
     pub(super) fn part(&self, key: &str) -> Option<PlannedOperation> {
         self.parts.iter().find(|(kept, _)| kept == key).map(|(_, part)| part.clone())
+    }
+
+    /// A part is made, since none is known.
+    pub(super) fn makes_part(&mut self) {
+        self.made.parts += 1;
     }
 
     /// Keeps a part; of those kept before, only the latest stay when there are more than a job of `operations` needs.

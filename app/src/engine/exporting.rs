@@ -36,7 +36,7 @@ pub(super) fn export(
 ) -> Result<Exported, Vec<Diagnostic>> {
     let mut unread = Vec::new();
     let sides = planned(wanted, cache, progress, &mut |plan, side, cache| {
-        let names = proving::to_be_read(&side.planned.board, &side.program, &plan.work, cache);
+        let names = proving::to_be_read(side, &plan.work, cache);
         let findings = names.iter().filter(|name| !wanted.read.contains(name)).count();
         let errors =
             side.diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(&plan.accept)).count();

@@ -20,6 +20,7 @@ use annulus_core::cam::work::{Operation, Work};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Bounds;
 use annulus_core::job::Program;
+use annulus_core::machine::Machine;
 use annulus_core::motion;
 use annulus_core::units::Length;
 use annulus_core::wire::program;
@@ -32,6 +33,8 @@ pub(super) struct Side {
     pub(super) diagnostics: Vec<Diagnostic>,
     /// Where no bit may go, as the board lies.
     zones: Vec<Bounds>,
+    /// How its board lies.
+    pub(super) laid_key: String,
 }
 
 /// Plans the side that is up in what is `wanted`.
@@ -42,7 +45,7 @@ pub(super) fn side(
 ) -> Result<Side, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
-    let scene = PlacedBoard::of(cache.board(wanted.board_key)?, work);
+    let scene = PlacedBoard::of(cache.board(wanted.board_key)?, work).remembering(cache.take_kept());
     let options = cam::PlanOptions {
         group: if wanted.loaded.is_some() { cam::BitOrder::LoadedFirst } else { cam::BitOrder::Ascending },
         loaded: wanted.loaded,
@@ -52,26 +55,41 @@ pub(super) fn side(
     };
     let rapid_time = |from, to| motion::rapid_time_s(&machine, from, to);
     let means = Means { options: &options, rapid_time: &rapid_time };
+    let parts = parts(wanted, cache, (&scene, &machine, &means), progress);
+    cache.keep_kept(scene.kept());
+    let parts = parts?;
+    let zones = scene.zones().to_vec();
+    let (planned, diagnostics) = toolpaths::assemble(scene, work, &machine, &means, parts)?;
+    let program = toolpaths::lower_work(&planned, work, &machine);
+    Ok(Side { planned, program, diagnostics, zones, laid_key: laid_key(wanted.board_key, work) })
+}
+
+/// The operations of that side, those that did not change as they were.
+fn parts(
+    wanted: &ToPlan,
+    cache: &mut Cache,
+    (scene, machine, means): (&PlacedBoard, &Machine, &Means<'_>),
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Vec<PlannedOperation>, Vec<Diagnostic>> {
+    let work = &wanted.work;
     let operations: Vec<usize> = toolpaths::planned_operations(work).map(|(index, _)| index).collect();
     let mut parts = Vec::new();
     for (done, &index) in operations.iter().enumerate() {
         progress(done as u64, operations.len() as u64);
-        let key = format!("{}|{:?}", toolpaths::key(work, index, &machine), wanted.loaded);
+        let key = format!("{}|{:?}", toolpaths::key(work, index, machine), wanted.loaded);
         let known = cache.part(&key).map(|part| PlannedOperation { operation: index as u32, ..part });
         let part = match known {
             Some(part) => part,
             None => {
-                let made = toolpaths::plan_operation(&scene, work, index, &machine, &means, &mut |_| true);
+                cache.makes_part();
+                let made = toolpaths::plan_operation(scene, work, index, machine, means, &mut |_| true);
                 made.map_err(|why| vec![why])?
             }
         };
         cache.keep_part(key, part.clone(), operations.len());
         parts.push(part);
     }
-    let zones = scene.zones().to_vec();
-    let (planned, diagnostics) = toolpaths::assemble(scene, work, &machine, &means, parts)?;
-    let program = toolpaths::lower_work(&planned, work, &machine);
-    Ok(Side { planned, program, diagnostics, zones })
+    Ok(parts)
 }
 
 /// Plans what is `wanted`, as the page shows it.
@@ -82,10 +100,9 @@ pub(super) fn plan(
 ) -> Result<PlanReady, Vec<Diagnostic>> {
     let machine = wanted.machine.machine()?;
     let work = &wanted.work;
-    let Side { planned, program, diagnostics, zones } = side(wanted, cache, progress)?;
+    let Side { planned, program, diagnostics, zones, laid_key } = side(wanted, cache, progress)?;
     let made = program::encode(&program);
     let (titles, key) = (work.operations.iter().map(Operation::title).collect(), program::key(&made));
-    let laid_key = laid_key(wanted.board_key, work);
     let laid = (wanted.laid.as_ref() != Some(&laid_key)).then(|| laid(&planned.board, work, cache));
     let bits = bits(&planned.parts, &planned.board);
     let figures = figures(&planned, &|from, to| motion::rapid_time_s(&machine, from, to));
@@ -98,7 +115,7 @@ pub(super) fn plan(
         zones,
         toolpath_operations: toolpath_operations.collect(),
         bits,
-        laid_key,
+        laid_key: laid_key.clone(),
         laid,
         key: key.clone(),
         program: made,
@@ -108,7 +125,7 @@ pub(super) fn plan(
         hop_time_before_s: figures.hop_time_before_s,
         hop_time_after_s: figures.hop_time_after_s,
     };
-    cache.keep_last(Last { planned, titles, program: key });
+    cache.keep_last(Last { planned, titles, program: key, laid_key });
     Ok(answer)
 }
 

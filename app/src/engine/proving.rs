@@ -4,52 +4,64 @@
 
 use super::cache::Cache;
 use super::messages::{Proved, ToProve};
+use super::planning::Side;
 use annulus_core::board::Board;
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Region;
 use annulus_core::job::Program;
-use annulus_core::proof::{self, Group, Verdict};
+use annulus_core::proof::{self, Verdict};
 use annulus_core::wire::program;
 
 /// What copper the program leaves, against the board as it lies.
 pub(super) fn prove(wanted: &ToProve, cache: &mut Cache) -> Result<Proved, Vec<Diagnostic>> {
-    let last = cache.last(wanted.board_key)?;
     let program = program::decode(&wanted.program).map_err(|diagnostic| vec![diagnostic])?;
-    let key = program::key(&wanted.program);
-    let mut verdict = verdict(&last.planned.board, &program, &wanted.work);
-    let ours = last.program == key;
-    for finding in verdict.findings.iter_mut().filter(|_| ours) {
+    let last = cache.last(wanted.board_key)?;
+    let key = key(&last.laid_key, &program, &wanted.work);
+    let verdict = match cache.verdict(&key) {
+        Some(known) => known,
+        None => cache
+            .keep_verdict(key, verdict(&cache.last(wanted.board_key)?.planned.board, &program, &wanted.work)),
+    };
+    let last = cache.last(wanted.board_key)?;
+    let mut findings = verdict.findings.clone();
+    let ours = last.program == program::key(&wanted.program);
+    for finding in findings.iter_mut().filter(|_| ours) {
         let index = finding.leg.and_then(|(_, leg)| last.planned.operation_at(&program, leg));
         finding.operation = index.and_then(|index| last.titles.get(index as usize).cloned());
     }
-    cache.keep_proof(key, must_be_read(&verdict.groups));
     Ok(Proved {
-        findings: verdict.findings,
+        findings,
         more: verdict.more,
-        groups: verdict.groups,
-        whole: verdict.whole,
+        groups: verdict.groups.clone(),
+        whole: verdict.whole.clone(),
         islands: verdict.islands,
         nets: verdict.nets,
     })
 }
 
-/// Names of the findings of `program` on `board` that a person must have read. A program that was proved is not proved again.
-pub(super) fn to_be_read(board: &Board, program: &Program, work: &Work, cache: &mut Cache) -> Vec<String> {
-    let key = program::key(&program::encode(program));
-    if let Some(known) = cache.proof(&key) {
-        return known;
-    }
-    let names = must_be_read(&verdict(board, program, work).groups);
-    cache.keep_proof(key, names.clone());
-    names
+/// Names of the findings of the program of a side that a person must have read. What was proved is not proved again.
+pub(super) fn to_be_read(side: &Side, work: &Work, cache: &mut Cache) -> Vec<String> {
+    let key = key(&side.laid_key, &side.program, work);
+    let verdict = match cache.verdict(&key) {
+        Some(known) => known,
+        None => cache.keep_verdict(key, verdict(&side.planned.board, &side.program, work)),
+    };
+    proof::to_be_read(&verdict.groups).map(|(_, id)| id.to_owned()).collect()
 }
 
+/// A digest of all that a proof depends on: how the board lies, what is cut where, what the job promises. How fast is no part of it.
+fn key(laid_key: &str, program: &Program, work: &Work) -> String {
+    let face = work.setup.face;
+    let mut bytes = program::encode(&proof::unhurried(program));
+    bytes.extend(format!("{laid_key} {face:?} {:?}", work.promised(face)).into_bytes());
+    program::key(&bytes)
+}
+
+/// What copper `program` leaves on `board`. The copper left itself is not kept.
 fn verdict(board: &Board, program: &Program, work: &Work) -> Verdict {
     let face = work.setup.face;
     let options = proof::ProofOptions::of(face, work.promised(face));
-    proof::prove(board, std::slice::from_ref(program), &options)
-}
-
-fn must_be_read(groups: &[Group]) -> Vec<String> {
-    proof::to_be_read(groups).map(|(_, id)| id.to_owned()).collect()
+    let verdict = proof::prove(board, std::slice::from_ref(program), &options);
+    Verdict { left: Region::default(), ..verdict }
 }

@@ -230,7 +230,8 @@ mod tests {
     use super::*;
     use annulus_core::board::changes::Fate;
     use annulus_core::cam;
-    use annulus_core::cam::work::{Flip, OperationKind};
+    use annulus_core::cam::toolpaths::planned_operations;
+    use annulus_core::cam::work::{Flip, Operation, OperationKind};
     use annulus_core::geometry::{Island, Path, Point, Region};
     use annulus_core::post::SheetRow;
     use annulus_core::project::saved::{NumberReading, Project, SaidOfFiles};
@@ -466,6 +467,57 @@ mod tests {
         let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
         let work = reading.work;
         ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None }
+    }
+
+    #[test]
+    fn a_change_makes_anew_what_depends_on_it_and_nothing_else() {
+        type Change = fn(&mut Work);
+        fn speeds(work: &mut Work) {
+            for operation in &mut work.operations {
+                operation.feed_mm_per_s *= 0.5;
+                operation.plunge_mm_per_s *= 0.5;
+                operation.spindle_rpm -= 1_000;
+            }
+        }
+        fn isolations(work: &mut Work, change: fn(&mut Operation)) {
+            work.operations.iter_mut().filter(|one| one.action.word() == "isolate").for_each(change);
+        }
+        fn depth(work: &mut Work) {
+            isolations(work, |operation| operation.depth += Length::from_um(10));
+        }
+        // How many operations are planned, those of the side that is up or fewer, and whether the program is proved.
+        let rows: [(&str, Change, usize, u32); 6] = [
+            ("nothing", |_| {}, 0, 0),
+            ("feed, plunge and rpm", speeds, 0, 0),
+            ("a name", |work| isolations(work, |one| one.name = "Grooves".to_owned()), 0, 0),
+            ("a depth", depth, 1, 1),
+            ("a spindle that stands", |work| isolations(work, |one| one.spindle_rpm = 0), 0, 1),
+            ("a rim", |work| work.setup.margin += Length::from_um(100), usize::MAX, 1),
+        ];
+        fn both(plan: &ToPlan, cache: &mut Cache) -> [Answer; 2] {
+            let mut ask = |request| super::perform(request, cache, &mut |_, _| {}).unwrap();
+            let planned = ask(Request::Plan(plan.clone()));
+            let Answer::Planned(ready) = &planned else { panic!() };
+            let (program, work) = (ready.program.clone(), plan.work.clone());
+            let proved = ask(Request::Prove(ToProve { board_key: 0, program, work }));
+            [planned, proved]
+        }
+        let board = |cache: &mut Cache| {
+            two_sided(&mut |request| super::perform(request, cache, &mut |_, _| {}).unwrap())
+        };
+        for (what, change, parts, proofs) in rows {
+            let (mut cache, mut empty) = (Cache::default(), Cache::default());
+            let mut plan = board(&mut cache);
+            both(&plan, &mut cache);
+            let before = cache.made();
+            change(&mut plan.work);
+            let found = both(&plan, &mut cache);
+            let made = cache.made();
+            let parts = parts.min(planned_operations(&plan.work).count()) as u32;
+            assert_eq!((made.parts - before.parts, made.proofs - before.proofs), (parts, proofs), "{what}");
+            board(&mut empty);
+            assert_eq!(found, both(&plan, &mut empty), "{what}: as from nothing");
+        }
     }
 
     #[test]

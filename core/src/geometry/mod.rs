@@ -7,6 +7,7 @@ pub mod chords;
 mod clusters;
 mod combine;
 mod compose;
+mod families;
 mod gaps;
 mod grid;
 mod grow;
@@ -26,6 +27,7 @@ pub use afford::Fuel;
 pub use combine::{
     CombineRule, Enclosing, Exposure, combine, enclosed, even_odd, paint, paint_within, settled, union,
 };
+pub use families::families;
 pub use gaps::{Gap, gaps};
 pub use grow::grow;
 pub use index::{Edge, Index, Near};

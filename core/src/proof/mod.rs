@@ -31,6 +31,7 @@ mod shorts;
 mod slivers;
 mod slots;
 mod strokes;
+mod unhurried;
 mod whole;
 mod written;
 
@@ -39,6 +40,7 @@ pub use drilled::{DrillingProof, SideRun, drilled};
 pub use finding::{Finding, FindingKind};
 pub use groups::{Group, Pair, to_be_read};
 pub use replay::{PathCut, ReplayedCuts, Still, replay};
+pub use unhurried::unhurried;
 pub use whole::{Shallower, Whole};
 pub use written::differences;
 

@@ -16,8 +16,8 @@ use super::super::work::{CutDirection, Isolate, LocalIsolation, Remedy};
 use super::cut::{self, Area};
 use super::narrow::{self, NEARER, Necks, half};
 use super::route::{Rules, arranged};
-use super::{BitTask, PlanContext, PlannedOperation};
-use super::{shared, slivers};
+use super::shared;
+use super::{BitTask, PlacedBoard, PlanContext, PlannedOperation};
 use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, voronoi};
@@ -43,7 +43,7 @@ pub(super) fn plan(context: &mut PlanContext<'_>, isolate: &Isolate) -> Result<P
         .collect();
     let bits = context.mills(&names, false);
     let depth = context.depth();
-    let mut isolated = Isolated::of(copper);
+    let mut isolated = Isolated::of(copper, context.scene);
     let mut wider: Option<Length> = None;
     for bit in &bits {
         context.go_on()?;
@@ -79,6 +79,7 @@ fn cut_width(context: &mut PlanContext<'_>, bit: &Bit, depth: Length) -> Length 
 /// Copper and what is made of it once.
 pub(super) struct Isolated<'a> {
     copper: &'a Region,
+    scene: &'a PlacedBoard,
     islands: Option<Area>,
     /// Grown by what the toolpaths of cuts of these widths keep.
     grown: BTreeMap<Length, Region>,
@@ -87,8 +88,13 @@ pub(super) struct Isolated<'a> {
 }
 
 impl<'a> Isolated<'a> {
-    pub(super) fn of(copper: &'a Region) -> Self {
-        Self { copper, islands: None, grown: BTreeMap::new(), necks: BTreeMap::new() }
+    pub(super) fn of(copper: &'a Region, scene: &'a PlacedBoard) -> Self {
+        Self { copper, scene, islands: None, grown: BTreeMap::new(), necks: BTreeMap::new() }
+    }
+
+    /// The copper and what the toolpath of a cut of `width` keeps around it.
+    fn keeping(&self, width: Length) -> Region {
+        self.scene.making().grown(self.copper, narrow::kept(width))
     }
 
     /// The islands, to be looked up.
@@ -98,8 +104,9 @@ impl<'a> Isolated<'a> {
 
     /// The places where a cut of `width` goes on from where one of width `wider` had to turn.
     fn necks(&mut self, wider: Length, width: Length) -> Rc<Necks> {
-        let copper = self.copper;
-        let grown = self.grown.entry(wider).or_insert_with(|| grow(copper, narrow::kept(wider)));
+        let (copper, scene) = (self.copper, self.scene);
+        let grown = self.grown.entry(wider);
+        let grown = grown.or_insert_with(|| scene.making().grown(copper, narrow::kept(wider)));
         let necks = self.necks.entry((wider, width));
         Rc::clone(necks.or_insert_with(|| Rc::new(Necks::of((copper, grown), wider, width))))
     }
@@ -107,7 +114,7 @@ impl<'a> Isolated<'a> {
     /// The toolpaths of a cut of `width` where one of width `wider` did not fit.
     pub(super) fn rest(&mut self, wider: Length, width: Length) -> Vec<Path> {
         let necks = self.necks(wider, width).of_a_bit(self.islands(), (wider, width));
-        narrow::paths_in(self.copper, &necks, width)
+        narrow::paths_in(&necks, || self.keeping(width))
     }
 }
 
@@ -125,18 +132,18 @@ fn rings(
     // Where a groove narrows downwards, neighbours that overlap at the surface may leave a sliver below.
     let close = isolate.slivers && through > Length::ZERO && step < through + THINNEST;
     let step = if close { step.min(through) } else { step };
-    let mut region = grow(copper, half(width) - NEARER);
+    let mut region = context.scene.making().grown(copper, half(width) - NEARER);
     let mut paths = Vec::new();
     for pass in 1..=isolate.passes {
         context.go_on()?;
         let next = (pass < isolate.passes).then_some(step);
         let toolpaths = match isolate.slivers {
-            true => slivers::with_slivers(&region, through, next),
-            false => region.paths().cloned().collect(),
+            true => context.scene.making().with_slivers(&region, through, next),
+            false => shared::once(region.paths().cloned().collect()),
         };
-        paths.extend(turned(shared::once(toolpaths), isolate.direction));
+        paths.extend(turned(toolpaths, isolate.direction));
         if next.is_some() {
-            region = grow(&region, step);
+            region = context.scene.making().grown(&region, step);
         }
     }
     Ok(paths)
@@ -152,7 +159,7 @@ fn between_islands(context: &PlanContext<'_>, copper: &Region, width: Length) ->
         Some(bounds) => union(&[rectangle(bounds.grown(margin))]),
         None => return Vec::new(),
     };
-    let too_near = Area::of(&grow(copper, half(width) - NEARER));
+    let too_near = Area::of(&context.scene.making().grown(copper, half(width) - NEARER));
     voronoi(copper, &around).iter().flat_map(|path| cut::parts(path, &too_near, false)).collect()
 }
 
@@ -273,7 +280,7 @@ fn cured(
     tell_taken(context, taken);
     let fitted = fitted.into_iter().map(|(bit, depth, necks)| {
         let necks: Vec<Island> = necks.into_iter().collect();
-        let toolpaths = narrow::paths_in(isolated.copper, &necks, bit.width_at(depth));
+        let toolpaths = narrow::paths_in(&necks, || isolated.keeping(bit.width_at(depth)));
         (bit, depth, toolpaths)
     });
     let all: Vec<(Bit, Length, Vec<Path>)> = fitted.chain(alike).collect();

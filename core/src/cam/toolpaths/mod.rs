@@ -22,6 +22,7 @@ mod engrave;
 mod fill;
 mod hand_tabs;
 mod isolate;
+mod kept;
 mod lower;
 mod mill_holes;
 mod narrow;
@@ -32,6 +33,7 @@ mod slivers;
 #[cfg(test)]
 mod tests;
 
+pub use kept::Kept;
 pub use lower::lower_work;
 pub use scene::PlacedBoard;
 
@@ -181,20 +183,25 @@ pub struct Means<'a> {
 }
 
 /// A digest of all that the part of operation `index` depends on, apart from the board's files: as long as it and the
-/// board stay, the part stays.
+/// board stay, the part stays. What an operation is called and how fast it goes is no part of it: [`assemble`] says that.
 pub fn key(work: &Work, index: usize, machine: &Machine) -> String {
     let operation = work.operations.get(index);
     let bits: Vec<&Bit> =
         operation.iter().flat_map(|o| o.bit_names()).filter_map(|name| work.bit(name)).collect();
-    let renamed = operation.cloned().map(|operation| Operation { name: String::new(), ..operation });
+    let shape = operation.cloned().map(|operation| Operation {
+        name: String::new(),
+        feed_mm_per_s: 0.0,
+        plunge_mm_per_s: 0.0,
+        spindle_rpm: 0,
+        ..operation
+    });
     let tolerances: Vec<Length> = work.operations.iter().filter_map(board_tolerance).collect();
-    let text = serde_json::to_string(&(&work.setup, &bits, &renamed, &tolerances, super::makes_more(work)))
+    let text = serde_json::to_string(&(&work.setup, &bits, &shape, &tolerances, super::makes_more(work)))
         .unwrap_or_default();
     let mut hash = Sha256::new();
     hash.update(text.as_bytes());
     hash.update(machine.fingerprint().as_bytes());
-    let drills =
-        machine.rack.iter().map(|tool| (tool.cutter, tool.diameter, tool.down_mm_per_s, tool.spindle_rpm));
+    let drills = machine.rack.iter().map(|tool| (tool.cutter, tool.diameter));
     hash.update(format!("{:?}", drills.collect::<Vec<_>>()).as_bytes());
     hash.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -239,15 +246,23 @@ pub fn plan_operation(
         OperationKind::CutOut(cut_out) => cut_out::plan(&mut context, cut_out),
     }?;
     holding::depths(&mut context, &part);
-    limits::bounded(operation, machine).into_iter().for_each(|note| context.report(note));
-    for task in &part.tasks {
-        let real = limits::with_bit(operation, &task.bit, machine);
-        let judged = bite::judged(&task.bit, real.plunge_mm_per_s, real.spindle_rpm);
-        judged.into_iter().for_each(|why| context.report(why));
-    }
     part.operation = index as u32;
     part.diagnostics = context.diagnostics;
     Ok(part)
+}
+
+/// What is said of a part by the name of its operation, with what there is to say of its speeds.
+fn with_speeds(part: &mut PlannedOperation, work: &Work, machine: &Machine) {
+    let Some(operation) = work.operations.get(part.operation as usize) else { return };
+    let mut found = limits::bounded(operation, machine);
+    for task in &part.tasks {
+        let real = limits::with_bit(operation, &task.bit, machine);
+        found.extend(bite::judged(&task.bit, real.plunge_mm_per_s, real.spindle_rpm));
+    }
+    let title = operation.title();
+    let names = part.diagnostics.iter_mut().flat_map(|found| &mut found.args);
+    names.filter(|(name, _)| name == "operation").for_each(|(_, called)| called.clone_from(&title));
+    part.diagnostics.extend(found.into_iter().map(|found| found.with("operation", &title)));
 }
 
 /// Into so many parts the planning of one operation is divided for whoever shows how far it is.
@@ -282,6 +297,7 @@ pub fn assemble(
     mut parts: Vec<PlannedOperation>,
 ) -> Result<(Planned, Vec<Diagnostic>), Vec<Diagnostic>> {
     let spindles = super::spindles(means.options.spindles, machine)?;
+    parts.iter_mut().for_each(|part| with_speeds(part, work, machine));
     let mut diagnostics: Vec<Diagnostic> =
         parts.iter().flat_map(|part| part.diagnostics.iter().cloned()).collect();
     diagnostics.extend(left_out(&scene, work, machine, &parts));

@@ -109,14 +109,13 @@ impl Necks {
     }
 }
 
-/// The parts of the toolpaths of a cut of `width` round `copper` that lie in `necks`.
-pub(super) fn paths_in(copper: &Region, necks: &[Island], width: Length) -> Vec<Path> {
+/// The parts of the toolpaths of a cut that lie in `necks`; they go along the edges of `grown`, which is asked for where there are necks.
+pub(super) fn paths_in(necks: &[Island], grown: impl FnOnce() -> Region) -> Vec<Path> {
     let zone = grow(&Region { islands: necks.to_vec() }, TOUCH);
     if zone.is_empty() {
         return Vec::new();
     }
-    let zone = Area::of(&zone);
-    let region = grow(copper, half(width) - NEARER);
+    let (zone, region) = (Area::of(&zone), grown());
     let near = |path: &&Path| {
         let bounds = path_bounds(path);
         !zone.index().edges_in(bounds).is_empty() || zone.contains(bounds.min)

@@ -5,11 +5,13 @@
 use super::super::Corner;
 use super::super::work::{Flip, Work, Zero};
 use super::cut::{self, Area};
+use super::kept::Kept;
 use crate::board::{Board, Copper, Face};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Bounds, Path, Placement, Point, grow, path_bounds, rectangle, union};
 use crate::machine::Machine;
 use crate::units::Length;
+use std::cell::{RefCell, RefMut};
 use std::ops::Range;
 
 /// A board as it lies.
@@ -28,6 +30,8 @@ pub struct PlacedBoard {
     pub(super) field: Option<Area>,
     /// What the outer edges of the outline enclose; none where there is no outline.
     body: Option<Area>,
+    /// What isolation made before.
+    kept: RefCell<Kept>,
 }
 
 impl PlacedBoard {
@@ -57,7 +61,26 @@ impl PlacedBoard {
             Zero::Blank => blank(&laid).map_or(file, |blank| blank.min),
             Zero::File => file,
         };
-        Self { origin, board: laid, pins, turning: over, zones, field, body }
+        let kept = RefCell::default();
+        Self { origin, board: laid, pins, turning: over, zones, field, body, kept }
+    }
+
+    /// With what was made before, on this board or another.
+    #[must_use]
+    pub fn remembering(self, kept: Kept) -> Self {
+        Self { kept: RefCell::new(kept), ..self }
+    }
+
+    /// What was made before and on this board, for the next one.
+    pub fn kept(&self) -> Kept {
+        let mut kept = self.kept.take();
+        kept.tidy();
+        kept
+    }
+
+    /// What was made before, to be added to.
+    pub(super) fn making(&self) -> RefMut<'_, Kept> {
+        self.kept.borrow_mut()
     }
 
     /// That the work zero is not the corner of the board, which has no outline.

@@ -47,9 +47,8 @@ struct Detour {
 /// copper, with the slivers that it leaves; `next` is how far the following pass is from it, which goes where it has
 /// room. Inside is on the left of closed toolpaths.
 pub(super) fn with_slivers(pass: &Region, through: Length, next: Option<Length>) -> Vec<Path> {
-    let thin = (THINNEST + SLACK).min(Length::from_nm(through.nm() / 2));
-    let room = next.map_or(through + thin, |step| (step + step).min(through + thin));
-    let found = strips(pass, through, room);
+    let thin = thin(through);
+    let found = strips(pass, through, room(through, next));
     let (mut detours, mut paths) = (Vec::new(), Vec::new());
     for strip in found.iter().filter(|strip| is_sliver(strip, through, thin)) {
         let Some(path) = along(strip) else { continue };
@@ -73,6 +72,17 @@ pub(super) fn with_slivers(pass: &Region, through: Length, next: Option<Length>)
         }
     }
     paths
+}
+
+/// Wider copper than this is no sliver.
+fn thin(through: Length) -> Length {
+    (THINNEST + SLACK).min(Length::from_nm(through.nm() / 2))
+}
+
+/// How far apart edges of a pass are at most that a sliver may lie between.
+pub(super) fn room(through: Length, next: Option<Length>) -> Length {
+    let widest = through + thin(through);
+    next.map_or(widest, |step| (step + step).min(widest))
 }
 
 /// A closed path that leaves for its detours, in the order of their edges, and comes back from each.

@@ -6,6 +6,7 @@ mod clear;
 mod held;
 mod holes;
 mod inlets;
+mod kept;
 mod program;
 mod slivers;
 

@@ -91,3 +91,41 @@ fn any_way_made_shallow_moved_or_widened_is_found() {
         assert!(wide.contains(&FindingKind::Lost), "seed {seed}: {wide:?}");
     }
 }
+
+#[test]
+fn a_proof_does_not_depend_on_speeds_but_on_whether_the_spindle_turns() {
+    for seed in 1..=12 {
+        println!("seed {seed}");
+        let mut chance = Chance::new(seed);
+        let (board, mut toolpaths, _) = cells(&mut chance);
+        toolpaths.remove(chance.below(toolpaths.len()));
+        let program = program(mill(0.2), &toolpaths);
+        let mut other = program.clone();
+        other.machine = "another".to_owned();
+        for leg in &mut other.legs {
+            leg.commands.insert(chance.below(leg.commands.len()), Command::Dwell { us: 7 });
+            for command in &mut leg.commands {
+                match command {
+                    Command::Plunge { feed_um_per_s, .. } | Command::Mill { feed_um_per_s, .. } => {
+                        *feed_um_per_s += chance.below(900) as u32;
+                    }
+                    Command::Spindle { rpm } => *rpm += chance.below(900) as u32,
+                    _ => {}
+                }
+            }
+        }
+        assert_ne!(program, other);
+        assert_eq!(unhurried(&program), unhurried(&other), "seed {seed}");
+        let proved =
+            |program: &Program| prove(&board, std::slice::from_ref(program), &ProofOptions::default());
+        assert_eq!(proved(&program), proved(&other), "seed {seed}");
+        assert_eq!(proved(&program), proved(&unhurried(&program)), "seed {seed}");
+        let stop = |command: &mut Command| {
+            if let Command::Spindle { rpm } = command {
+                *rpm = 0;
+            }
+        };
+        other.legs.iter_mut().flat_map(|leg| &mut leg.commands).for_each(stop);
+        assert_ne!(unhurried(&program), unhurried(&other), "seed {seed}: nothing turns");
+    }
+}

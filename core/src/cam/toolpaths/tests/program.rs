@@ -406,13 +406,42 @@ fn a_key_changes_with_what_its_part_depends_on_and_only_then() {
     let board = coupon();
     let work = Work::default_for(&board, &machine);
     let mut other = work.clone();
-    other.operations[1].feed_mm_per_s += 1.0;
+    other.operations[1].depth += mm(0.01);
     other.operations[0].name = "renamed".to_owned();
-    assert_eq!(key(&work, 0, &machine), key(&other, 0, &machine));
+    other.operations[0].feed_mm_per_s += 1.0;
+    other.operations[0].plunge_mm_per_s += 1.0;
+    other.operations[0].spindle_rpm += 1_000;
+    let mut turning = machine.clone();
+    turning.rack.iter_mut().for_each(|tool| tool.spindle_rpm += 1_000);
+    assert_eq!(key(&work, 0, &machine), key(&other, 0, &turning));
     assert_ne!(key(&work, 1, &machine), key(&other, 1, &machine));
     other.bits[0].diameter += mm(0.1);
     assert_ne!(key(&work, 0, &machine), key(&other, 0, &machine));
     assert_eq!(key(&work, 3, &machine), key(&other, 3, &machine));
+}
+
+#[test]
+fn a_part_that_is_kept_says_of_name_and_speeds_what_a_new_one_says() {
+    let machine = virtual_drill();
+    let board = coupon();
+    let options = PlanOptions { iterations: Some(200), ..PlanOptions::default() };
+    let rapid_time = |a: Point, b: Point| a.distance_mm(b);
+    let means = Means { options: &options, rapid_time: &rapid_time };
+    let work = only(&board, "drill", |operation| operation.depth = mm(1.0));
+    let mut other = work.clone();
+    other.operations[0].name = "Holes".to_owned();
+    other.operations[0].plunge_mm_per_s = 1e4;
+    other.operations[0].spindle_rpm = 3_000;
+    let part =
+        plan_operation(&PlacedBoard::of(&board, &work), &work, 0, &machine, &means, &mut |_| true).unwrap();
+    for job in [&work, &other] {
+        let scene = PlacedBoard::of(&board, job);
+        let kept = assemble(scene, job, &machine, &means, vec![part.clone()]).unwrap();
+        assert_eq!(kept, plan_work(&board, job, &machine, &means, &mut |_| true).unwrap());
+    }
+    let (_, found) = plan_work(&board, &other, &machine, &means, &mut |_| true).unwrap();
+    let said = |code: &str| found.iter().any(|found| found.code == code);
+    assert!(said("cam.not_through") && said("cam.plunge_bounded") && said("job.bit_breaks"), "{found:?}");
 }
 
 #[test]
