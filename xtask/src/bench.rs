@@ -1,11 +1,11 @@
-//! `cargo xtask bench [--page [GROUP…] | --adapter]`: the measured numbers. Speeds by criterion, the works of `tests/speed` here and in
+//! `cargo xtask bench [--page [GROUP… | --what [CRATE]] | --adapter]`: the measured numbers. Speeds by criterion, the works of `tests/speed` here and in
 //! WebAssembly by Node, and of the page in Chromium its budgets and the frames of the simulation; with `--page` the budgets alone.
 //!
 //! Goes out: lines on standard output. Judges nothing: the bars are in the documents.
 
 use crate::page::Effort;
 use crate::sh::{Done, command, output, root, run as call, say, shown, target};
-use crate::{adapter, browser, npm, site, wasm};
+use crate::{adapter, browser, npm, site, wasm, what};
 use std::fs;
 use std::path::Path;
 
@@ -35,13 +35,16 @@ for (const [number, [name, native, made]] of here.entries()) {
 }
 ";
 
-/// Prints everything, `arguments` go to criterion; or with `--page` the budgets of the page, all or the groups that are named; or with
-/// `--adapter` the table of the USB step adapter.
+/// Prints everything, `arguments` go to criterion; or with `--page` the budgets of the page, all or the groups that are named, or with
+/// `--what` to whom its bytes belong; or with `--adapter` the table of the USB step adapter.
 pub(crate) fn run(arguments: &[String]) -> Done {
     if let [word, groups @ ..] = arguments
         && word == "--page"
     {
-        return budgets(groups);
+        return match groups {
+            [word, of @ ..] if word == "--what" => what::run(of),
+            _ => budgets(groups),
+        };
     }
     if arguments == ["--adapter"] {
         return adapter::bench();

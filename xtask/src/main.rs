@@ -19,6 +19,7 @@ mod suites;
 mod test;
 mod tools;
 mod wasm;
+mod what;
 
 use page::Effort;
 use std::process::ExitCode;
@@ -33,7 +34,7 @@ const USAGE: &str = "usage: cargo xtask COMMAND
   firmware  build the firmware of the USB step adapter into target/firmware
   tools     build what the tests need, once
   bench     print the measured numbers: parsing, tours, steps, the budgets of the page; --page these alone, or groups of them;
-            --adapter the table of the USB step adapter
+            --page --what [CRATE] to whom the bytes of the page belong; --adapter the table of the USB step adapter
   doctor    list what is there and what would be installed
 ";
 

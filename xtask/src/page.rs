@@ -170,7 +170,8 @@ fn compress(file: &Path) -> Done {
     save("gz", &gzip(&bytes)?)
 }
 
-fn brotli(bytes: &[u8]) -> Done<Vec<u8>> {
+/// As servers send it packed.
+pub(crate) fn brotli(bytes: &[u8]) -> Done<Vec<u8>> {
     let mut packed = Vec::new();
     let mut writer = brotli::CompressorWriter::new(&mut packed, 1 << 16, 11, 22);
     writer.write_all(bytes).map_err(|error| error.to_string())?;
