@@ -1,4 +1,5 @@
-//! Switches and a probe that do not work, on the firmware itself: the controller's own alarm, said with its number (N20).
+//! Switches and a probe that do not work, on the firmware itself: the controller's own alarm, said with its number (N20); a contact that
+//! is closed from the beginning is said before anything goes down.
 
 use super::bench::ZERO_AT;
 use super::firmware::{Board, instrument, settings};
@@ -17,7 +18,7 @@ fn switches_and_a_probe_that_do_not_work_are_told_with_their_alarm() {
         // A switch that is never on, one that is always on, and a probe whose clip touches the bit.
         (&["--ends", "none,none,none"], &run, "grbl.alarm_9"),
         (&["--limits-nc"], &run, "grbl.alarm_8"),
-        (&["--probe-z", "500"], &level, "grbl.alarm_4"),
+        (&["--probe-z", "500"], &level, "grbl.probe_closed"),
     ];
     for (options, words, code) in rows {
         let mut board = Board::new(instrument, &settings(true), START, options);

@@ -3,14 +3,16 @@
 //!
 //! ```text
 //!  $C ─▶ ok ─▶ a report says Check ─▶ lines, by the room in its buffer ─▶ all answered ─▶ reset ─▶ greeting, told
-//!    └─ error, or reports of rest: it has no such mode          └─ anything but Check is reported: hold, reset
+//!    └─ error, or reports of rest: it has no such mode          ├─ anything but Check is reported: hold, reset
+//!                                                               └─ STOP ─▶ hold ─▶ a report says Check or rest ─▶ reset
 //! ```
 //!
-//! No line is sent before the controller has said that it is in that mode: outside of it the same lines would be run.
+//! No line is sent before the controller has said that it is in that mode: outside of it the same lines would be run. For the same reason
+//! none is broken off by a reset before a report has said that nothing moves: in motion that would lose the place.
 //!
 //! Comes in: asks, answers, reports. Goes out: lines, what was refused of them. Does not know how that is shown.
 
-use super::asks::{EngineAction, EnginePhase};
+use super::asks::{EngineAction, EnginePhase, signs};
 use super::engine::{Controller, Meaning};
 use super::heard::ReportedState;
 use super::lines::{WireLine, WordsInForce};
@@ -27,6 +29,8 @@ const MOST_TOLD: u32 = 20;
 const TOLD_EVERY: u32 = 50;
 /// Reports of rest after which it has no check mode.
 const RESTS: u32 = 2;
+/// How long it may take to come to rest where it has left check mode by itself.
+const REST_MS: u64 = 10_000;
 /// Errors of `$C` that say that it cannot be now: not idle, locked.
 const NOT_NOW: [u16; 2] = [8, 9];
 
@@ -67,6 +71,8 @@ enum CheckStage {
     Answered { ms: u64, rests: u32 },
     /// The controller is in check mode.
     Reading,
+    /// It is to end, asked then: it begins anew once a report says that nothing moves. Lines were sent.
+    Ending { ms: u64, reads: bool },
     /// It begins anew.
     Left,
 }
@@ -219,16 +225,14 @@ impl Controller {
             return;
         }
         let Some(check) = &mut self.check else { return };
-        let CheckStage::Answered { ms, rests } = check.stage else {
-            if check.stage == CheckStage::Reading && doing != ReportedState::Check {
-                self.check_was_left();
-            }
-            return;
-        };
         // An older report is of before.
-        if asked_ms.is_none_or(|asked_ms| asked_ms < ms) {
-            return;
-        }
+        let is_older = |ms: u64| asked_ms.is_none_or(|asked_ms| asked_ms < ms);
+        let (ms, rests) = match check.stage {
+            CheckStage::Reading if doing != ReportedState::Check => return self.check_was_left(),
+            CheckStage::Ending { ms, reads } if !is_older(ms) => return self.check_ends(doing, ms, reads),
+            CheckStage::Answered { ms, rests } if !is_older(ms) => (ms, rests),
+            _ => return,
+        };
         match doing {
             ReportedState::Check => check.stage = CheckStage::Reading,
             ReportedState::Idle if rests + 1 < RESTS => {
@@ -249,10 +253,42 @@ impl Controller {
         self.stop(Ending::Alarm);
     }
 
-    /// Out of check mode; `why` is what ended it before all was read.
+    /// Out of check mode; `why` is what ended it before all was read. Asked twice: at once.
     pub(super) fn leave_check(&mut self, why: Option<Diagnostic>) {
+        let ms = self.now_ms;
         let Some(check) = self.check.as_mut().filter(|check| check.stage != CheckStage::Left) else { return };
-        (check.stage, check.why) = (CheckStage::Left, why);
+        let ends = matches!(check.stage, CheckStage::Ending { .. });
+        if ends || why.is_none() {
+            check.why = check.why.take().or(why);
+            check.stage = CheckStage::Left;
+            return self.reset();
+        }
+        let reads = check.stage == CheckStage::Reading;
+        (check.stage, check.why) = (CheckStage::Ending { ms, reads }, why);
+        self.queue.clear();
+        self.write(signs::HOLD);
+        self.asked_ms = None;
+    }
+
+    /// A report while it is to end. In check mode a hold is none: whatever else it says, lines may have been run.
+    fn check_ends(&mut self, doing: ReportedState, ms: u64, reads: bool) {
+        let was_left = reads && doing != ReportedState::Check;
+        let left = Diagnostic::error("grbl.check_left");
+        if let Some(check) = self.check.as_mut().filter(|_| was_left)
+            && check.why.as_ref().is_none_or(|why| why.code != left.code)
+        {
+            check.why = Some(left.clone());
+            self.found(left);
+        }
+        let late = self.now_ms >= ms + REST_MS;
+        if late {
+            self.lose_place();
+        } else if !doing.is_at_rest() && !doing.is_held_at_rest() {
+            return self.write(signs::HOLD);
+        }
+        if let Some(check) = &mut self.check {
+            check.stage = CheckStage::Left;
+        }
         self.reset();
     }
 
@@ -274,7 +310,7 @@ impl Controller {
     /// The line of the program that is being read, and its text: the oldest without an answer.
     pub(super) fn checked_line(&self) -> Option<(String, u32)> {
         let name = &self.check.as_ref()?.routine.name;
-        self.buffer.waiting().find_map(|meaning| match meaning {
+        self.buffer.waiting().find_map(|sent| match &sent.meaning {
             Meaning::Check { line, .. } => Some((name.clone(), *line)),
             _ => None,
         })

@@ -11,8 +11,9 @@
 //! Times in ms of any clock that only goes forward; places in mm. Knows no port, no page, no clock of its own.
 //!
 //! A position is never guessed: it is trusted after homing, or after a person set zero; a link that was lost, a reset that nobody asked
-//! for and every alarm but the soft limit's end the trust.
+//! for and alarms end the trust (`alarm`).
 
+use super::alarm::{AlarmDoubt, RESET_WANTED};
 use super::asks::{EngineAction, EngineEvent, EnginePhase, Info, signs};
 use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
 use super::check::CheckRun;
@@ -26,7 +27,7 @@ use super::park::ParkRun;
 use super::routine::Routine;
 use super::run::Run;
 use super::setter::{SetterRun, SetterStep};
-use super::settings;
+use super::settings::{self, MM_PER_INCH};
 use super::survey::{SurveyRun, SurveyStep};
 use crate::control::{Ending, Trust};
 use crate::diagnostic::Diagnostic;
@@ -93,8 +94,8 @@ pub(super) enum Meaning {
     },
 }
 
-/// A line that is to be sent.
-#[derive(Clone, Debug)]
+/// A line that is to be sent, or was.
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Outgoing {
     pub(super) text: String,
     pub(super) meaning: Meaning,
@@ -117,7 +118,7 @@ pub struct Controller {
     pub modes: Option<Modes>,
     pub(super) now_ms: u64,
     pub(super) ear: Ear,
-    pub(super) buffer: Buffer<Meaning>,
+    pub(super) buffer: Buffer<Outgoing>,
     pub(super) queue: VecDeque<Outgoing>,
     /// When the status was asked for, while no answer came.
     pub(super) asked_ms: Option<u64>,
@@ -135,6 +136,8 @@ pub struct Controller {
     pub(super) since_ms: u64,
     /// The controller has to begin anew before it can be unlocked.
     pub(super) needs_reset: bool,
+    /// Whether the alarm that locked it may have been another one than was heard.
+    pub(super) doubt: AlarmDoubt,
     /// What is to be sent once it has begun anew: `$X` or `$H`.
     pub(super) after_reset: Option<Meaning>,
     pub(super) zero_wanted: Option<ZeroWanted>,
@@ -193,6 +196,7 @@ impl Default for Controller {
             reset_at: None,
             since_ms: 0,
             needs_reset: false,
+            doubt: AlarmDoubt::None,
             after_reset: None,
             zero_wanted: None,
             height: BoardHeight::Unknown,
@@ -282,6 +286,9 @@ impl Controller {
         if phase != EnginePhase::Measuring {
             self.setter = None;
         }
+        if phase != EnginePhase::Locked {
+            self.doubt = AlarmDoubt::None;
+        }
     }
 
     pub(super) fn write(&mut self, sign: u8) {
@@ -345,9 +352,7 @@ impl Controller {
             HeardLine::Error { number } => self.answered(Some(number)),
             HeardLine::Alarm { number } => self.alarmed(number),
             HeardLine::Status(status) => self.reported(*status),
-            HeardLine::Setting { number, value } => {
-                self.info.values.insert(number, value);
-            }
+            HeardLine::Setting { number, value } => self.setting_is(number, value),
             HeardLine::Version { version, .. } => self.info.version = version,
             HeardLine::Options(options) => {
                 if options.rx_bytes > 0 {
@@ -372,6 +377,7 @@ impl Controller {
                 self.probed = Some(met);
                 self.probed_at_mm = Some(place.map(|value| value * self.unit_mm()));
             }
+            HeardLine::Message(text) if text.contains(RESET_WANTED) => self.reset_is_wanted(),
             HeardLine::Message(text) => self.info.hear_ends(&text),
             HeardLine::About { .. } | HeardLine::Startup(_) | HeardLine::Other(_) => {}
         }
@@ -379,11 +385,25 @@ impl Controller {
 
     /// Millimetres in the unit of its reports.
     fn unit_mm(&self) -> f64 {
-        if settings::on(&self.info.values, 13) { 25.4 } else { 1.0 }
+        if settings::in_inches(&self.info.values) { MM_PER_INCH } else { 1.0 }
+    }
+
+    /// A setting is so now. What was told in another unit is not known any more; while it greets, all of that was in the unit which is
+    /// only known now.
+    fn setting_is(&mut self, number: u16, value: f64) {
+        let before = settings::in_inches(&self.info.values);
+        self.info.values.insert(number, value);
+        if settings::in_inches(&self.info.values) == before {
+            return;
+        }
+        let factor = if before { 1.0 / MM_PER_INCH } else { MM_PER_INCH };
+        let zero_mm = self.zero_mm.filter(|_| self.phase == EnginePhase::Greeting);
+        (self.status, self.zero_mm) = (None, zero_mm.map(|zero| zero.map(|value| value * factor)));
     }
 
     fn greeted(&mut self, banner: String) {
         let expected = self.reset_at.take().is_some();
+        self.alarm_is_over();
         self.drop_lines();
         self.info.banner = banner;
         (self.needs_reset, self.status, self.zero_mm) = (false, None, None);
@@ -409,7 +429,7 @@ impl Controller {
 
     fn answered(&mut self, error: Option<u16>) {
         (self.moved_ms, self.rests_overdue) = (self.now_ms, 0);
-        let Some(meaning) = self.buffer.answered() else {
+        let Some(Outgoing { meaning, text: sent }) = self.buffer.answered() else {
             if self.run.is_some() {
                 self.trouble(Diagnostic::error("grbl.answer_extra"));
             }
@@ -442,13 +462,21 @@ impl Controller {
                 if !comes_to_rest || number != LOCKED {
                     self.found(why.with("line", text));
                 }
+                if meaning == Meaning::Unlock {
+                    self.unlock_failed();
+                }
                 // What comes to rest is reset there, whatever else was answered.
                 if self.phase != EnginePhase::Stopping && !comes_to_rest {
                     self.survey_is_over(None);
                     self.rest();
                 }
             }
-            (meaning, None) => self.done_by_hand(&meaning),
+            (meaning, None) => {
+                if let Some((number, value)) = settings::written(&sent) {
+                    self.setting_is(number, value);
+                }
+                self.done_by_hand(&meaning);
+            }
         }
     }
 
@@ -461,6 +489,10 @@ impl Controller {
             () => EnginePhase::Ready,
         };
         self.set(phase);
+        // What all tools were to go by could not be measured: the tip is up, and nothing was begun.
+        if phase == EnginePhase::ToolChange && self.run.as_ref().is_some_and(Run::is_unasked) {
+            self.stop(Ending::Alarm);
+        }
     }
 
     /// A move by hand is at its end: the machine rests, where no way to its parking place goes on.
@@ -468,41 +500,6 @@ impl Controller {
         if !self.park_goes_on() {
             self.rest();
         }
-    }
-
-    fn alarmed(&mut self, number: u16) {
-        let why = Diagnostic::error(&settings::alarm_code(number)).with("number", number);
-        let why = self.setter_alarm(number).unwrap_or(why);
-        let read = self.checked_line();
-        let read = read.map_or_else(|| why.clone(), |(name, line)| why.clone().at(&name, line, 1));
-        self.check_is_over(Some(read));
-        self.found(why);
-        if !settings::keeps_position(number) {
-            self.lose_place();
-        }
-        // It waits for a reset after the switches and the soft limit have spoken.
-        self.needs_reset |= number <= 3;
-        self.survey_is_over(None);
-        self.drop_lines();
-        if self.run.take().is_some() {
-            self.out.push(EngineAction::Ended(Ending::Alarm));
-        }
-        self.reset_at = None;
-        self.set(EnginePhase::Locked);
-    }
-
-    /// It is locked, and the line that said why was lost on the way.
-    fn alarmed_unheard(&mut self) {
-        self.lose_place();
-        self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
-        self.needs_reset = true;
-        self.survey_is_over(None);
-        self.check_is_over(Some(Diagnostic::error("grbl.alarm_other").with("number", "?")));
-        self.drop_lines();
-        if self.run.take().is_some() {
-            self.out.push(EngineAction::Ended(Ending::Alarm));
-        }
-        self.set(EnginePhase::Locked);
     }
 
     /// Places in mm, and what is not told as it was told last.
@@ -541,6 +538,7 @@ impl Controller {
             self.overrides_reported(told, self.last_ask_ms);
         }
         self.jog_reported(doing, fresh);
+        self.alarm_reported(doing, fresh);
         match self.phase {
             EnginePhase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => {
                 self.strange(doing);
@@ -626,6 +624,10 @@ impl Controller {
         if self.phase == EnginePhase::Homing {
             return self.time_homing();
         }
+        // A board that waits for its reset need not say anything before.
+        if self.phase == EnginePhase::Locked && self.needs_reset {
+            self.heard_ms = self.now_ms;
+        }
         if self.now_ms >= self.heard_ms.max(self.since_ms) + SILENT_MS && self.asked_ms.is_some() {
             return self.silent();
         }
@@ -681,10 +683,10 @@ impl Controller {
     }
 
     fn put(&mut self, next: Outgoing, alone: bool) {
-        let mut bytes = next.text.into_bytes();
+        let mut bytes = next.text.clone().into_bytes();
         bytes.push(b'\n');
         self.sent_lines += u64::from(matches!(next.meaning, Meaning::Job { .. }));
-        self.buffer.put(bytes.len(), alone, next.meaning);
+        self.buffer.put(bytes.len(), alone, next);
         (self.moved_ms, self.rests_overdue) = (self.now_ms, 0);
         self.out.push(EngineAction::Write(bytes));
     }

@@ -24,7 +24,25 @@ impl Controller {
         if is_of_place && self.is_to_be_homed() && self.at_rest() {
             return self.found(Diagnostic::error("grbl.not_homed"));
         }
+        if let Some(code) = self.contact_forbids(&ask).filter(|_| self.at_rest()) {
+            return self.found(Diagnostic::error(code));
+        }
         self.act(ask);
+    }
+
+    /// Why the tip may not be moved so while its contact is closed: nothing would tell where it meets the board, and sideways it breaks.
+    fn contact_forbids(&self, ask: &EngineAsk) -> Option<&'static str> {
+        let code = match ask {
+            EngineAsk::Probe { .. } | EngineAsk::Edge { .. } | EngineAsk::Survey(_) => "grbl.probe_closed",
+            EngineAsk::Jog { axis: 0 | 1, .. } => "grbl.tip_touches",
+            _ => return None,
+        };
+        self.contact_is_closed().then_some(code)
+    }
+
+    /// Whether the contact of the probe was closed at the last report.
+    pub(super) fn contact_is_closed(&self) -> bool {
+        self.status.as_ref().is_some_and(|status| status.pins.contains('P'))
     }
 
     /// Does what is asked, or says that it cannot be done now.
@@ -330,6 +348,8 @@ impl Controller {
         found.extend(self.check_zero(start));
         found.extend(self.overrides_that_stand());
         found.extend(self.check_setter(start));
+        found.extend(self.reference_told(start));
+        found.extend(settings::motors_let_go(&self.info.values));
         let homed = self.homes() && self.trust == Trust::Trusted;
         let ends_mm = core::array::from_fn(|axis| self.ends_mm(axis));
         let small = self.info.flavour() == "GRBL";

@@ -9,7 +9,7 @@
 //!  the first bit of a job    the one that was in when zero of Z was set: the height stays known
 //!  every other one, and      the job asks for it: it goes up to where tools are changed, and not down before the tip was touched off
 //!  the one of a resumed job
-//!  with a tool setter         the same, and each goes to the setter before it goes down: `setter`
+//!  with a tool setter         what zero of Z was set with is measured first, then each before it goes down: `setter`
 //! ```
 //!
 //! Comes in: zeros, bits, jobs, from the engine. Goes out: what is known, refusals. mm in machine coordinates. Does not know lines.
@@ -22,8 +22,8 @@ use super::settings;
 use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
 
-/// How far zero of Z may be from where it was and still be the same: the last digit of a report.
-pub(super) const SAME_HEIGHT_MM: f64 = 0.001_5;
+/// How far zero of Z may be from where it was and still be the same: so many times the last digit of a report.
+const SAME_HEIGHT_DIGITS: f64 = 1.5;
 /// Within so many ms a controller has told where it is by a new zero.
 const TOLD_MS: u64 = 4_000;
 
@@ -66,9 +66,15 @@ impl Controller {
         }
     }
 
+    /// How far two heights that are reported may be apart and still be the same, mm.
+    pub(super) fn same_height_mm(&self) -> f64 {
+        SAME_HEIGHT_DIGITS * settings::place_digit_mm(&self.info.values)
+    }
+
     /// Whether zero of Z is where it was, `before_mm`, by the switches.
     pub fn height_as_left(&self, before_mm: Option<[f64; 3]>) -> bool {
-        let same = |before: [f64; 3], now: [f64; 3]| libm::fabs(before[2] - now[2]) <= SAME_HEIGHT_MM;
+        let same_mm = self.same_height_mm();
+        let same = |before: [f64; 3], now: [f64; 3]| libm::fabs(before[2] - now[2]) <= same_mm;
         self.homes() && before_mm.zip(self.zero_mm).is_some_and(|(before, now)| same(before, now))
     }
 

@@ -12,8 +12,8 @@ use crate::diagnostic::Diagnostic;
 
 /// How far a report may be from the path, apart from a step and a half.
 const OFF_PATH_MM: f64 = 0.02;
-/// How far the head may be from where a look expects it, apart from three quarters of a step.
-const OFF_PLACE_MM: f64 = 0.0025;
+/// How far the head may be from where a look expects it, apart from three quarters of a step and the last digit of a report.
+const OFF_PLACE_MM: f64 = 0.0015;
 /// Steps in a millimetre where nobody knows.
 const USUAL_STEPS: f64 = 80.0;
 /// Reports off the path before it is believed: a report may be damaged too.
@@ -22,6 +22,8 @@ const REPORTS: u32 = 2;
 const FEED_SLACK: (f64, f64) = (1.05, 10.0);
 /// So far ahead of the place that is reported is the speed, in s: that of the path which is made ready next.
 const LEAD_S: f64 = 0.06;
+/// So much of the last digit of the feed in force it may be off by rounding, and as many mm/min, apart from a hundredth of it.
+const FEED_ROUNDED: f64 = 0.5;
 /// A batch that takes less of its time than this, and so many seconds less, was not what was planned.
 const QUICKEST: (f64, f64) = (0.75, 0.15);
 /// A report of a hold so soon after going on is an old one.
@@ -126,6 +128,9 @@ impl Controller {
     /// Compares what is reported at the end of a batch with what should be.
     fn look(&mut self, doing: ReportedState, fresh: bool) {
         let (now_ms, step) = (self.now_ms, self.step_mm());
+        let values = &self.info.values;
+        let place_digit_mm = settings::place_digit_mm(values);
+        let feed_slack = FEED_ROUNDED * (1.0 + settings::feed_digit_mm_per_min(values));
         let place = self.place();
         let may = self.may_look() && fresh && doing == ReportedState::Idle;
         let Some(run) = self.run.as_mut().filter(|run| may && run.batch.asked) else { return };
@@ -141,7 +146,7 @@ impl Controller {
             return;
         };
         let expected = run.pen.at();
-        let tolerance = OFF_PLACE_MM + 0.75 * step;
+        let tolerance = OFF_PLACE_MM + place_digit_mm + 0.75 * step;
         let off = (0..3).map(|axis| libm::fabs(place[axis] - expected[axis])).fold(0.0_f64, f64::max);
         if off > tolerance {
             run.batch.looks += 1;
@@ -152,7 +157,7 @@ impl Controller {
             }
             return;
         }
-        if let Some(word) = other_mode(modes, &run.pen) {
+        if let Some(word) = other_mode(modes, &run.pen, feed_slack) {
             return self.trouble(Diagnostic::error("grbl.modes_differ").with("word", word));
         }
         let spent_s = run.batch.began_ms.map_or(0.0, |began| (now_ms - began) as f64 / 1e3);
@@ -167,7 +172,7 @@ impl Controller {
 }
 
 /// The word in force that should not be.
-fn other_mode(modes: &Modes, pen: &WordsInForce) -> Option<String> {
+fn other_mode(modes: &Modes, pen: &WordsInForce, feed_slack: f64) -> Option<String> {
     let spindle = match pen.spindle {
         Spindle::Off => ('M', 50),
         Spindle::On(_) => ('M', 30),
@@ -183,7 +188,7 @@ fn other_mode(modes: &Modes, pen: &WordsInForce) -> Option<String> {
     {
         return Some(format!("S{}", modes.speed_rpm));
     }
-    let feed =
-        pen.feed_mm_per_min.filter(|feed| libm::fabs(modes.feed_mm_per_min - feed) > 1.0 + 0.01 * feed);
+    let is_other = |feed: &f64| libm::fabs(modes.feed_mm_per_min - feed) > feed_slack + 0.01 * feed;
+    let feed = pen.feed_mm_per_min.filter(is_other);
     feed.map(|_| format!("F{}", modes.feed_mm_per_min))
 }

@@ -8,6 +8,7 @@
 //!
 //! Comes in: programs as text, bytes of the line, time. Goes out: bytes for the line, diagnostics. Does not know ports, pages or clocks.
 
+mod alarm;
 mod align;
 mod asks;
 pub mod buffer;

@@ -171,6 +171,11 @@ impl Routine {
         counts
     }
 
+    /// Whether a tool is asked for anywhere in it.
+    pub fn changes_tools(&self) -> bool {
+        self.sections.iter().any(|section| matches!(section.kind, SectionKind::Change(_)))
+    }
+
     /// The tool that section `at` works with: the last change before it.
     pub fn tool_at(&self, at: usize) -> Option<u32> {
         self.sections.iter().take(at).rev().find_map(|section| match section.kind {

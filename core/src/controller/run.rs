@@ -90,6 +90,8 @@ pub(super) struct Run {
     pub(super) same_length: bool,
     /// Where tools are measured.
     setter: Option<ToolSetter>,
+    /// No tool was asked for yet: the one that is in is that with which zero of Z was set, be it a bit or a probing pin.
+    is_unasked: bool,
 }
 
 impl Run {
@@ -162,12 +164,15 @@ impl Run {
         self.setter.filter(|_| !self.same_length)
     }
 
-    /// Whether the section that is next cuts with a tool that has to be measured before, because others follow that go by it.
-    fn wants_reference(&self, reference_mm: Option<f64>) -> bool {
-        let cuts = self.routine.sections.get(self.at).is_some_and(Section::cuts);
-        let mut later = self.routine.sections.iter().skip(self.at);
-        let others = later.any(|section| matches!(section.kind, SectionKind::Change(_)));
-        cuts && others && self.setter().is_some() && reference_mm.is_none()
+    /// Whether the tool that is in is measured before any is asked for, because all of them go by it.
+    fn wants_reference(&self, height: BoardHeight, reference_mm: Option<f64>) -> bool {
+        let known = height == BoardHeight::OfThisBit && reference_mm.is_none();
+        self.is_unasked && known && self.setter().is_some() && self.routine.changes_tools()
+    }
+
+    /// Whether no tool was asked for yet.
+    pub(super) fn is_unasked(&self) -> bool {
+        self.is_unasked
     }
 
     /// Whether it is before everything: the bit that is asked for is the first.
@@ -264,6 +269,7 @@ impl Controller {
             tool_before: None,
             same_length: start.same_length,
             setter: start.setter,
+            is_unasked: true,
         };
         run.enter(After::Begun);
         (self.run, self.ending) = (Some(run), None);
@@ -322,15 +328,13 @@ impl Controller {
         let Some(run) = &mut self.run else { return };
         match run.batch.after {
             After::Begun => return run.enter(After::Risen),
-            After::Risen if run.wants_tool(height) || run.wants_reference(reference_mm) => {
-                return run.leave();
-            }
+            After::Risen if run.wants_reference(height, reference_mm) => return self.measure_reference(),
+            After::Risen if run.wants_tool(height) => return run.leave(),
             After::Risen => return run.enter(After::Entered),
             After::Left if run.stops_after => return self.stop(Ending::StoppedAfterHole),
             After::Left => {
-                // The one that is in may only have to be measured.
-                let (tool, another) = (run.routine.tool_at(run.at).unwrap_or(0), run.wants_tool(height));
-                return self.wait_for_tool(tool, another);
+                let tool = run.routine.tool_at(run.at).unwrap_or(0);
+                return self.wait_for_tool(tool, true);
             }
             After::Entered | After::Done => {}
         }
@@ -352,9 +356,9 @@ impl Controller {
                     run.work();
                 }
             }
-            // The first bit is the one that was in when zero of Z was set.
+            // The first bit is the one that was in when zero of Z was set; on a tool setter it is measured like every other.
             Some(SectionKind::Change(tool)) => {
-                let another = !run.is_first_change();
+                let another = !run.is_first_change() || run.setter().is_some() && reference_mm.is_some();
                 self.wait_for_tool(tool, another);
             }
             Some(SectionKind::Finish) | None => {
@@ -373,6 +377,7 @@ impl Controller {
             run.window.clear();
             // One that is wanted later still is.
             run.tool_before = run.tool_before.filter(|section| *section > run.at);
+            run.is_unasked = false;
         }
         if another {
             self.bit_is_another();
@@ -384,6 +389,9 @@ impl Controller {
     /// The tool is in: on to the next section, from wherever the head is. A hole or a toolpath that waited for it comes now.
     pub(super) fn tool_ready(&mut self, place_mm: [f64; 3]) {
         let Some(run) = &mut self.run else { return };
+        if run.is_unasked {
+            return self.reference_is_known(place_mm);
+        }
         let cuts = run.routine.sections.get(run.at).is_some_and(Section::cuts);
         run.at += usize::from(!cuts);
         let done = run.at;
@@ -391,6 +399,29 @@ impl Controller {
         run.enter(After::Begun);
         if !cuts {
             self.out.push(EngineAction::Progress { sections: done });
+        }
+        self.set(EnginePhase::Running);
+    }
+
+    /// The tool with which zero of Z was set is measured before any is asked for. Where that cannot be, nothing is begun.
+    fn measure_reference(&mut self) {
+        if let Some(setter) = self.run.as_ref().and_then(Run::setter) {
+            self.measure_tool(setter);
+        }
+        if self.phase != EnginePhase::Measuring {
+            self.stop(Ending::Alarm);
+        }
+    }
+
+    /// All tools go by the one that was measured: on with the job, which asks for its own. Only a program that begins without a change has
+    /// it in already.
+    fn reference_is_known(&mut self, place_mm: [f64; 3]) {
+        let Some(run) = &mut self.run else { return };
+        run.is_unasked = false;
+        run.pen = WordsInForce::standing(place_mm);
+        run.enter(After::Begun);
+        if run.routine.tool_at(run.at).is_some() {
+            self.bit_is_another();
         }
         self.set(EnginePhase::Running);
     }
@@ -443,7 +474,7 @@ impl Controller {
         let waits_s: f64 = self
             .buffer
             .waiting()
-            .map(|meaning| if let Meaning::Job { wait_s, .. } = meaning { *wait_s } else { 0.0 })
+            .map(|sent| if let Meaning::Job { wait_s, .. } = sent.meaning { wait_s } else { 0.0 })
             .sum();
         let is_late = self.now_ms as f64 > self.moved_ms as f64 + ANSWER_MS + waits_s * 1e3;
         is_late && !self.buffer.is_empty()
@@ -461,6 +492,7 @@ impl Controller {
             EnginePhase::Greeting => self.reset(),
             EnginePhase::Checking => self.leave_check(Some(Diagnostic::error("grbl.answer_missing"))),
             _ => {
+                self.unlock_failed();
                 // At rest a reset leaves the position as it was.
                 self.found(Diagnostic::warning("grbl.answer_missing"));
                 let job = self.run.take().is_some();

@@ -3,10 +3,10 @@
 //! ```text
 //!  ready  G21G17G90G94 $G       the words in force, before anything moves
 //!  up     G90G53G0Z…            to the top, and a look
-//!  over   G90G53G0X…Y…          over the setter, and a look
+//!  over   G90G53G0X…Y…          over the setter, and a look; a contact that is closed at one of these looks ends it
 //!  near   G91G38.3Z…            down to where it is looked for, with an eye on the contact: too early
 //!  touch  G91G38.2Z…            until the contact closes; a look where the tip came to rest
-//!  back   G91G0Z…               a millimetre off it
+//!  back   G91G0Z…               a millimetre off it, and a look: the contact has to be open again
 //!  again  G91G38.2Z…            slowly
 //!  same   $#                    where that was, said a second time
 //!  lift   G90G53G0Z…            to the top, and a look
@@ -17,6 +17,9 @@
 //! setter meets that tool. For every other tool it is as much higher than where the setter meets that one. No length offset (G43.1) is
 //! left standing that a reset would take away.
 //!
+//! The reference is measured once in a job, at its start and before any tool is asked for: what is in then is what zero of Z was set with,
+//! the first bit or a probing pin. Where that is not known, the tool that is touched off in a change is the reference.
+//!
 //! Comes in: a tool that is in, answers and reports, from the engine. Goes out: lines, at last the zero. mm, machine coordinates. Does not
 //! know which tool it is.
 
@@ -24,7 +27,7 @@ use super::asks::{EnginePhase, EngineStart};
 use super::engine::{Controller, Meaning};
 use super::hand::LIFT_MM_PER_MIN;
 use super::heard::ReportedState;
-use super::height::{BoardHeight, SAME_HEIGHT_MM, ZeroWanted};
+use super::height::{BoardHeight, ZeroWanted};
 use super::lines::number;
 use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
@@ -209,6 +212,15 @@ impl Controller {
         (self.trust == Trust::Trusted || !self.homes()).then_some(why)
     }
 
+    /// That the tool which is in is measured before the job asks for one, where it is.
+    pub(super) fn reference_told(&self, start: &EngineStart) -> Option<Diagnostic> {
+        let setter = start.setter.filter(|_| !start.same_length && start.routine.changes_tools())?;
+        let is_known = start.from > 0 && self.reference_mm.is_some();
+        let [x, y] = setter.place_mm.map(|mm| format!("{mm:.3}"));
+        let why = Diagnostic::warning("setter.reference").with("x", x).with("y", y);
+        (self.height == BoardHeight::OfThisBit && !is_known).then_some(why)
+    }
+
     /// Begins to measure the tool that is in.
     pub(super) fn measure_tool(&mut self, setter: ToolSetter) {
         if let Some(why) = self.setter_refused(&setter) {
@@ -277,8 +289,9 @@ impl Controller {
         let Some(run) = self.setter.as_mut().filter(|run| run.step == step) else { return };
         match step {
             SetterStep::Ready => self.setter_begins(),
-            SetterStep::Back => self.setter_goes(SetterStep::Again),
-            SetterStep::Up | SetterStep::Over | SetterStep::Lift | SetterStep::Zero => run.answered = true,
+            SetterStep::Up | SetterStep::Over | SetterStep::Back | SetterStep::Lift | SetterStep::Zero => {
+                run.answered = true
+            }
             SetterStep::Near | SetterStep::Touch | SetterStep::Again | SetterStep::Same => {
                 self.setter_probed(step);
             }
@@ -344,7 +357,7 @@ impl Controller {
     pub(super) fn setter_reported(&mut self, doing: ReportedState, fresh: bool) {
         let rests = fresh && doing == ReportedState::Idle;
         let at = self.status.as_ref().and_then(|status| status.machine_mm);
-        let place = self.place();
+        let (place, is_closed) = (self.place(), self.contact_is_closed());
         let Some(run) = self.setter.as_mut().filter(|run| rests && run.answered && run.asked) else { return };
         run.asked = false;
         let Some(at) = at else { return };
@@ -368,7 +381,12 @@ impl Controller {
             return;
         }
         match run.step {
+            // Nothing would tell where the tool meets it.
+            SetterStep::Up | SetterStep::Over | SetterStep::Back if is_closed => {
+                self.setter_fails(Diagnostic::error("setter.closed"));
+            }
             SetterStep::Up => self.setter_goes(SetterStep::Over),
+            SetterStep::Back => self.setter_goes(SetterStep::Again),
             SetterStep::Over if top_mm - run.setter.from_mm > NONE_MM => self.setter_goes(SetterStep::Near),
             SetterStep::Over => self.setter_goes(SetterStep::Touch),
             SetterStep::Touch => {
@@ -385,7 +403,7 @@ impl Controller {
 
     /// The tip is up again, and where the setter met it is known.
     fn setter_found(&mut self) {
-        let (zero, place) = (self.zero_mm, self.place());
+        let (zero, place, same_mm) = (self.zero_mm, self.place(), self.same_height_mm());
         let stored = self.info.offsets.get("G54").and_then(|places| places.get(2)).copied();
         let Some(run) = &mut self.setter else { return };
         let met_mm = run.met_mm;
@@ -401,7 +419,7 @@ impl Controller {
             return self.setter_fails(Diagnostic::error("grbl.no_report"));
         };
         // What is reported and what is stored are said apart: where they differ a line was damaged, or another offset stands.
-        if libm::fabs(zero[2] - stored) > SAME_HEIGHT_MM {
+        if libm::fabs(zero[2] - stored) > same_mm {
             let mm = format!("{:.3}", zero[2] - stored);
             return self.setter_fails(Diagnostic::error("setter.offset_stands").with("mm", mm));
         }
@@ -414,7 +432,7 @@ impl Controller {
         let (Some(run), Some(reference_mm)) = (&self.setter, self.reference_mm) else { return };
         let (Some(zero), Some(place)) = (self.zero_mm, place) else { return };
         let off_mm = zero[2] - run.met_mm[2] - reference_mm;
-        if libm::fabs(off_mm) <= SAME_HEIGHT_MM {
+        if libm::fabs(off_mm) <= self.same_height_mm() {
             return self.tool_ready(place);
         }
         self.height = BoardHeight::Unknown;

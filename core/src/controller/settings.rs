@@ -1,8 +1,9 @@
 //! The numbered settings of a controller: what each is called, in which unit, and which of them a job depends on.
 //!
-//! Comes in: numbers and values as `$$` lists them. Goes out: names (keys of the locale tables) and units. Does not know a controller's
-//! own settings beyond those that the family shares.
+//! Comes in: numbers and values as `$$` lists them. Goes out: names (keys of the locale tables), units, warnings. Does not know a
+//! controller's own settings beyond those that the family shares.
 
+use crate::diagnostic::Diagnostic;
 use std::collections::BTreeMap;
 
 /// Values by their numbers.
@@ -100,7 +101,57 @@ pub fn alarm_code(number: u16) -> String {
     if ALARMS.contains(&number) { format!("grbl.alarm_{number}") } else { "grbl.alarm_other".to_owned() }
 }
 
-/// Whether an alarm leaves the position as it was: the controller stopped as planned.
-pub fn keeps_position(alarm: u16) -> bool {
-    matches!(alarm, 2 | 4 | 5)
+/// `$1`: so many ms after a move the motors are let go of; and the value with which they never are.
+const LETS_GO: u16 = 1;
+const NEVER_MS: f64 = 255.0;
+
+/// That the motors do not hold while a tool is changed, if so.
+pub fn motors_let_go(values: &Values) -> Option<Diagnostic> {
+    let ms = *values.get(&LETS_GO)?;
+    let lets_go = libm::fabs(ms - NEVER_MS) >= 0.5;
+    lets_go.then(|| Diagnostic::warning("grbl.motors_let_go").with("ms", libm::round(ms)))
+}
+
+/// `$13`: reports are in inches.
+const INCHES: u16 = 13;
+/// Millimetres in an inch.
+pub const MM_PER_INCH: f64 = 25.4;
+
+/// Whether a controller reports in inches.
+pub fn in_inches(values: &Values) -> bool {
+    on(values, INCHES)
+}
+
+/// The last digit of a place as it is reported, mm.
+pub fn place_digit_mm(values: &Values) -> f64 {
+    if in_inches(values) { 1e-4 * MM_PER_INCH } else { 1e-3 }
+}
+
+/// The last digit of a feed as it is reported, mm/min.
+pub fn feed_digit_mm_per_min(values: &Values) -> f64 {
+    if in_inches(values) { 0.1 * MM_PER_INCH } else { 1.0 }
+}
+
+/// The setting that a line writes: `$13=1`.
+pub(super) fn written(line: &str) -> Option<(u16, f64)> {
+    let (number, value) = line.strip_prefix('$')?.split_once('=')?;
+    Some((number.parse().ok()?, value.parse().ok().filter(|value: &f64| value.is_finite())?))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_line_that_writes_a_setting_says_which() {
+        for (line, expected) in [
+            ("$13=1", Some((13, 1.0))),
+            ("$110=1200.5", Some((110, 1200.5))),
+            ("$J=G91G21X1F100", None),
+            ("$$", None),
+            ("G21G10L2P1Z-1", None),
+        ] {
+            assert_eq!(written(line), expected, "{line}");
+        }
+    }
 }

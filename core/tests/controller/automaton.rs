@@ -114,6 +114,15 @@ pub(super) struct Automaton {
     since_pressed: u32,
     told_overrides: [u16; 3],
     reports: u32,
+    /// The lead of its probe has a short; its reports say nothing of pins.
+    pub(super) shorted: bool,
+    pub(super) hides_pins: bool,
+    /// It does nothing more before a reset, as behind a switch; whether it reports all the same.
+    waits_for_reset: bool,
+    pub(super) reports_waiting: bool,
+    /// It tells its zero now and then, as the firmware does, and in how many reports.
+    pub(super) rarely_tells_zero: bool,
+    zero_due: u32,
 }
 
 impl Automaton {
@@ -165,6 +174,12 @@ impl Automaton {
             since_pressed: 0,
             told_overrides: [0; 3],
             reports: 0,
+            shorted: false,
+            hides_pins: false,
+            waits_for_reset: false,
+            reports_waiting: false,
+            rarely_tells_zero: false,
+            zero_due: 0,
         };
         new.greet();
         new
@@ -212,6 +227,7 @@ impl Automaton {
         (self.planned, self.modal) = (self.at, Modal::default());
         (self.held, self.check, self.dwell_ms, self.pending) = (false, false, 0.0, None);
         self.probing = None;
+        (self.waits_for_reset, self.zero_due) = (false, 0);
         self.pressed.clear();
         (self.overrides, self.told_overrides) = ([100; 3], [0; 3]);
     }
@@ -224,6 +240,14 @@ impl Automaton {
             self.say("ALARM:3");
         }
         self.greet();
+    }
+
+    /// A switch or a soft limit has spoken, by the number of its alarm: it stands where it is, and waits for a reset.
+    pub(super) fn is_stopped(&mut self, alarm: u16) {
+        self.begin_anew();
+        (self.lock, self.waits_for_reset) = (Lock::Alarm, true);
+        self.say(&format!("ALARM:{alarm}"));
+        self.say("[MSG:Reset to continue]");
     }
 
     /// It locks itself, and the line that says so is lost on its way.
@@ -281,9 +305,11 @@ impl Automaton {
         for &byte in bytes {
             match byte {
                 b'?' => self.asked = true,
-                b'!' => self.held = true,
+                // In check mode there is nothing to be held.
+                b'!' => self.held |= !self.check,
                 b'~' => self.held = false,
                 0x18 => self.soft_reset(),
+                _ if self.waits_for_reset => {}
                 0x85 if self.jogs() => {
                     self.queue.clear();
                     self.planned = self.at;
@@ -299,9 +325,11 @@ impl Automaton {
     /// A millisecond passes.
     pub(super) fn tick(&mut self) {
         self.see_to_overrides();
-        if self.asked {
-            self.asked = false;
+        if std::mem::take(&mut self.asked) && (!self.waits_for_reset || self.reports_waiting) {
             self.report();
+        }
+        if self.waits_for_reset {
+            return;
         }
         self.go();
         if self.dwell_ms > 0.0 {
@@ -390,7 +418,7 @@ impl Automaton {
     /// Whether the tip is on the board.
     fn touches(&self) -> bool {
         let [x, y, z] = self.place();
-        self.surface.is_some_and(|height| z <= height(x, y))
+        self.shorted || self.surface.is_some_and(|height| z <= height(x, y))
     }
 
     /// A probing move ends where the tip meets the board, or comes to rest behind that.
@@ -418,15 +446,39 @@ impl Automaton {
             () if !self.queue.is_empty() => "Run",
             () => "Idle",
         };
-        let words = |place: [f64; 3]| place.map(|value| format!("{value:.3}")).join(",");
         let feed = self.queue.front().map_or(0.0, |block| block.per_ms * 60_000.0);
-        let (at, zero) = (words(self.at), words(self.zeros[self.modal.zero]));
+        let (at, zero) = (self.words(self.at), self.words(self.zeros[self.modal.zero]));
+        let feed = self.rate(feed);
+        let pins = if self.touches() && !self.hides_pins { "|Pn:P" } else { "" };
+        let tells_zero = !self.rarely_tells_zero || self.zero_due == 0;
+        self.zero_due = if tells_zero { 9 } else { self.zero_due - 1 };
+        let zero = if tells_zero { format!("|WCO:{zero}") } else { String::new() };
         self.reports += 1;
         let told = self.told_overrides != self.overrides || self.reports.is_multiple_of(10);
         let [feeds, rapids, spindle] = self.overrides;
         let overrides = if told { format!("|Ov:{feeds},{rapids},{spindle}") } else { String::new() };
         self.told_overrides = self.overrides;
-        self.say(&format!("<{doing}|MPos:{at}|FS:{feed:.0},0|WCO:{zero}{overrides}>"));
+        self.say(&format!("<{doing}|MPos:{at}|FS:{feed},0{pins}{zero}{overrides}>"));
+    }
+
+    /// Whether it reports in inches.
+    fn tells_inches(&self) -> bool {
+        self.settings.iter().any(|(number, value)| *number == 13 && *value != 0.0)
+    }
+
+    /// A place in the unit of its reports.
+    fn words(&self, place: [f64; 3]) -> String {
+        let words = if self.tells_inches() {
+            place.map(|value| format!("{:.4}", value / 25.4))
+        } else {
+            place.map(|value| format!("{value:.3}"))
+        };
+        words.join(",")
+    }
+
+    /// A feed in the unit of its reports.
+    fn rate(&self, feed: f64) -> String {
+        if self.tells_inches() { format!("{:.1}", feed / 25.4) } else { format!("{feed:.0}") }
     }
 
     fn try_pending(&mut self) {
@@ -502,7 +554,7 @@ impl Automaton {
             }
             "#" => {
                 for (index, zero) in self.zeros.into_iter().enumerate() {
-                    let words = zero.map(|value| format!("{value:.3}")).join(",");
+                    let words = self.words(zero);
                     self.say(&format!("[G{}:{words}]", 54 + index));
                 }
                 self.say(&self.probed.clone());
@@ -510,8 +562,10 @@ impl Automaton {
             "G" => {
                 let Modal { relative, motion, feed, speed, spindle, zero, inches } = self.modal.clone();
                 let (distance, unit) = (if relative { 91 } else { 90 }, if inches { 20 } else { 21 });
-                let zero = 54 + zero;
-                self.say(&format!("[GC:G{motion} G{zero} G17 G{unit} G{distance} G94 M{spindle} M9 T0 F{feed:.0} S{speed:.0}]"));
+                let (zero, feed) = (54 + zero, self.rate(feed));
+                self.say(&format!(
+                    "[GC:G{motion} G{zero} G17 G{unit} G{distance} G94 M{spindle} M9 T0 F{feed} S{speed:.0}]"
+                ));
             }
             "C" if !self.checks => return Err(3),
             "C" if self.check => {
@@ -537,9 +591,19 @@ impl Automaton {
                 self.home();
                 self.dwell_ms = 1_000.0;
             }
-            _ => return Err(3),
+            _ => self.set(rest)?,
         }
         Ok(true)
+    }
+
+    /// A setting is written: `13=1`.
+    fn set(&mut self, text: &str) -> Result<(), u16> {
+        let (number, value) = text.split_once('=').ok_or(3_u16)?;
+        let (number, value) = (number.parse().map_err(|_| 3_u16)?, value.parse().map_err(|_| 2_u16)?);
+        self.settings.retain(|(known, _)| *known != number);
+        self.settings.push((number, value));
+        self.zero_due = 0;
+        Ok(())
     }
 
     fn gcode(&mut self, words: &[(char, f64)]) -> Result<bool, u16> {
@@ -608,6 +672,7 @@ impl Automaton {
                 let Some(said) = value(letter).map(|said| said * unit) else { continue };
                 self.zeros[place][axis] = if here { self.planned[axis] - said } else { said };
             }
+            self.zero_due = 0;
             self.modal = modal;
             return Ok(true);
         }
@@ -618,7 +683,7 @@ impl Automaton {
                 }
                 self.probing = None;
                 let place = if met { self.latched } else { self.at };
-                let words = place.map(|value| format!("{value:.3}")).join(",");
+                let words = self.words(place);
                 self.probed = format!("[PRB:{words}:{}]", u8::from(met));
                 self.say(&self.probed.clone());
                 if self.must_meet && !met {
@@ -650,6 +715,11 @@ impl Automaton {
                     () if modal.relative => to[axis] + value * unit,
                     () => value * unit + zero[axis],
                 };
+            }
+            let is_on = |wanted: u16| self.settings.iter().any(|row| row.0 == wanted && row.1 != 0.0);
+            if is_on(20) && to.iter().any(|mm| !(-300.0..=0.0).contains(mm)) {
+                self.is_stopped(2);
+                return Ok(false);
             }
             if !self.check {
                 let per_ms = if modal.motion == 0 { RAPID_MM } else { (modal.feed / 60_000.0).min(RAPID_MM) };

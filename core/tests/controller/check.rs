@@ -135,6 +135,56 @@ fn stop_ends_it_at_any_moment_and_nothing_has_moved() {
 }
 
 #[test]
+fn stop_with_answers_that_come_late_or_are_lost_leaves_it_at_rest_and_out_of_check_mode() {
+    for after_ms in (0..700).step_by(23) {
+        for (late_ms, lost) in [(0, false), (80, false), (400, false), (0, true), (80, true)] {
+            let told = format!("after {after_ms} ms, {late_ms} ms late, lost {lost}");
+            let mut bench = Bench::new(1, Faults::default());
+            assert!(bench.ready());
+            let stood = bench.stands();
+            bench.check(long());
+            bench.until(after_ms, |_| false);
+            bench.heard_instead = lost.then_some(("ok", "k"));
+            bench.on_the_way_until_ms = bench.now_ms + late_ms;
+            bench.event(EngineEvent::Ask(EngineAsk::Stop));
+            assert!(bench.until(10_000, |bench| bench.over().is_some()), "{told}");
+            assert_eq!(bench.why().as_deref(), Some("grbl.check_stopped"), "{told}");
+            let refused =
+                |action: &&EngineAction| matches!(action, EngineAction::Check(CheckNews::Refused { .. }));
+            assert_eq!(bench.told.iter().filter(refused).count(), 0, "{told}");
+            bench.heard_instead = None;
+            bench.rests_as_before(stood);
+            // It is out of check mode, unlocked, and every answer is that of its line.
+            bench.start(0);
+            assert!(bench.run(), "{told}");
+            assert_eq!((bench.ended(), bench.missing()), (Some(Ending::Done), vec![]), "{told}");
+        }
+    }
+}
+
+#[test]
+fn stop_where_it_has_left_check_mode_by_itself_holds_it_first_and_says_so() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    let cuts = bench.board.cuts.len();
+    bench.check(long());
+    assert!(bench.until(5_000, |bench| {
+        bench
+            .told
+            .iter()
+            .any(|action| matches!(action, EngineAction::Write(bytes) if bytes.starts_with(b"G91")))
+    }));
+    bench.board.leaves_check_mode();
+    assert!(bench.until(5_000, |bench| bench.board.cuts.len() > cuts), "it moves");
+    bench.event(EngineEvent::Ask(EngineAsk::Stop));
+    assert!(bench.until(20_000, |bench| bench.over().is_some()), "{:?}", bench.words());
+    assert_eq!(bench.why().as_deref(), Some("grbl.check_left"));
+    assert_eq!(found(&bench), ["grbl.check_left"], "no alarm of a reset in motion");
+    bench.until(2_000, |_| false);
+    assert_eq!((bench.engine().phase, bench.engine().trust), (EnginePhase::Ready, Trust::Trusted));
+}
+
+#[test]
 fn a_board_that_begins_anew_or_is_gone_meanwhile_has_lost_its_place() {
     for (unplugged, code) in [(false, "grbl.check_reset"), (true, "grbl.check_unplugged")] {
         let mut bench = Bench::new(1, Faults::default());

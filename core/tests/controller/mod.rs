@@ -1,8 +1,10 @@
 //! The engine of serial controllers against a GRBL of our own: streams, looks, stops, resets, pulled cables, lost and damaged characters
 //! (N19). The seed of every property is printed where it fails.
 
+mod alarms;
 mod automaton;
 mod check;
+mod contact;
 mod height;
 mod home;
 mod jog;
@@ -11,6 +13,7 @@ mod park;
 mod place;
 mod polling;
 mod setter;
+mod settings;
 mod survey;
 
 use annulus_core::chance::Chance;

@@ -2,11 +2,12 @@
 //! in the board with a zero that is not its own. The judge knows how long each tool is, the engine does not.
 
 use super::survey::found;
-use super::{Bench, Faults, ZERO, job};
+use super::{Bench, Faults, ZERO, job, text};
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{
-    BoardHeight, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, SetterStep, ToolSetter,
+    BoardHeight, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, SetterStep, ToolSetter, read,
 };
+use std::sync::Arc;
 
 /// Where the pin stands, and how high it is.
 const PIN: [f64; 3] = [-250.0, -20.0, -25.0];
@@ -59,10 +60,18 @@ impl Bench {
         panic!("for ever: {steps:?}");
     }
 
+    /// In the change to the first tool; what zero of Z was set with is measured.
+    fn reference_is_measured(&mut self) {
+        self.start_as(start(0));
+        self.phases(EnginePhase::Measuring);
+        assert_eq!(self.steps().last(), Some(&SetterStep::Lift));
+        self.phases(EnginePhase::ToolChange);
+        assert_eq!((self.done, found(self)), (0, vec!["setter.reference".to_owned()]), "{:?}", self.words());
+    }
+
     /// In the change to the second tool; the first is measured.
     fn first_is_measured(&mut self) {
-        self.start_as(start(0));
-        self.phases(EnginePhase::ToolChange);
+        self.reference_is_measured();
         assert_eq!(self.tool_ready(), NOTHING);
         self.steps();
         self.phases(EnginePhase::ToolChange);
@@ -97,12 +106,19 @@ impl Bench {
 #[test]
 fn a_tool_is_as_high_over_the_board_as_the_first_one_was() {
     use SetterStep::{Again, Back, Lift, Near, Over, Ready, Same, Touch, Up, Zero};
-    for longer_mm in [-4.0, -0.37, 0.0, 0.013, 2.5, 6.0] {
+    for (first_mm, longer_mm) in
+        [(0.0, -4.0), (0.0, -0.37), (5.1, 0.0), (-2.2, 0.013), (0.0, 2.5), (3.0, 6.0)]
+    {
         let mut bench = ready();
         bench.start_as(start(0));
-        bench.phases(EnginePhase::ToolChange);
-        assert_eq!(bench.tool_ready(), NOTHING);
+        bench.phases(EnginePhase::Measuring);
+        // Zero was set with a probing pin, and no tool is asked for before that is measured.
+        assert!(!bench.told.iter().any(|told| matches!(told, EngineAction::ToolWanted { .. })));
         assert_eq!(bench.steps(), [Ready, Up, Over, Near, Touch, Back, Again, Same, Lift]);
+        bench.phases(EnginePhase::ToolChange);
+        bench.board.tool_mm = first_mm;
+        assert_eq!(bench.tool_ready(), NOTHING);
+        assert_eq!(bench.steps(), [Ready, Up, Over, Near, Touch, Back, Again, Same, Lift, Zero]);
         bench.phases(EnginePhase::ToolChange);
         let cuts = bench.board.cuts.len();
         bench.board.tool_mm = longer_mm;
@@ -128,7 +144,8 @@ fn a_setter_that_cannot_be_keeps_a_job_from_being_started() {
     let bench = ready();
     let codes = |setter: ToolSetter| -> Vec<String> {
         let found = bench.engine().check(&EngineStart { setter: Some(setter), ..job(0) });
-        found.into_iter().map(|why| why.code).filter(|code| code.starts_with("setter.")).collect()
+        let said = |code: &String| code.starts_with("setter.") && code != "setter.reference";
+        found.into_iter().map(|why| why.code).filter(said).collect()
     };
     let good = setter();
     assert_eq!(codes(good), NOTHING);
@@ -170,9 +187,8 @@ fn a_setter_that_is_met_too_early_or_not_at_all_measures_nothing() {
     }
     for pin in [hangs, chip] {
         let mut bench = ready();
+        bench.reference_is_measured();
         bench.board.surface = Some(pin);
-        bench.start_as(start(0));
-        bench.phases(EnginePhase::ToolChange);
         assert_eq!(bench.tool_ready(), NOTHING);
         bench.steps();
         bench.phases(EnginePhase::ToolChange);
@@ -191,13 +207,84 @@ fn a_setter_that_is_met_too_early_or_not_at_all_measures_nothing() {
     let rows: [Row; 2] = [("setter.early", Some(always)), ("grbl.alarm_5", None)];
     for (code, pin) in rows {
         let mut bench = ready();
+        // What a board that reports its pins comes to is below.
+        bench.board.hides_pins = true;
+        bench.reference_is_measured();
         bench.board.surface = pin;
-        bench.start_as(start(0));
-        bench.phases(EnginePhase::ToolChange);
         assert_eq!(bench.tool_ready(), NOTHING);
         assert_eq!(bench.is_over(), Some(Ending::Alarm));
         assert_eq!((found(&bench), bench.engine().trust), (vec![code.to_owned()], Trust::Trusted));
         assert_eq!(bench.done, 0);
+    }
+}
+
+#[test]
+fn a_contact_that_is_closed_before_a_touch_measures_nothing_and_ends_no_job() {
+    // From the beginning; over the setter; after the first touch, as a pin that hangs.
+    for step in [SetterStep::Ready, SetterStep::Over, SetterStep::Back] {
+        let mut bench = ready();
+        bench.reference_is_measured();
+        let place = bench.board.place();
+        assert_eq!(bench.tool_ready(), NOTHING);
+        assert!(bench.until(100_000, |bench| bench.engine().measuring() == Some(step)), "{step:?}");
+        bench.board.shorted = true;
+        bench.steps();
+        bench.phases(EnginePhase::ToolChange);
+        assert_eq!((found(&bench), bench.ended()), (vec!["setter.closed".to_owned()], None), "{step:?}");
+        let now = bench.board.place();
+        assert!(now[2] > -1.001, "{step:?}: the tip is up: {now:?}");
+        assert!(step != SetterStep::Ready || now[..2] == place[..2], "it did not go aside: {now:?}");
+        bench.board.shorted = false;
+        bench.until(500, |_| false);
+        assert_eq!(bench.tool_ready(), NOTHING, "{step:?}");
+        bench.steps();
+        assert_eq!(bench.engine().phase, EnginePhase::Running, "{step:?}: {:?}", bench.words());
+    }
+}
+
+#[test]
+fn what_all_tools_go_by_is_measured_at_the_start_or_nothing_is_begun() {
+    fn chip(x: f64, y: f64) -> f64 {
+        if is_at_pin(x, y) { -10.2 } else { ZERO[2] }
+    }
+    type Row = (fn(f64, f64) -> f64, bool, &'static str);
+    let rows: [Row; 2] = [(chip, false, "setter.early"), (surface, true, "setter.closed")];
+    for (pin, shorted, code) in rows {
+        let mut bench = ready();
+        (bench.board.surface, bench.board.shorted) = (Some(pin), shorted);
+        bench.start_as(start(0));
+        assert_eq!(bench.is_over(), Some(Ending::Alarm), "{code}");
+        assert_eq!(found(&bench), ["setter.reference", code]);
+        assert!(bench.board.place()[2] > -1.001, "{code}: the tip is up: {:?}", bench.board.place());
+        assert!(!bench.told.iter().any(|told| matches!(told, EngineAction::ToolWanted { .. })), "{code}");
+        assert_eq!((bench.done, bench.engine().trust), (0, Trust::Trusted), "{code}");
+        bench.phases(EnginePhase::Ready);
+    }
+    // A program that begins without a change has its tool in: it is measured, and goes on; where no other follows, not even that.
+    let begins = text().replacen("(MSG, tool 1)\nM0\n", "", 1);
+    let alone = begins.replacen("(MSG, tool 2)\nM0\n", "", 1);
+    for (text, measured, changes) in [(begins, true, 1), (alone, false, 0)] {
+        let mut bench = ready();
+        let routine = Arc::new(read("board", &[("board.nc".to_owned(), text)]).unwrap());
+        bench.start_as(EngineStart { routine, ..start(0) });
+        let mut steps = Vec::new();
+        let is_over = |bench: &Bench| bench.ended().is_some() || bench.engine().measuring().is_some();
+        for _ in 0..3 {
+            assert!(
+                bench.until(600_000, |bench| is_over(bench)
+                    || bench.engine().phase == EnginePhase::ToolChange)
+            );
+            steps.push(bench.steps().len());
+            if bench.engine().phase == EnginePhase::ToolChange {
+                bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
+            }
+            bench.tick();
+        }
+        assert_eq!(steps[0] > 0, measured, "{changes}");
+        assert!(bench.until(600_000, |bench| bench.ended().is_some()));
+        let wanted = bench.told.iter().filter(|told| matches!(told, EngineAction::ToolWanted { .. })).count();
+        assert_eq!((bench.ended(), wanted), (Some(Ending::Done), changes), "{:?}", bench.words());
+        assert!(bench.off_mm() <= STEP_MM, "{}", bench.off_mm());
     }
 }
 

@@ -167,6 +167,9 @@ fn what_is_not_as_it_should_be_ends_it_with_a_sentence() {
         [("level.no_board", None), ("level.in_the_way", Some(wall)), ("grbl.alarm_4", Some(always))];
     for (code, surface) in rows {
         let mut bench = bench(surface);
+        // One that reports its pins would be refused at once.
+        bench.board.hides_pins = true;
+        bench.until(500, |_| false);
         bench.event(EngineEvent::Ask(EngineAsk::Survey(start())));
         assert!(bench.until(100_000, |bench| survey_of(bench).is_some()), "{code} {:?}", bench.words());
         assert_eq!((survey_of(&bench), found(&bench)), (Some(None), vec![code.to_owned()]));

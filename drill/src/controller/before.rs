@@ -42,7 +42,9 @@ impl<F: Files> Station<F> {
             judged(Diagnostic { severity, ..found })
         };
         let mut rows: Vec<_> = controller.check(start).into_iter().map(judged_here).collect();
-        rows.extend(self.unlike_mill().into_iter().map(|why| row(RowVerdict::Warn, why)));
+        let mut unlike = self.unlike_mill();
+        unlike.retain(|why| rows.iter().all(|row| row.finding.code != why.code));
+        rows.extend(unlike.into_iter().map(|why| row(RowVerdict::Warn, why)));
         rows.push(match self.state() {
             State::Ready => row(RowVerdict::Pass, Diagnostic::note("preflight.at_rest")),
             _ => row(RowVerdict::Fail, Diagnostic::error("preflight.busy")),
@@ -73,6 +75,11 @@ impl<F: Files> Station<F> {
     /// For which bit the height of the board is known; none where it is for no one, which is an error of its own.
     fn height_row(&self, order: &Order, start: &EngineStart) -> Option<PreflightRow> {
         let height = self.attended.controller().height();
+        // What is in is measured first, and the first bit like every other: that is said by itself.
+        let measured = start.setter.is_some() && height == BoardHeight::OfThisBit;
+        if measured && start.routine.changes_tools() {
+            return None;
+        }
         let known = height != BoardHeight::Unknown || self.height_as_left(start.from);
         let bit = bit_of_leg(&order.program, order.leg(start.from)).map(|bit| bit.title(locale::FALLBACK));
         let told = |code: &str| Diagnostic::note(code).with("bit", bit.unwrap_or_default());

@@ -1,7 +1,7 @@
 //! What a mill is known to be, and what its controller says of itself: steps, speeds, accelerations, travel, firmware (N19).
 //!
 //! ```text
-//! MillProfile ─ `$$` ─▶ a warning for each that is otherwise, and what it does to a board
+//! MillProfile ─ `$$` ─▶ a warning for each that is otherwise, and what it does to a board; motors that are let go of
 //! ```
 //!
 //! Comes in: a profile, numbered settings. Goes out: warnings; none of them keeps a job from being started. What is not known is not
@@ -45,7 +45,7 @@ pub fn unlike_mill(mill: &MillProfile, flavour: &str, values: &Values) -> Vec<Di
         let why = Diagnostic::warning("grbl.other_firmware").with("found", flavour);
         why.with("expected", expected).with("machine", mill.title)
     });
-    all.chain(spindle(mill, values)).chain(firmware).collect()
+    all.chain(spindle(mill, values)).chain(settings::motors_let_go(values)).chain(firmware).collect()
 }
 
 /// The axis, the number of the setting, what it is and what it should be.
@@ -103,6 +103,8 @@ mod tests {
             (vec![(120, 500.0), (121, 10.0)], vec!["grbl.steeper_than_machine 120"]),
             (vec![(131, 200.0)], vec!["grbl.other_travel 131"]),
             (vec![(30, 1_000.0)], vec!["grbl.other_rpm "]),
+            (vec![(1, 25.0)], vec!["grbl.motors_let_go "]),
+            (vec![(1, 255.0)], vec![]),
         ] {
             assert_eq!(codes(&changes, "GRBL"), expected, "{changes:?}");
         }

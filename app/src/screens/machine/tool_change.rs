@@ -92,9 +92,9 @@ fn steps(line: Link) -> impl IntoView {
     };
     ol().child((
         li().child(t!("page.change.wait")),
-        // The controller takes the first bit of a job for the one with which zero of Z was set.
+        // The controller takes the first bit of a job for the one with which zero of Z was set, where it is not measured.
         move || {
-            let is_first = touches_off.get() && bits_of_change(line).0.is_none();
+            let is_first = touches_off.get() && !measures.get() && bits_of_change(line).0.is_none();
             li().child(move || if is_first { say!("page.change.first") } else { say!("page.change.swap") })
         },
         move || {

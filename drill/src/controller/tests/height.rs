@@ -17,7 +17,7 @@ impl Bench {
     }
 
     /// Rows of the pre-flight that are to be ticked.
-    fn ticks(&mut self, key: &str, from_leg: u32) -> Vec<String> {
+    pub(super) fn ticks(&mut self, key: &str, from_leg: u32) -> Vec<String> {
         self.fails(key, from_leg);
         let armed = self.heard.iter().find_map(|tell| match tell {
             Tell::Armed { checks, .. } => Some(checks.clone()),

@@ -1,0 +1,118 @@
+//! A contact that is closed before anything touches: nothing goes down, nothing goes aside, and no job ends over it.
+
+use super::survey::found;
+use super::{Bench, Faults, ZERO, job};
+use annulus_core::control::Ending;
+use annulus_core::controller::{EngineAction, EngineAsk, EnginePhase, SurveyStart};
+use annulus_core::geometry::Point;
+use annulus_core::level::ProbeGrid;
+use annulus_core::units::Length;
+
+const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 300.0, plate_mm: 0.0, up_mm: 2.0 };
+
+fn board(_: f64, _: f64) -> f64 {
+    ZERO[2]
+}
+
+fn survey() -> EngineAsk {
+    let [low, high] = [Point::from_mm(0.0, 0.0), Point::from_mm(10.0, 10.0)];
+    EngineAsk::Survey(SurveyStart::usual(
+        ProbeGrid { low, high, columns: 2, rows: 2, margin: Length::ZERO },
+        1.0,
+        3.0,
+    ))
+}
+
+fn ready() -> Bench {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.surface = Some(board);
+    assert!(bench.ready());
+    bench
+}
+
+impl Bench {
+    /// A lead has a short, or has none any more: the board has reported so.
+    fn short(&mut self, shorted: bool) {
+        self.board.shorted = shorted;
+        self.until(500, |_| false);
+    }
+
+    /// What was sent, questions apart.
+    fn sent(&self) -> Vec<String> {
+        let lines = self.told.iter().filter_map(|action| match action {
+            EngineAction::Write(bytes) if bytes != b"?" => Some(String::from_utf8_lossy(bytes).into_owned()),
+            _ => None,
+        });
+        lines.collect()
+    }
+}
+
+#[test]
+fn nothing_is_touched_with_a_contact_that_is_closed_already() {
+    let edge = EngineAsk::Edge { axis: 0, reach_mm: 5.0, mm_per_min: 100.0, radius_mm: 0.5, back_mm: 2.0 };
+    for ask in [PROBE, edge, survey()] {
+        let mut bench = ready();
+        let height = bench.engine().height();
+        bench.short(true);
+        bench.asked(ask.clone());
+        assert_eq!(
+            (found(&bench), bench.sent()),
+            (vec!["grbl.probe_closed".to_owned()], Vec::new()),
+            "{ask:?}"
+        );
+        assert_eq!((bench.engine().phase, bench.engine().height()), (EnginePhase::Ready, height), "{ask:?}");
+        bench.short(false);
+        bench.asked(ask.clone());
+        assert!(found(&bench).is_empty() && !bench.sent().is_empty(), "{ask:?}");
+    }
+}
+
+#[test]
+fn a_closed_contact_in_a_tool_change_ends_no_job() {
+    let mut bench = ready();
+    bench.start_as(job(0));
+    bench.phases(EnginePhase::ToolChange);
+    bench.short(true);
+    bench.asked(PROBE);
+    bench.until(2_000, |_| false);
+    assert_eq!((found(&bench), bench.ended()), (vec!["grbl.probe_closed".to_owned()], None));
+    assert_eq!(bench.engine().phase, EnginePhase::ToolChange);
+    bench.short(false);
+    bench.asked(PROBE);
+    assert!(bench.until(20_000, |bench| bench.told.contains(&EngineAction::ZeroSet)), "{:?}", bench.words());
+    bench.phases(EnginePhase::ToolChange);
+    assert!(bench.run());
+    assert_eq!(
+        bench.told.iter().filter(|told| matches!(told, EngineAction::Ended(Ending::Alarm))).count(),
+        0
+    );
+}
+
+#[test]
+fn a_tip_that_rests_on_the_board_is_lifted_before_it_goes_aside() {
+    let jog = |axis, um| EngineAsk::Jog { axis, um, mm_per_min: 300.0 };
+    let mut bench = ready();
+    // Down to it, by hand.
+    let down = ((ZERO[2] - bench.board.place()[2]) * 1e3) as i32;
+    bench.asked(jog(2, down));
+    bench.phases(EnginePhase::Ready);
+    bench.until(500, |_| false);
+    let place = bench.board.place();
+    for axis in [0, 1] {
+        bench.asked(jog(axis, 3_000));
+        bench.until(500, |_| false);
+        assert_eq!((found(&bench), bench.sent()), (vec!["grbl.tip_touches".to_owned()], Vec::new()));
+        assert_eq!((bench.engine().phase, bench.board.place()), (EnginePhase::Ready, place));
+    }
+    for (axis, um) in [(2, 1_000), (0, -3_000), (1, -3_000)] {
+        bench.asked(jog(axis, um));
+        bench.phases(EnginePhase::Ready);
+        assert_eq!(found(&bench), Vec::<String>::new(), "{axis}");
+    }
+    let now = bench.board.place();
+    let moved = [-3.0, -3.0, 1.0].into_iter().enumerate();
+    assert!(
+        moved.clone().all(|(axis, mm)| (now[axis] - place[axis] - mm).abs() < 0.002),
+        "{place:?} {now:?}"
+    );
+}
