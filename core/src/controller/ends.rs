@@ -22,6 +22,8 @@ use crate::control::Trust;
 const HOMES_LOW: u16 = 23;
 /// `$27`: how far from its switch homing leaves an axis.
 const PULL_OFF: u16 = 27;
+/// The same of most, for those that do not say: nothing goes nearer to a switch.
+const USUAL_PULL_OFF_MM: f64 = 1.0;
 /// So near to where homing leaves an axis it is there.
 const NEAR_MM: f64 = 0.05;
 /// The same where nobody knows how far from the switch that is.
@@ -80,14 +82,15 @@ impl Info {
         let pull_off = self.values.get(&PULL_OFF).copied();
         if self.flavour() == "FluidNC" {
             let Some([low, high]) = self.said_ends_mm[axis] else { return Some(None) };
-            let ends = AxisEnds::of([low, high], [pull_off.unwrap_or(0.0); 2]);
+            let ends =
+                AxisEnds::of([low, high], [pull_off.unwrap_or(USUAL_PULL_OFF_MM).min((high - low) / 2.0); 2]);
             return (place_mm > low - NEAR_MM && place_mm < high + NEAR_MM).then_some(Some(ends));
         }
         let Some(travel) = settings::axes(&self.values, 130).map(|travel| travel[axis]) else {
             return Some(None);
         };
-        let (off, near) =
-            pull_off.map_or((0.0, USUALLY_NEAR_MM), |off| (off.clamp(0.0, travel / 2.0), NEAR_MM));
+        let near = if pull_off.is_some() { NEAR_MM } else { USUALLY_NEAR_MM };
+        let off = pull_off.unwrap_or(USUAL_PULL_OFF_MM).clamp(0.0, travel / 2.0);
         let low = self.homes_low(axis);
         // Where it is left, what its ends are then, and whether the one that it homed to is off its switch already.
         let rows = match (self.zero_is_left(), low) {
@@ -159,7 +162,8 @@ mod tests {
         }
         let mut unknown = info("V");
         unknown.values.remove(&PULL_OFF);
-        assert!(unknown.ends_by(2, -3.0).is_some(), "nobody knows how far from the switch");
+        let usual = is([-200.0, 0.0], [-199.0, -1.0]);
+        assert_eq!(unknown.ends_by(2, -3.0), usual, "nobody knows how far from the switch");
         unknown.values.remove(&132);
         assert_eq!(unknown.ends_by(2, 57.0), Some(None));
     }

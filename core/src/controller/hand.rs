@@ -8,6 +8,7 @@ use super::fits::{self, MachineRange};
 use super::height::{BoardHeight, ZeroWanted};
 use super::jog::JogEnd;
 use super::lines::number;
+use super::settings;
 use crate::control::{Ending, Trust};
 use crate::diagnostic::{Diagnostic, Severity};
 

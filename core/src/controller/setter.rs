@@ -53,9 +53,6 @@ const TWICE_MM: f64 = 0.1;
 const COAST_MM: f64 = 5.0;
 /// Looks that did not find what they should, before that is believed: a report may be damaged too.
 const LOOKS: u32 = 2;
-/// `$27`: how far homing leaves an axis from its switch; and what is usual, mm.
-const PULL_OFF: u16 = 27;
-const USUAL_PULL_OFF_MM: f64 = 1.0;
 /// The alarm of a probe that was closed before it went down.
 const CLOSED: u16 = 4;
 
@@ -171,14 +168,6 @@ impl Controller {
         self.setter.as_ref().map(|run| run.step)
     }
 
-    /// The lowest place of Z and the top that it goes to. A controller that does not say how far homing leaves it from its switch goes
-    /// no nearer to that than most do.
-    fn setter_room_mm(&self) -> Option<[f64; 2]> {
-        let [low, high] = self.room_mm(2)?;
-        let off_mm = if self.info.values.contains_key(&PULL_OFF) { 0.0 } else { USUAL_PULL_OFF_MM };
-        Some([low, high - off_mm])
-    }
-
     /// Why no tool can be measured there, if that is so.
     pub(super) fn setter_refused(&self, setter: &ToolSetter) -> Option<Diagnostic> {
         if !self.homes() {
@@ -192,13 +181,12 @@ impl Controller {
         }
         let ([x, y], from) = (setter.place_mm, setter.from_mm);
         let needs = [[x, x], [y, y], [from - setter.depth_mm, from]];
-        let room_of = |axis: usize| if axis == 2 { self.setter_room_mm() } else { self.room_mm(axis) };
         let is_outside = |axis: &usize| {
-            let room = room_of(*axis);
+            let room = self.room_mm(*axis);
             room.is_none_or(|[low, high]| needs[*axis][0] < low - NONE_MM || needs[*axis][1] > high + NONE_MM)
         };
         let axis = (0..3).find(is_outside)?;
-        let [low, high] = room_of(axis).unwrap_or_default();
+        let [low, high] = self.room_mm(axis).unwrap_or_default();
         let mm = |value: f64| format!("{value:.3}");
         let why = Diagnostic::error("setter.no_room").with("axis", ["X", "Y", "Z"][axis]);
         let why = why.with("from", mm(needs[axis][0])).with("to", mm(needs[axis][1]));
@@ -230,7 +218,7 @@ impl Controller {
         if !is_reference && self.reference_mm.is_none() {
             return self.found(Diagnostic::error("setter.no_reference"));
         }
-        let Some([_, top_mm]) = self.setter_room_mm() else { return };
+        let Some([_, top_mm]) = self.room_mm(2) else { return };
         self.setter = Some(SetterRun {
             setter,
             top_mm,

@@ -62,6 +62,24 @@ fn it_goes_up_first_and_then_to_its_place() {
 }
 
 #[test]
+fn one_that_does_not_say_how_far_homing_leaves_it_from_its_switches_keeps_off_them_all_the_same() {
+    let mut bench = Bench::new(1, Faults::default());
+    assert!(bench.ready());
+    bench.until(500, |_| false);
+    bench.event(EngineEvent::Ask(EngineAsk::Jog { axis: 2, um: -20_000, mm_per_min: 6_000.0 }));
+    assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready));
+    for (ask, [x, y]) in [
+        (EngineAsk::Park { from_low_mm: None }, [-1.0, -1.0]),
+        (EngineAsk::Park { from_low_mm: Some([0.0, 0.0]) }, [-299.0, -299.0]),
+    ] {
+        bench.event(EngineEvent::Ask(ask));
+        rests(&mut bench);
+        let at = bench.board.at;
+        assert!([x, y, -1.0].into_iter().zip(at).all(|(wanted, at)| (wanted - at).abs() < 1e-6), "{at:?}");
+    }
+}
+
+#[test]
 fn one_that_is_not_up_stays_where_it_is() {
     let mut bench = down();
     bench.instead = Some((b"$J=G53G90G21Z-1F6000\n", b"$J=G53G90G21Z-9F6000\n"));

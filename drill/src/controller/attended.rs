@@ -117,6 +117,8 @@ pub struct Attended {
     new_before: Option<usize>,
     /// The tool that is wanted is worn: another one of its kind goes in.
     replaces: bool,
+    /// A tool is wanted, and not in yet.
+    waits: bool,
     before: Option<ControllerGlimpse>,
 }
 
@@ -161,7 +163,8 @@ impl Attended {
         if std::mem::take(&mut self.replaces) {
             due.extend(self.let_think(now_ms, EngineEvent::Ask(EngineAsk::NewBit)));
         }
-        if waited && self.controller.phase == EnginePhase::Running {
+        // What all tools go by is measured before one is wanted.
+        if waited && self.controller.phase == EnginePhase::Running && std::mem::take(&mut self.waits) {
             if let Some(tools) = &mut self.tools {
                 tools.is_in();
             }
@@ -196,7 +199,7 @@ impl Attended {
             self.entry.levelled.clone_from(&start.routine.levelled);
             self.entry.setter = start.setter;
             (self.entry.holes, self.entry.toolpaths) = start.routine.counted(start.from);
-            self.new_before = None;
+            (self.new_before, self.waits) = (None, false);
             if let Some(tools) = &mut self.tools {
                 tools.begins(start.from);
             }
@@ -230,6 +233,7 @@ impl Attended {
                 Told::Progress
             }
             EngineAction::ToolWanted { tool } => {
+                self.waits = true;
                 let worn = self.tools.as_mut().and_then(JobTools::is_asked);
                 self.replaces |= worn.is_some();
                 Told::ToolWanted { tool, worn: worn.map(|(tool, wear)| Box::new((tool.clone(), wear))) }

@@ -412,12 +412,7 @@ fn a_move_by_hand_ends_when_the_page_does_not_want_it_any_more_and_at_the_ends()
     );
     bench.ask(&Ask::Home);
     bench.state(State::Ready);
-    assert_eq!(
-        bench.refused(&Ask::Jog { axis: 0, distance_um: 1_000_000 }).as_deref(),
-        None,
-        "there is a millimetre left"
-    );
-    bench.state(State::Ready);
+    // Homing left it as far from its switch as it may come.
     assert_eq!(
         bench.refused(&Ask::Jog { axis: 0, distance_um: 1_000_000 }).as_deref(),
         Some("control.end_of_travel")
@@ -426,7 +421,7 @@ fn a_move_by_hand_ends_when_the_page_does_not_want_it_any_more_and_at_the_ends()
     let gone = bench.state(State::Ready).machine_mm[0];
     assert!((-6.0..-1.0).contains(&gone), "it went on without the page: {gone}");
     bench.jog(0, -1_000.0);
-    assert!((bench.status().unwrap().machine_mm[0] + 300.0).abs() < 0.01);
+    assert!((bench.status().unwrap().machine_mm[0] + 299.0).abs() < 0.01);
 }
 
 #[test]
