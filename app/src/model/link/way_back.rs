@@ -4,6 +4,8 @@
 //! read the alarm ─▶ bit out of the board ─▶ homed again, where the position is not trusted ─▶ tool checked ─▶ resume
 //! ```
 //!
+//! Ticked is what was seen alone: that the bit is out of the board is seen where the place is known.
+//!
 //! Comes in: the status, and whether a job was broken off. Goes out: the steps, each done, to be done now, or later. Moves nothing.
 
 use annulus_core::control::Trust;
@@ -37,12 +39,11 @@ pub enum BackMark {
 
 /// The way back from how things stand; a job `is_broken_off` where one can be taken up.
 pub fn way_back(status: &Status, is_broken_off: bool) -> Vec<(BackStep, BackMark)> {
-    // Where the position is lost, the height over the board is no height: homing takes the bit up first.
-    let is_up = status.work_mm[2] > 0.0 || status.trust == Trust::Lost;
+    let (is_over, is_known) = (status.work_mm[2] > 0.0, status.trust == Trust::Trusted);
     let mut steps = vec![
         (BackStep::Read, status.alarm.is_none()),
-        (BackStep::Lift, is_up),
-        (BackStep::Home, status.trust == Trust::Trusted),
+        (BackStep::Lift, is_over && is_known),
+        (BackStep::Home, is_known),
     ];
     if is_broken_off {
         steps.extend([(BackStep::Tool, false), (BackStep::Resume, false)]);
@@ -54,8 +55,10 @@ pub fn way_back(status: &Status, is_broken_off: bool) -> Vec<(BackStep, BackMark
             (false, true) => BackMark::Now,
             (false, false) => BackMark::Later,
         };
-        // The tool is checked while Resume is offered: its pre-flight asks once more.
-        open &= done || step == BackStep::Tool;
+        // Where the place is lost only a person sees where the bit is, and homing takes it up first. The tool is checked while Resume is
+        // offered: its pre-flight asks once more.
+        let is_seen_by_eye = step == BackStep::Lift && (is_over || status.trust == Trust::Lost);
+        open &= done || is_seen_by_eye || step == BackStep::Tool;
         (step, mark)
     };
     steps.into_iter().map(mark).collect()

@@ -13,9 +13,11 @@ fn the_way_back_has_one_step_at_a_time_and_leaves_out_what_is_done() {
         (State::Ready, Trust::Trusted, 7.0, true, vec![done, done, done, now, now]),
         (State::Alarm, Trust::Suspect, -1.0, true, vec![now, later, later, later, later]),
         (State::NotHomed, Trust::Suspect, -1.0, true, vec![done, now, later, later, later]),
-        (State::NotHomed, Trust::Suspect, 3.0, true, vec![done, done, now, later, later]),
-        (State::NotHomed, Trust::Lost, -9.0, true, vec![done, done, now, later, later]),
-        (State::NotHomed, Trust::Lost, -9.0, false, vec![done, done, now]),
+        // What was not seen is not ticked: a height over a board whose place is not known is none. Homing takes the bit up.
+        (State::NotHomed, Trust::Suspect, 3.0, true, vec![done, now, now, later, later]),
+        (State::NotHomed, Trust::Lost, -9.0, true, vec![done, now, now, later, later]),
+        (State::NotHomed, Trust::Lost, 9.0, true, vec![done, now, now, later, later]),
+        (State::NotHomed, Trust::Lost, -9.0, false, vec![done, now, now]),
         (State::Ready, Trust::Trusted, 7.0, false, vec![done, done, done]),
     ];
     let names = [BackStep::Read, BackStep::Lift, BackStep::Home, BackStep::Tool, BackStep::Resume];
