@@ -59,6 +59,8 @@ pub(crate) struct Port {
     waiting: VecDeque<u8>,
     /// What was read and given back.
     unread: Vec<u8>,
+    /// Whatever is at its other end is not to begin anew by its being opened.
+    pub(crate) spares: bool,
 }
 
 /// Opens the port called `name`. Most boards begin anew with that.
@@ -75,7 +77,41 @@ pub(crate) fn open_as(
 ) -> serialport::Result<Port> {
     let builder = serialport::new(name, baud).timeout(PATIENCE).flow_control(FlowControl::None);
     let builder = builder.parity(parity).stop_bits(stop_bits);
-    Ok(Port { name: name.to_owned(), serial: builder.open()?, waiting: VecDeque::new(), unread: Vec::new() })
+    let (name, serial) = (name.to_owned(), builder.open()?);
+    Ok(Port { name, serial, waiting: VecDeque::new(), unread: Vec::new(), spares: false })
+}
+
+/// The same, for a board that is not to begin anew with it: its lines are left as the port has them, and stay so when it is closed. Where
+/// they fell with the closing before, the system raises them, and nobody can keep it from that.
+pub(crate) fn open_sparing(name: &str, baud: u32) -> serialport::Result<Port> {
+    let kept = lines::stay(name);
+    let port = Port { spares: true, ..open(name, baud)? };
+    drop(kept);
+    Ok(port)
+}
+
+#[cfg(unix)]
+mod lines {
+    use rustix::fs::OFlags;
+    use rustix::termios::{ControlModes, OptionalActions, tcgetattr, tcsetattr};
+    use std::fs::{File, OpenOptions};
+    use std::os::unix::fs::OpenOptionsExt;
+
+    /// DTR and RTS of the port called `name` stay as they are when it is closed, where it lets that be set. The port, open until then.
+    pub(super) fn stay(name: &str) -> Option<File> {
+        let quietly = (OFlags::NOCTTY | OFlags::NONBLOCK).bits().cast_signed();
+        let port = OpenOptions::new().read(true).write(true).custom_flags(quietly).open(name).ok()?;
+        let mut modes = tcgetattr(&port).ok()?;
+        modes.control_modes.remove(ControlModes::HUPCL);
+        tcsetattr(&port, OptionalActions::Now, &modes).ok()?;
+        Some(port)
+    }
+}
+
+#[cfg(not(unix))]
+mod lines {
+    /// There the lines are as the driver sets them.
+    pub(super) fn stay(_: &str) {}
 }
 
 impl Port {

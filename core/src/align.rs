@@ -12,6 +12,7 @@
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
 use crate::job::{Command, Leg, Mark, Program};
+use serde::{Deserialize, Serialize};
 
 /// Holes nearer to each other than this do not tell how a board is turned, mm.
 const NEAREST_MM: f64 = 5.0;
@@ -21,7 +22,7 @@ const LEFT_OVER_MM: f64 = 0.1;
 const MOST_DEG: f64 = 15.0;
 
 /// An alignment hole: where it was planned, and where it was found.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct FoundHole {
     /// As planned, work coordinates.
     pub planned: Point,

@@ -77,7 +77,8 @@ struct Work {
 
 impl Work {
     fn run(&mut self, asked: &Receiver<EngineAsk>) {
-        let mut goes = self.event(EngineEvent::Opened);
+        let opened = if self.port.spares { EngineEvent::OpenedSparing } else { EngineEvent::Opened };
+        let mut goes = self.event(opened);
         while goes {
             goes = match asked.try_recv() {
                 Ok(ask) => self.event(EngineEvent::Ask(ask)),

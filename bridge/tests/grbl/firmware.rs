@@ -147,6 +147,13 @@ impl Board {
         eventually("the head at its place", Duration::from_secs(60), || steps(&self.snapshot()) == wanted);
     }
 
+    /// Begins a move by hand, as a pendant would, and does not wait for its end.
+    pub(crate) fn jogs(&self, words: &str, mm_per_min: u32) {
+        let mut port = Line::open(self);
+        port.asks("");
+        port.asks(&format!("$J=G91G21{words}F{mm_per_min}"));
+    }
+
     /// How its port is opened.
     pub(crate) fn port(&self) -> String {
         self.folder.path().join("port").display().to_string()

@@ -39,19 +39,25 @@ impl Desk {
 
     /// Starts `annulus grbl` with these words, the port and the object asked for.
     pub(crate) fn start(&self, board: &Board, words: &str) -> Sender {
+        self.start_at(board, words, Stdio::piped())
+    }
+
+    /// The same, with this to be typed at.
+    pub(crate) fn start_at(&self, board: &Board, words: &str, typed: Stdio) -> Sender {
         let mut command = Command::new(env!("CARGO_BIN_EXE_annulus"));
         command.arg("grbl").args(words.split_whitespace()).arg("--port").arg(board.port()).arg("--json");
         if !words.starts_with("info") {
             command.args(["--speed", &SPEED.to_string()]);
         }
-        if !words.starts_with("info") && !words.starts_with("check") {
+        // What is resumed has it from when it was begun.
+        if !["info", "check", "resume"].iter().any(|word| words.starts_with(word)) {
             command.args(["--spin-up", "0.2"]);
         }
         let out = |name: &str| File::create(self.path().join(name)).unwrap();
         let child = command
             .current_dir(self.path())
             .env("ANNULUS_HOME", self.path().join("home"))
-            .stdin(Stdio::piped())
+            .stdin(typed)
             .stdout(out("answer.json"))
             .stderr(out("said.txt"))
             .spawn()

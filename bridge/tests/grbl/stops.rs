@@ -103,3 +103,23 @@ fn one_signal_in_a_tool_change_ends_the_job_though_the_head_moves_there() {
     std::thread::sleep(Duration::from_millis(300));
     assert_eq!(now["edges_total"], bench.board.snapshot()["edges_total"], "nothing moves after a stop");
 }
+
+#[test]
+fn a_job_goes_on_with_what_it_was_given() {
+    let Some(instrument) = instrument() else { return };
+    let mut bench = Bench::new(instrument, jobs::board(), &[]);
+    let mut sender =
+        bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1"));
+    eventually("three sections", MOST, || bench.desk.journal()["done"].as_u64() >= Some(3));
+    sender.kill();
+    bench.board.rests();
+    // Nothing of then: nobody says that all tools are alike.
+    let (exit, object) = bench.desk.run(&bench.board, "resume --anew --confirm-tools 0.1");
+    assert_eq!((exit, &object["error"]["code"]), (1, &"grbl.tools_unmeasured".into()), "{object}");
+    let (exit, object) = bench.desk.run(&bench.board, "resume --confirm-tools 0.1");
+    assert_eq!(exit, 0, "{object} {}", bench.desk.said());
+    let said = bench.desk.said();
+    assert!(said.contains("--spin-up 0.2") && said.contains("--same-length"), "{said}");
+    let (verdict, _) = bench.judged();
+    assert!(verdict.left_out.is_empty() && verdict.wrong.is_empty(), "{verdict:?}");
+}

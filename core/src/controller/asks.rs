@@ -2,6 +2,7 @@
 //!
 //! Comes in: nothing. Goes out: the words that engine, bridge and page share. Does not know what becomes of them.
 
+use super::changer::Changer;
 use super::check::CheckNews;
 use super::heard::CompiledOptions;
 use super::overrides::OverrideOf;
@@ -66,6 +67,8 @@ pub enum EnginePhase {
     ToolChange,
     /// The tool that is in is measured on the tool setter, in the middle of its change.
     Measuring,
+    /// The machine changes the tool itself.
+    Changing,
     /// Coming to rest to end a job.
     Stopping,
 }
@@ -75,6 +78,8 @@ pub enum EnginePhase {
 pub enum EngineEvent {
     /// The port is open.
     Opened,
+    /// The port is open, and nothing that is written before the board said who it is may reset it.
+    OpenedSparing,
     /// The port is gone.
     Closed,
     /// Bytes came.
@@ -223,6 +228,8 @@ pub struct EngineStart {
     pub same_length: bool,
     /// Where each tool is measured before it cuts; none where each is touched off against the board.
     pub setter: Option<ToolSetter>,
+    /// How the machine changes tools itself; none where a person does.
+    pub changer: Option<Changer>,
     /// Seconds that the spindle takes to come up to speed.
     pub spin_up_s: f64,
     /// Findings that were seen, by code.
@@ -322,6 +329,11 @@ pub enum EngineAction {
     },
     /// A person is to put this tool in: index into the routine's tools.
     ToolWanted {
+        /// Index into the routine's tools.
+        tool: u32,
+    },
+    /// The machine has put this tool in itself.
+    ToolFetched {
         /// Index into the routine's tools.
         tool: u32,
     },

@@ -3,7 +3,7 @@
 //! ```text
 //! Closed ─▶ Greeting ─▶ Ready ─┬─ Homing, Jogging, Probing, Checking ─▶ Ready
 //!               │         ▲    └─ Running ⇄ Holding, Held ─▶ Stopping ─▶ Ready
-//!               ▼         │         └─ ToolChange (jog, probe, zero), Measuring ─▶ Running
+//!               ▼         │         └─ ToolChange (jog, probe, zero), Changing, Measuring ─▶ Running
 //!             Locked ─────┘ home, unlock
 //! ```
 //!
@@ -14,14 +14,16 @@
 //! for and alarms end the trust (`alarm`).
 
 use super::alarm::{AlarmDoubt, RESET_WANTED};
-use super::asks::{EngineAction, EngineEvent, EnginePhase, Info, signs};
+use super::asks::{EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, signs};
 use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
+use super::changer::{ChangerLine, ChangerRun};
 use super::check::CheckRun;
 use super::ends::AxisEnds;
 use super::heard::{ControllerStatus, Ear, HeardLine, Modes, ReportedState, hear};
 use super::height::{BoardHeight, ZeroWanted};
 use super::home::Homing;
 use super::jog::{JogEnd, JogRun};
+use super::meet::ResetOnOpen;
 use super::overrides::OverrideWishes;
 use super::park::ParkRun;
 use super::routine::Routine;
@@ -80,6 +82,8 @@ pub(super) enum Meaning {
     Survey(Option<SurveyStep>),
     /// A line of the measurement of a tool; the same.
     Setter(Option<SetterStep>),
+    /// A line of a tool change that the machine makes itself.
+    Changer(ChangerLine),
     /// `$C`, into check mode.
     CheckMode,
     /// A line of a job that is read in check mode: its text, and the line of the program.
@@ -117,6 +121,9 @@ pub struct Controller {
     /// The words in force, heard last.
     pub modes: Option<Modes>,
     pub(super) now_ms: u64,
+    /// Opening the port was not to disturb the board; and it was told that it does something meanwhile.
+    pub(super) is_spared: bool,
+    pub(super) is_waited_for: bool,
     pub(super) ear: Ear,
     pub(super) buffer: Buffer<Outgoing>,
     pub(super) queue: VecDeque<Outgoing>,
@@ -125,7 +132,7 @@ pub struct Controller {
     /// When it was asked for last.
     pub(super) last_ask_ms: u64,
     /// Reports that came late, after each other.
-    late_reports: u32,
+    pub(super) late_reports: u32,
     /// When anything was heard last.
     pub(super) heard_ms: u64,
     /// When a line was sent or answered last.
@@ -163,6 +170,7 @@ pub struct Controller {
     pub(super) run: Option<Run>,
     pub(super) survey: Option<SurveyRun>,
     pub(super) setter: Option<SetterRun>,
+    pub(super) changer: Option<ChangerRun>,
     /// How much higher zero of Z is than the place where the tool setter meets the same tool, mm.
     pub(super) reference_mm: Option<f64>,
     pub(super) check: Option<CheckRun>,
@@ -185,6 +193,8 @@ impl Default for Controller {
             zero_mm: None,
             modes: None,
             now_ms: 0,
+            is_spared: false,
+            is_waited_for: false,
             ear: Ear::default(),
             buffer: Buffer::new(USUAL_RX_BYTES),
             queue: VecDeque::new(),
@@ -213,6 +223,7 @@ impl Default for Controller {
             run: None,
             survey: None,
             setter: None,
+            changer: None,
             reference_mm: None,
             check: None,
             overrides: OverrideWishes::default(),
@@ -230,7 +241,8 @@ pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Con
     controller.now_ms = controller.now_ms.max(now_ms);
     let ran = controller.run.is_some();
     match event {
-        EngineEvent::Opened => controller.opened(),
+        EngineEvent::Opened => controller.opened(ResetOnOpen::Usual),
+        EngineEvent::OpenedSparing => controller.opened(ResetOnOpen::Never),
         EngineEvent::Closed => controller.closed(),
         EngineEvent::Bytes(bytes) => {
             controller.heard_ms = controller.now_ms;
@@ -244,6 +256,8 @@ pub fn step(mut controller: Controller, now_ms: u64, event: EngineEvent) -> (Con
                 run.batch.disturbed = true;
             }
         }
+        // Whatever it is doing there, a person wants it to stand still.
+        EngineEvent::Ask(EngineAsk::Stop) if controller.spares() => controller.write(signs::HOLD),
         EngineEvent::Ask(ask) => controller.ask(ask),
     }
     controller.time();
@@ -289,6 +303,12 @@ impl Controller {
         if phase != EnginePhase::Locked {
             self.doubt = AlarmDoubt::None;
         }
+        if phase != EnginePhase::Changing {
+            self.changer = None;
+        }
+        if phase == EnginePhase::ToolChange {
+            self.person_is_asked();
+        }
     }
 
     pub(super) fn write(&mut self, sign: u8) {
@@ -317,18 +337,7 @@ impl Controller {
         self.reset_at = Some((self.now_ms, tries + 1));
     }
 
-    fn opened(&mut self) {
-        let now_ms = self.now_ms;
-        *self = Self {
-            now_ms,
-            heard_ms: now_ms,
-            since_ms: now_ms,
-            phase: EnginePhase::Greeting,
-            ..Self::default()
-        };
-    }
-
-    fn closed(&mut self) {
+    pub(super) fn closed(&mut self) {
         if self.phase == EnginePhase::Closed {
             return;
         }
@@ -422,9 +431,7 @@ impl Controller {
         self.check_greeted();
         self.overrides = OverrideWishes::default();
         self.set(EnginePhase::Greeting);
-        for (index, text) in ["$I", "$$", "$#", "$G"].into_iter().enumerate() {
-            self.send(text, Meaning::Greeting(index == 3));
-        }
+        self.asks_who();
     }
 
     fn answered(&mut self, error: Option<u16>) {
@@ -441,10 +448,12 @@ impl Controller {
                 self.trouble(why.with("line", text));
             }
             (Meaning::Job { .. }, None) => self.answered_lines += 1,
+            (Meaning::Changer(line), error) => self.changer_answered(line, error),
             (Meaning::CheckMode, error) => self.check_mode_answered(error),
             (Meaning::Check { text, line }, error) => self.check_answered(&text, line, error),
             (Meaning::Greeting(last), _) => {
-                if last {
+                if last && self.is_known() {
+                    self.is_met();
                     self.set(EnginePhase::Ready);
                     self.out.push(EngineAction::Greeted);
                     self.go_on_after_reset();
@@ -570,6 +579,7 @@ impl Controller {
             | EnginePhase::Probing
             | EnginePhase::Surveying
             | EnginePhase::Measuring
+            | EnginePhase::Changing
             | EnginePhase::Checking
             | EnginePhase::Running
             | EnginePhase::Holding
@@ -587,18 +597,9 @@ impl Controller {
             EnginePhase::Stopping => self.stopping(doing),
             EnginePhase::Checking => self.check_reported(doing, fresh.then_some(self.last_ask_ms)),
             EnginePhase::Homing => self.report_homing(doing, fresh),
-            EnginePhase::Measuring => self.setter_reported(doing, fresh),
+            EnginePhase::Measuring | EnginePhase::Changing => self.change_reported(doing, fresh),
             _ if self.run.is_some() => self.watch(doing, fresh),
             _ => {}
-        }
-    }
-
-    /// A board that did not greet is brought to rest and made to greet.
-    fn strange(&mut self, doing: ReportedState) {
-        use ReportedState::{Door, Hold, Home, Jog, Run};
-        match doing {
-            Run | Jog | Home | Hold { rests: false } | Door { rests: false } => self.write(signs::HOLD),
-            _ => self.reset(),
         }
     }
 
@@ -631,9 +632,10 @@ impl Controller {
         if self.now_ms >= self.heard_ms.max(self.since_ms) + SILENT_MS && self.asked_ms.is_some() {
             return self.silent();
         }
-        let soon = matches!(self.phase, EnginePhase::Stopping | EnginePhase::Measuring)
-            || self.jog.is_some()
-            || self.run.as_ref().is_some_and(Run::looks);
+        let soon =
+            matches!(self.phase, EnginePhase::Stopping | EnginePhase::Measuring | EnginePhase::Changing)
+                || self.jog.is_some()
+                || self.run.as_ref().is_some_and(Run::looks);
         let wait = match self.asked_ms {
             Some(_) => ASK_AGAIN_MS,
             // A move by hand goes by its reports.
@@ -653,15 +655,6 @@ impl Controller {
             self.asked_for_look();
         }
         self.stalls();
-    }
-
-    fn silent(&mut self) {
-        self.found(Diagnostic::error("grbl.no_answer"));
-        // It may hear what it does not answer: what moves is held.
-        self.write(signs::JOG_CANCEL);
-        self.write(signs::HOLD);
-        self.out.push(EngineAction::Close);
-        self.closed();
     }
 
     /// Sends what has room.

@@ -89,6 +89,7 @@ pub fn read(name: &str, files: &[(String, String)]) -> Result<Routine, Diagnosti
         if index > 0 {
             let tool = routine.tools.len() as u32;
             routine.tools.push(file.clone());
+            routine.numbers.push(None);
             let last = routine.sections.pop();
             let mut change = last.unwrap_or_else(|| empty(SectionKind::Finish));
             change.kind = SectionKind::Change(tool);
@@ -306,6 +307,7 @@ impl Reader<'_> {
             };
             let tool = self.routine.tools.len() as u32;
             self.routine.tools.push(name);
+            self.routine.numbers.push(self.tool);
             self.shut(SectionKind::Change(tool));
             self.said.clear();
         }

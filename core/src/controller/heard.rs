@@ -96,6 +96,8 @@ pub struct Modes {
     pub feed_mm_per_min: f64,
     /// Spindle speed.
     pub speed_rpm: f64,
+    /// The number of the tool.
+    pub tool: Option<u32>,
 }
 
 impl Modes {
@@ -253,6 +255,7 @@ fn modes(text: &str) -> Option<Modes> {
         match letter {
             'F' => modes.feed_mm_per_min = number,
             'S' => modes.speed_rpm = number,
+            'T' => modes.tool = Some(number as u32),
             'G' | 'M' => modes.codes.push((letter, libm::round(number * 10.0) as u16)),
             _ => {}
         }

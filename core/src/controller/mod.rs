@@ -12,6 +12,7 @@ mod alarm;
 mod align;
 mod asks;
 pub mod buffer;
+mod changer;
 mod check;
 mod ends;
 mod engine;
@@ -25,6 +26,7 @@ mod jog;
 mod level;
 mod lines;
 mod look;
+mod meet;
 mod overrides;
 mod park;
 mod place;
@@ -40,12 +42,14 @@ pub use asks::{
     BITS_PER_S, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, Info, SurveyNews,
     SurveyStart, signs,
 };
+pub use changer::{CHANGER_KEY, Changer, TOOL_MARK, ToolMacro};
 pub use check::CheckNews;
 pub use engine::{Controller, step};
 pub use gcode::read;
 pub use height::BoardHeight;
 pub use level::{cut_bounds, level_key, level_routine};
 pub use lines::{LinePath, WireLine, WordsInForce};
+pub use meet::{RESET_KEY, ResetOnOpen};
 pub use overrides::OverrideOf;
 pub use routine::{
     Bow, Course, Routine, RoutineAction, RoutineMove, Section, SectionKind, Spindle, TipPlace,

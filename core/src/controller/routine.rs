@@ -144,6 +144,8 @@ pub struct Routine {
     pub key: String,
     /// What each tool is called.
     pub tools: Vec<String>,
+    /// The number of each, where a T word says one.
+    pub numbers: Vec<Option<u32>>,
     /// What to do, in order.
     pub sections: Vec<Section>,
     /// Height at which the tip may go anywhere.

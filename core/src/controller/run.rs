@@ -11,6 +11,7 @@
 //! Comes in: answers and reports, from the engine. Goes out: lines, tells. Does not know how a person is asked.
 
 use super::asks::{EngineAction, EnginePhase, EngineStart, signs};
+use super::changer::{Changer, LINE_S};
 use super::engine::{Controller, Meaning};
 use super::heard::ReportedState;
 use super::height::BoardHeight;
@@ -92,6 +93,12 @@ pub(super) struct Run {
     setter: Option<ToolSetter>,
     /// No tool was asked for yet: the one that is in is that with which zero of Z was set, be it a bit or a probing pin.
     is_unasked: bool,
+    /// How the machine changes them itself.
+    changer: Option<Changer>,
+    /// The tool that was wanted last, whether it has put that in, and whether a person was asked for it.
+    pub(super) wanted: u32,
+    pub(super) is_in: bool,
+    pub(super) is_asked: bool,
 }
 
 impl Run {
@@ -162,6 +169,17 @@ impl Run {
     /// Where its tools are measured: nowhere where all are alike.
     pub(super) fn setter(&self) -> Option<ToolSetter> {
         self.setter.filter(|_| !self.same_length)
+    }
+
+    /// How the machine changes tools itself, and the safe height in mm, where it does.
+    pub(super) fn changes(&self) -> Option<(&Changer, f64)> {
+        self.changer.as_ref().map(|changer| (changer, self.routine.safe.mm()))
+    }
+
+    /// Whether the section that is next cuts with a tool that the machine has to put in before: which one is in nobody knows.
+    fn wants_change(&self) -> bool {
+        let cuts = self.routine.sections.get(self.at).is_some_and(Section::cuts);
+        cuts && self.changer.is_some() && !self.is_in && self.routine.tool_at(self.at).is_some()
     }
 
     /// Whether the tool that is in is measured before any is asked for, because all of them go by it.
@@ -267,9 +285,14 @@ impl Controller {
             limits,
             stops_after: false,
             tool_before: None,
-            same_length: start.same_length,
+            // Where nobody measures them, they are by the word of whoever wrote the lines of the changer.
+            same_length: start.same_length || (start.changer.is_some() && start.setter.is_none()),
             setter: start.setter,
             is_unasked: true,
+            changer: start.changer.clone(),
+            wanted: 0,
+            is_in: false,
+            is_asked: false,
         };
         run.enter(After::Begun);
         (self.run, self.ending) = (Some(run), None);
@@ -320,6 +343,7 @@ impl Controller {
             run.batch.asked = may;
         }
         self.setter_asked();
+        self.changer_asked();
     }
 
     /// A look found everything right.
@@ -329,7 +353,7 @@ impl Controller {
         match run.batch.after {
             After::Begun => return run.enter(After::Risen),
             After::Risen if run.wants_reference(height, reference_mm) => return self.measure_reference(),
-            After::Risen if run.wants_tool(height) => return run.leave(),
+            After::Risen if run.wants_change() || run.wants_tool(height) => return run.leave(),
             After::Risen => return run.enter(After::Entered),
             After::Left if run.stops_after => return self.stop(Ending::StoppedAfterHole),
             After::Left => {
@@ -373,11 +397,23 @@ impl Controller {
 
     /// At rest where tools are changed, until one is in: another one, or the same.
     fn wait_for_tool(&mut self, tool: u32, another: bool) {
+        let (height, known) = (self.height, self.reference_mm.is_some());
         if let Some(run) = &mut self.run {
             run.window.clear();
+            // A bit that is worn a person replaces, whoever puts it in.
+            let is_worn = run.tool_before.is_some_and(|section| run.at >= section);
             // One that is wanted later still is.
             run.tool_before = run.tool_before.filter(|section| *section > run.at);
             run.is_unasked = false;
+            (run.wanted, run.is_in, run.is_asked) = (tool, is_worn, false);
+            if run.changer.is_some() && !is_worn {
+                // The tool that is still in is the one to go by.
+                return match run.setter() {
+                    Some(setter) if !known && height == BoardHeight::OfThisBit => self.measures(setter),
+                    _ => self.begin_change(tool),
+                };
+            }
+            run.is_asked = true;
         }
         if another {
             self.bit_is_another();
@@ -436,6 +472,9 @@ impl Controller {
     }
 
     pub(super) fn stop(&mut self, ending: Ending) {
+        if self.phase == EnginePhase::Changing {
+            self.found(Diagnostic::warning("changer.stopped"));
+        }
         self.ending = Some(ending);
         self.queue.clear();
         self.write(signs::HOLD);
@@ -474,7 +513,11 @@ impl Controller {
         let waits_s: f64 = self
             .buffer
             .waiting()
-            .map(|sent| if let Meaning::Job { wait_s, .. } = sent.meaning { wait_s } else { 0.0 })
+            .map(|sent| match sent.meaning {
+                Meaning::Job { wait_s, .. } => wait_s,
+                Meaning::Changer(_) => LINE_S,
+                _ => 0.0,
+            })
             .sum();
         let is_late = self.now_ms as f64 > self.moved_ms as f64 + ANSWER_MS + waits_s * 1e3;
         is_late && !self.buffer.is_empty()
@@ -487,8 +530,11 @@ impl Controller {
             return;
         }
         match self.phase {
-            EnginePhase::Running => self.trouble(Diagnostic::error("grbl.answer_missing")),
+            EnginePhase::Running | EnginePhase::Changing => {
+                self.trouble(Diagnostic::error("grbl.answer_missing"));
+            }
             EnginePhase::Stopping | EnginePhase::Homing => {}
+            EnginePhase::Greeting if self.spares() => self.drop_lines(),
             EnginePhase::Greeting => self.reset(),
             EnginePhase::Checking => self.leave_check(Some(Diagnostic::error("grbl.answer_missing"))),
             _ => {

@@ -193,11 +193,12 @@ impl Controller {
         Some(why.with("low", mm(low)).with("high", mm(high)))
     }
 
-    /// What of the tool setter keeps a job from being started; that the place is not known is said by itself.
-    pub(super) fn check_setter(&self, start: &EngineStart) -> Option<Diagnostic> {
-        let setter = start.setter.filter(|_| !start.same_length)?;
-        let why = self.setter_refused(&setter)?;
-        (self.trust == Trust::Trusted || !self.homes()).then_some(why)
+    /// What of tool setter and tool changer keeps a job from being started; that the place is not known is said by itself.
+    pub(super) fn check_setter(&self, start: &EngineStart) -> Vec<Diagnostic> {
+        let setter = start.setter.filter(|_| !start.same_length);
+        let why = setter.and_then(|setter| self.setter_refused(&setter));
+        let why = why.filter(|_| self.trust == Trust::Trusted || !self.homes());
+        why.into_iter().chain(self.check_changer(start)).collect()
     }
 
     /// That the tool which is in is measured before the job asks for one, where it is.
@@ -412,7 +413,7 @@ impl Controller {
             return self.setter_fails(Diagnostic::error("setter.offset_stands").with("mm", mm));
         }
         self.reference_mm = Some(stored - met_mm[2]);
-        self.tool_ready(place);
+        self.is_measured(place);
     }
 
     /// Zero of Z was written and read again: it has to be what places go by.
@@ -421,7 +422,7 @@ impl Controller {
         let (Some(zero), Some(place)) = (self.zero_mm, place) else { return };
         let off_mm = zero[2] - run.met_mm[2] - reference_mm;
         if libm::fabs(off_mm) <= self.same_height_mm() {
-            return self.tool_ready(place);
+            return self.is_measured(place);
         }
         self.height = BoardHeight::Unknown;
         self.setter_fails(Diagnostic::error("setter.offset_stands").with("mm", format!("{off_mm:.3}")));

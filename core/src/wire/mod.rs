@@ -33,7 +33,7 @@ pub use magazine::MagazineReport;
 pub use status::{DrilledReport, MissingReport, OtherFirmware, SlipReport, Status, ToolsReport};
 
 use crate::control::{Ending, Timing};
-use crate::controller::ToolLengths;
+use crate::controller::{ResetOnOpen, ToolLengths};
 use crate::diagnostic::Diagnostic;
 use crate::level::ProbeGrid;
 use crate::machine::Value;
@@ -473,6 +473,12 @@ pub enum Tell {
         /// How the length of a tool is found.
         #[serde(default)]
         lengths: ToolLengths,
+        /// What opening its port may do to the board.
+        #[serde(default)]
+        reset_on_open: ResetOnOpen,
+        /// The lines by which it changes tools itself; none where a person does.
+        #[serde(default)]
+        changer: Vec<String>,
     },
     /// A stroke of the job in work ended on a sensor.
     Touched {

@@ -122,6 +122,9 @@ pub struct Status {
     /// What of the measurement of a tool is being done, in the middle of its change.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measuring: Option<SetterStep>,
+    /// The line of the tool changer that is in work, from 1, and how many there are.
+    #[serde(default)]
+    pub changing: Option<[u32; 2]>,
     /// The work command, by its name.
     pub command: Option<String>,
     /// Bit in the spindle: index into the program's bits.

@@ -123,6 +123,13 @@ pub(super) struct Automaton {
     /// It tells its zero now and then, as the firmware does, and in how many reports.
     pub(super) rarely_tells_zero: bool,
     zero_due: u32,
+    /// It changes tools itself: how long each is, by its number; which it has fetched, and with the spindle on.
+    pub(super) rack: Option<fn(u32) -> f64>,
+    pub(super) fetched: Vec<u32>,
+    pub(super) fetched_turning: bool,
+    tool: u32,
+    /// The length that it counts Z by (G43 H).
+    length: f64,
 }
 
 impl Automaton {
@@ -180,6 +187,11 @@ impl Automaton {
             reports_waiting: false,
             rarely_tells_zero: false,
             zero_due: 0,
+            rack: None,
+            fetched: Vec::new(),
+            fetched_turning: false,
+            tool: 0,
+            length: 0.0,
         };
         new.greet();
         new
@@ -229,6 +241,7 @@ impl Automaton {
         self.probing = None;
         (self.waits_for_reset, self.zero_due) = (false, 0);
         self.pressed.clear();
+        self.length = 0.0;
         (self.overrides, self.told_overrides) = ([100; 3], [0; 3]);
     }
 
@@ -437,6 +450,12 @@ impl Automaton {
         self.coasts = self.coasts.saturating_sub(1);
     }
 
+    /// Work zero, with the length of the tool.
+    fn zero(&self) -> [f64; 3] {
+        let [x, y, z] = self.zeros[self.modal.zero];
+        [x, y, z + self.length]
+    }
+
     fn report(&mut self) {
         let doing = match () {
             () if self.lock == Lock::Alarm => "Alarm",
@@ -447,7 +466,7 @@ impl Automaton {
             () => "Idle",
         };
         let feed = self.queue.front().map_or(0.0, |block| block.per_ms * 60_000.0);
-        let (at, zero) = (self.words(self.at), self.words(self.zeros[self.modal.zero]));
+        let (at, zero) = (self.words(self.at), self.words(self.zero()));
         let feed = self.rate(feed);
         let pins = if self.touches() && !self.hides_pins { "|Pn:P" } else { "" };
         let tells_zero = !self.rarely_tells_zero || self.zero_due == 0;
@@ -557,6 +576,7 @@ impl Automaton {
                     let words = self.words(zero);
                     self.say(&format!("[G{}:{words}]", 54 + index));
                 }
+                self.say(&format!("[TLO:{:.3}]", self.length));
                 self.say(&self.probed.clone());
             }
             "G" => {
@@ -564,7 +584,8 @@ impl Automaton {
                 let (distance, unit) = (if relative { 91 } else { 90 }, if inches { 20 } else { 21 });
                 let (zero, feed) = (54 + zero, self.rate(feed));
                 self.say(&format!(
-                    "[GC:G{motion} G{zero} G17 G{unit} G{distance} G94 M{spindle} M9 T0 F{feed} S{speed:.0}]"
+                    "[GC:G{motion} G{zero} G17 G{unit} G{distance} G94 M{spindle} M9 T{} F{feed} S{speed:.0}]",
+                    self.tool
                 ));
             }
             "C" if !self.checks => return Err(3),
@@ -610,7 +631,7 @@ impl Automaton {
         let mut modal = self.modal.clone();
         let value = |letter: char| words.iter().find(|(name, _)| *name == letter).map(|(_, value)| *value);
         let (mut dwells, mut writes, mut of_machine) = (false, false, false);
-        let mut motions = 0;
+        let (mut motions, mut fetches) = (0, false);
         for (letter, number) in words {
             match (letter, (number * 10.0).round() as i64) {
                 ('G', 0 | 10 | 20 | 30 | 382 | 383) => {
@@ -618,6 +639,9 @@ impl Automaton {
                     modal.motion = if *number > 38.0 { 1 } else { *number as u32 };
                 }
                 ('G', 40) => dwells = true,
+                ('M', 60) if self.rack.is_some() => fetches = true,
+                ('G', 430) if self.rack.is_some() => {}
+                ('T' | 'H', _) if self.rack.is_some() => {}
                 ('G', 530) => of_machine = true,
                 ('G', 100) => writes = true,
                 ('G', 170 | 940) => {}
@@ -658,6 +682,20 @@ impl Automaton {
             self.dwell_ms = if self.check { 0.0 } else { waits_ms };
             self.modal = modal;
             return Ok(true);
+        }
+        if let Some(rack) = self.rack {
+            if let Some(tool) = value('T') {
+                self.tool = tool as u32;
+            }
+            if let Some(tool) = value('H') {
+                self.length = rack(tool as u32);
+            }
+            if fetches {
+                (self.tool_mm, self.dwell_ms) = (rack(self.tool), 400.0);
+                self.fetched_turning |= self.modal.spindle != 5;
+                self.fetched.push(self.tool);
+                return Ok(true);
+            }
         }
         let unit = if modal.inches { 25.4 } else { 1.0 };
         if writes {
@@ -706,7 +744,8 @@ impl Automaton {
             if modal.motion < 2 && (value('I').is_some() || value('J').is_some()) {
                 return Err(36);
             }
-            let zero = self.zeros[modal.zero];
+            let [x, y, z] = self.zeros[modal.zero];
+            let zero = [x, y, z + self.length];
             let mut to = self.planned;
             for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
                 let Some(value) = value(letter) else { continue };

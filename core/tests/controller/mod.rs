@@ -3,11 +3,13 @@
 
 mod alarms;
 mod automaton;
+mod changer;
 mod check;
 mod contact;
 mod height;
 mod home;
 mod jog;
+mod opening;
 mod overrides;
 mod park;
 mod place;
@@ -57,7 +59,16 @@ fn routine() -> Arc<Routine> {
 /// A job whose tools are touched off, each.
 fn job(from: usize) -> EngineStart {
     let (routine, accepted) = (routine(), Vec::new());
-    EngineStart { routine, from, zero_mm: None, same_length: false, setter: None, spin_up_s: 0.1, accepted }
+    EngineStart {
+        routine,
+        from,
+        zero_mm: None,
+        same_length: false,
+        setter: None,
+        changer: None,
+        spin_up_s: 0.1,
+        accepted,
+    }
 }
 
 /// What happens to the line.

@@ -12,11 +12,11 @@ use std::sync::Arc;
 /// Where the pin stands, and how high it is.
 const PIN: [f64; 3] = [-250.0, -20.0, -25.0];
 /// A step of Z.
-const STEP_MM: f64 = 0.01;
+pub(super) const STEP_MM: f64 = 0.01;
 const NOTHING: Vec<String> = Vec::new();
 
 /// The pin, and everywhere else the board: what is touched beside the pin looks like a tool of another length.
-fn surface(x: f64, y: f64) -> f64 {
+pub(super) fn surface(x: f64, y: f64) -> f64 {
     if is_at_pin(x, y) { PIN[2] } else { ZERO[2] }
 }
 
@@ -24,7 +24,7 @@ fn is_at_pin(x: f64, y: f64) -> bool {
     (x - PIN[0]).abs().max((y - PIN[1]).abs()) < 3.0
 }
 
-fn setter() -> ToolSetter {
+pub(super) fn setter() -> ToolSetter {
     ToolSetter {
         place_mm: [PIN[0], PIN[1]],
         from_mm: -10.0,
@@ -39,7 +39,7 @@ fn start(from: usize) -> EngineStart {
 }
 
 /// Homed, zero set with the first tool.
-fn ready() -> Bench {
+pub(super) fn ready() -> Bench {
     let mut bench = Bench::new(1, Faults::default());
     bench.board.surface = Some(surface);
     assert!(bench.ready());
@@ -79,13 +79,13 @@ impl Bench {
     }
 
     /// Until a job is over whose tool is in.
-    fn is_over(&mut self) -> Option<Ending> {
+    pub(super) fn is_over(&mut self) -> Option<Ending> {
         assert!(self.until(600_000, |bench| bench.ended().is_some()), "{:?}", self.words());
         self.ended()
     }
 
     /// How far the bottom of any hole is from where it should be.
-    fn off_mm(&self) -> f64 {
+    pub(super) fn off_mm(&self) -> f64 {
         let deepest = |hole: i32| {
             let at = [f64::from(hole % 3 * 4), f64::from(hole / 3 * 4)];
             let there = self.cuts().filter(|cut| (0..2).all(|axis| (cut[axis] - at[axis]).abs() < 0.02));
@@ -95,7 +95,7 @@ impl Bench {
     }
 
     /// Tells the height of the tip as a person does who lowers it to the board.
-    fn touched_off(&mut self) {
+    pub(super) fn touched_off(&mut self) {
         let height_mm = self.board.place()[2] - ZERO[2];
         self.asked(EngineAsk::SetZero { axes: [false, false, true], height_mm });
         self.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet));

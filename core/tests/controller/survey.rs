@@ -102,6 +102,7 @@ fn a_board_is_touched_at_every_place_and_followed() {
         zero_mm: None,
         same_length: true,
         setter: None,
+        changer: None,
         spin_up_s: 0.1,
         accepted: Vec::new(),
     };

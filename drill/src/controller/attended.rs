@@ -4,6 +4,7 @@
 //! Comes in: events of the engine, the time. Goes out: bytes for the port, what is to be durable before anybody hears of it, and what
 //! is told. Does not know ports, files or clocks.
 
+use super::given::JobGiven;
 use super::job_tools::JobTools;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{
@@ -42,6 +43,9 @@ pub struct AttendedJob {
     /// Where its tools are measured, if they are.
     #[serde(default)]
     pub setter: Option<ToolSetter>,
+    /// What else it was given that changes what is sent.
+    #[serde(default)]
+    pub given: JobGiven,
 }
 
 /// What the engine told.
@@ -59,6 +63,11 @@ pub enum Told {
         tool: u32,
         /// The one of the rack, and what it has done, where its life is over: a new one is to be put in.
         worn: Option<Box<(RackTool, ToolWear)>>,
+    },
+    /// The machine has put this tool in itself: index into the routine's tools.
+    ToolFetched {
+        /// Index into the routine's tools.
+        tool: u32,
     },
     /// What came of a board that is touched.
     Survey(SurveyNews),
@@ -85,6 +94,8 @@ pub struct ControllerGlimpse {
     pub place_mm: Option<[f64; 3]>,
     /// Work zero in machine coordinates, mm.
     pub zero_mm: Option<[f64; 3]>,
+    /// Overrides as they were reported last, percent: feed, rapids, spindle.
+    pub overrides: [u16; 3],
     /// Lines of jobs that were sent.
     pub sent: u64,
     /// Lines of jobs that were answered.
@@ -98,7 +109,7 @@ pub enum Due {
     Write(Vec<u8>),
     /// Keep what is done of the job, and what of its tools where they are counted ([`Attended::tools`]): it is durable before the next of
     /// these is seen to. Where that cannot be, `!` goes to the port.
-    Keep(AttendedJob),
+    Keep(Box<AttendedJob>),
     /// Tell.
     Tell(Told),
     /// Nobody answers: the port is to be closed.
@@ -158,7 +169,8 @@ impl Attended {
     /// Lets the engine think.
     pub fn event(&mut self, now_ms: u64, event: EngineEvent) -> Vec<Due> {
         // Where the tool is measured first, it goes on by itself afterwards.
-        let waited = matches!(self.controller.phase, EnginePhase::ToolChange | EnginePhase::Measuring);
+        use EnginePhase::{Changing, Measuring, ToolChange};
+        let waited = matches!(self.controller.phase, ToolChange | Measuring | Changing);
         let mut due = self.let_think(now_ms, event);
         if std::mem::take(&mut self.replaces) {
             due.extend(self.let_think(now_ms, EngineEvent::Ask(EngineAsk::NewBit)));
@@ -238,6 +250,12 @@ impl Attended {
                 self.replaces |= worn.is_some();
                 Told::ToolWanted { tool, worn: worn.map(|(tool, wear)| Box::new((tool.clone(), wear))) }
             }
+            EngineAction::ToolFetched { tool } => {
+                if let Some(tools) = &mut self.tools {
+                    tools.is_fetched();
+                }
+                Told::ToolFetched { tool }
+            }
             EngineAction::Survey(news) => Told::Survey(news),
             EngineAction::Check(news) => Told::Check(news),
             EngineAction::Ended(ending) => {
@@ -256,7 +274,7 @@ impl Attended {
         if let (Some(before), Some(now), true) = (&mut self.entry.zero_mm, self.controller.zero_mm, known) {
             before[2] = now[2];
         }
-        Due::Keep(self.entry.clone())
+        Due::Keep(Box::new(self.entry.clone()))
     }
 
     /// How it is, where that has changed.
@@ -267,6 +285,7 @@ impl Attended {
             trust: controller.trust,
             place_mm: controller.place(),
             zero_mm: controller.zero_mm,
+            overrides: controller.status.as_ref().and_then(|status| status.overrides).unwrap_or([100; 3]),
             sent: controller.sent_lines,
             answered: controller.answered_lines,
         };

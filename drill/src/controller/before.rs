@@ -3,13 +3,14 @@
 //!
 //! Comes in: a job, how controller and person stand. Goes out: rows. Moves nothing.
 
+use super::job_tools::{JobTools, SectionWear};
 use super::lengths::length_row;
 use super::order::Order;
 use super::station::Station;
 use crate::files::Files;
 use crate::prepare::{accepted, bit_of_leg, missing_drills, rest, row, worn_tools};
 use annulus_core::control::State;
-use annulus_core::controller::{BoardHeight, EngineStart, estimates_s};
+use annulus_core::controller::{BoardHeight, Changer, EngineStart, estimates_s};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::bite;
 use annulus_core::locale;
@@ -29,7 +30,17 @@ impl<F: Files> Station<F> {
         accepted.retain(|code| code != ZERO_MOVED);
         accepted.extend(self.hand.zero_meant.then(|| ZERO_MOVED.to_owned()));
         let (routine, same_length, setter) = (Arc::clone(&order.routine), false, self.lengths.in_force());
-        EngineStart { routine, from, zero_mm, same_length, setter, spin_up_s, accepted }
+        let changer = self.changer_for(order);
+        EngineStart { routine, from, zero_mm, same_length, setter, changer, spin_up_s, accepted }
+    }
+
+    /// How the machine changes the tools of `order` itself, by their numbers in the rack.
+    fn changer_for(&self, order: &Order) -> Option<Changer> {
+        let lines = Some(self.changer.clone()).filter(|lines| !lines.is_empty())?;
+        let sections = SectionWear::by_legs(&order.program, order.legs.clone());
+        let machine = (self.machine.name.as_str(), self.machine.rack.as_slice());
+        let tools = JobTools::new(sections, machine, self.ledger.wear().to_vec());
+        Some(Changer { lines, numbers: tools.numbers(&order.routine) })
     }
 
     /// The rows of the pre-flight.

@@ -11,7 +11,7 @@
 
 use super::order::legs;
 use crate::prepare::worn_tool;
-use annulus_core::controller::Routine;
+use annulus_core::controller::{Routine, Section, SectionKind};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::worn::{self, Wear};
 use annulus_core::job::{Bit, Program};
@@ -69,6 +69,8 @@ pub struct JobTools {
     in_spindle: Option<u32>,
     /// Number of the tool that was asked for, while it was not put in.
     wanted: Option<u32>,
+    /// It was put in by the machine: the very one of that number, be it worn.
+    is_fetched: bool,
     /// Sections that are counted.
     counted: usize,
 }
@@ -77,7 +79,7 @@ impl JobTools {
     /// Those of a job on the machine of this name, with its rack, whose tools have done what is `known`.
     pub fn new(sections: SectionWear, (machine, rack): (&str, &[RackTool]), known: Vec<ToolWear>) -> Self {
         let (rack, machine) = (rack.to_vec(), machine.to_owned());
-        Self { sections, rack, machine, known, in_spindle: None, wanted: None, counted: 0 }
+        Self { sections, rack, machine, known, in_spindle: None, wanted: None, is_fetched: false, counted: 0 }
     }
 
     /// What tools have done.
@@ -130,15 +132,33 @@ impl JobTools {
 
     /// A person is asked for the tool of the next section. Gives it, where one of that number is worn: a new one has to go in.
     pub(super) fn is_asked(&mut self) -> Option<(&RackTool, ToolWear)> {
-        self.wanted = self.number_for(self.counted);
+        (self.wanted, self.is_fetched) = (self.number_for(self.counted), false);
         let tool = self.tool(self.wanted)?;
         let wear = self.of(tool);
         wear.is_over(tool.life).then_some((tool, wear))
     }
 
-    /// The tool that was asked for is in: a new one, where the one of that number was worn.
+    /// The machine has put in the tool of the next section itself.
+    pub(super) fn is_fetched(&mut self) {
+        (self.wanted, self.is_fetched) = (self.number_for(self.counted), true);
+    }
+
+    /// The number of each tool of `routine`, where the rack has it.
+    pub fn numbers(&self, routine: &Routine) -> Vec<Option<u32>> {
+        let of = |tool: u32| {
+            let is = |section: &Section| section.kind == SectionKind::Change(tool);
+            self.number_for(routine.sections.iter().position(is)?)
+        };
+        let said = |tool: u32| routine.numbers.get(tool as usize).copied().flatten();
+        (0..routine.tools.len() as u32).map(|tool| of(tool).or_else(|| said(tool))).collect()
+    }
+
+    /// The tool that was asked for is in: a new one, where the one of that number was worn and a person put it in.
     pub(super) fn is_in(&mut self) {
         self.in_spindle = self.wanted.take();
+        if std::mem::take(&mut self.is_fetched) {
+            return;
+        }
         let worn = self.tool(self.in_spindle).filter(|tool| self.of(tool).is_over(tool.life));
         if let Some(new) = worn.map(|tool| ToolWear::new(&self.machine, tool)) {
             self.set(new);

@@ -1,16 +1,19 @@
-//! How the length of a tool is found at a controller, as a person chose it once: kept with the settings, said before a job.
+//! How the length of a tool is found at a controller, how tools are changed there, and what opening its port may do to the board, as a person
+//! chose it once: kept with the settings, said before a job.
 //!
 //! Comes in: settings. Goes out: the choice, refusals, a row of the pre-flight. Does not know how a tool is measured.
 
 use crate::prepare::row;
-use annulus_core::controller::{LENGTH_KEY, SETTER_KEY, ToolLengths, ToolSetter};
+use annulus_core::controller::{
+    CHANGER_KEY, LENGTH_KEY, RESET_KEY, ResetOnOpen, SETTER_KEY, ToolLengths, ToolMacro, ToolSetter,
+};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{MILL_KEY, Value};
 use annulus_core::wire::{PreflightRow, RowVerdict};
 
 /// Whether the setting `key` is one of the controller, and not of the machine that jobs are planned for.
 pub(super) fn is_of_controller(key: &str) -> bool {
-    [MILL_KEY, LENGTH_KEY, SETTER_KEY].contains(&key)
+    [MILL_KEY, LENGTH_KEY, SETTER_KEY, RESET_KEY, CHANGER_KEY].contains(&key)
 }
 
 /// What a person chose.
@@ -24,8 +27,38 @@ pub(super) fn lengths_of(kept: &[(String, Value)]) -> ToolLengths {
     ToolLengths { on_setter, setter }
 }
 
+/// What opening the port may do to the board.
+pub(super) fn reset_of(kept: &[(String, Value)]) -> ResetOnOpen {
+    let of = kept.iter().find_map(|(key, value)| match value {
+        Value::Text(word) if key == RESET_KEY => ResetOnOpen::of(word),
+        _ => None,
+    });
+    of.unwrap_or_default()
+}
+
+/// The lines by which the machine changes tools itself; none where a person does.
+pub(super) fn changer_of(kept: &[(String, Value)]) -> ToolMacro {
+    let of = kept.iter().find_map(|(key, value)| match value {
+        Value::Texts(lines) if key == CHANGER_KEY => {
+            ToolMacro::of_lines(lines.iter().map(String::as_str)).ok()
+        }
+        _ => None,
+    });
+    of.unwrap_or_default()
+}
+
 /// Why a choice cannot be, if it cannot.
 pub(super) fn refused((key, value): &(String, Value)) -> Option<Diagnostic> {
+    if key == CHANGER_KEY {
+        let Value::Texts(lines) = value else {
+            return Some(ToolMacro::bad(value));
+        };
+        return ToolMacro::of_lines(lines.iter().map(String::as_str)).err();
+    }
+    if key == RESET_KEY {
+        let is_one = matches!(value, Value::Text(word) if ResetOnOpen::of(word).is_some());
+        return (!is_one).then(|| Diagnostic::error("grbl.no_such_reset").with("word", value));
+    }
     let is_one = match value {
         Value::Text(word) if key == LENGTH_KEY => ["board", "setter"].contains(&word.as_str()),
         Value::Numbers(numbers) if key == SETTER_KEY => ToolSetter::of_numbers(numbers).is_some(),

@@ -14,6 +14,7 @@ mod attended;
 mod before;
 mod checked;
 mod expected;
+mod given;
 mod host;
 mod job_tools;
 mod ledger;
@@ -29,5 +30,6 @@ mod tools;
 
 pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 pub use expected::unlike_mill;
+pub use given::JobGiven;
 pub use job_tools::{JobTools, SectionWear};
 pub use station::Station;

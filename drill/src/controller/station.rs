@@ -6,6 +6,7 @@
 use super::attended::{Attended, AttendedJob, Due, Told};
 use super::host::{HELD_AFTER, Host, HostNews};
 use super::ledger::{Bringing, Ledger};
+use super::lengths;
 use super::order::{Armed, Order};
 use super::surface::{BoardSurface, HeightSet};
 use crate::executor::Time;
@@ -16,7 +17,9 @@ use crate::prepare::made;
 use crate::programs::Programs;
 use crate::ticket::Tickets;
 use annulus_core::control::{Ending, State, Trust};
-use annulus_core::controller::{BoardHeight, EngineAsk, EngineEvent, EnginePhase, ToolLengths, settings};
+use annulus_core::controller::{
+    BoardHeight, EngineAsk, EngineEvent, EnginePhase, ResetOnOpen, ToolLengths, ToolMacro, settings,
+};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::machine::{self, Machine, MillProfile};
 use annulus_core::wire::{CheckModeReport, Status, Tell, ToolsReport};
@@ -78,6 +81,10 @@ pub struct Station<F> {
     pub(super) mill: Option<&'static MillProfile>,
     /// How the length of a tool is found.
     pub(super) lengths: ToolLengths,
+    /// What opening the port may do to the board.
+    pub(super) reset: ResetOnOpen,
+    /// The lines by which the machine changes tools itself; none where a person does.
+    pub(super) changer: ToolMacro,
     pub(super) programs: Programs,
     pub(super) armed: Option<Armed>,
     pub(super) work: Option<Work>,
@@ -112,6 +119,7 @@ impl<F: Files> Station<F> {
         let mut ledger = Ledger::open(files)?;
         let entry = ledger.entry().clone();
         let offer = ledger.broken_off();
+        let reset = lengths::reset_of(&ledger.settings());
         let opened = time();
         let mut station = Self {
             attended: Attended::new(entry),
@@ -121,6 +129,8 @@ impl<F: Files> Station<F> {
             machine: machine::hobby_3018(),
             mill: None,
             lengths: ToolLengths::default(),
+            reset,
+            changer: ToolMacro::default(),
             programs: Programs::of(offer.as_ref().map(|order| (order.key.clone(), order.bytes.clone()))),
             armed: None,
             work: None,
@@ -140,7 +150,10 @@ impl<F: Files> Station<F> {
             told: (None, Duration::ZERO),
             tools_told: ToolsReport::default(),
         };
-        station.engine(EngineEvent::Opened);
+        station.engine(match station.reset {
+            ResetOnOpen::Usual => EngineEvent::Opened,
+            ResetOnOpen::Never => EngineEvent::OpenedSparing,
+        });
         Ok(station)
     }
 
@@ -248,7 +261,10 @@ impl<F: Files> Station<F> {
         if self.state() == State::Ready && std::mem::take(&mut self.hand.parks) {
             self.parks_after_job();
         }
-        self.over |= !self.greeted && now.saturating_sub(self.opened + self.host.stood()) > GREETING;
+        // What is understood is no line at the wrong speed: a board that is not to be disturbed is waited for.
+        let is_waited_for = self.reset == ResetOnOpen::Never && self.attended.controller().status.is_some();
+        let is_silent = !self.greeted && !is_waited_for;
+        self.over |= is_silent && now.saturating_sub(self.opened + self.host.stood()) > GREETING;
         if self.over && self.greeted {
             self.say_farewell();
         }
@@ -375,7 +391,11 @@ impl<F: Files> Station<F> {
             Told::Ended(ending) => self.ended(*ending),
             Told::Survey(news) => self.touched(news),
             Told::Check(news) => self.was_read(news),
-            Told::ToolWanted { .. } | Told::Found(_) | Told::Progress | Told::Gone => {}
+            Told::ToolWanted { .. }
+            | Told::ToolFetched { .. }
+            | Told::Found(_)
+            | Told::Progress
+            | Told::Gone => {}
         }
     }
 

@@ -3,7 +3,7 @@
 //! Comes in: the engine's state, the job in work. Goes out: tells. Changes nothing but what was told.
 
 use super::expected;
-use super::lengths::{is_of_controller, lengths_of};
+use super::lengths::{changer_of, is_of_controller, lengths_of, reset_of};
 use super::station::{Station, Work};
 use crate::files::Files;
 use annulus_core::control::{State, Trust};
@@ -96,7 +96,8 @@ impl<F: Files> Station<F> {
     /// Makes the machine of what is known now.
     pub(super) fn describe(&mut self) {
         let kept = self.ledger.settings();
-        (self.mill, self.lengths) = (mill_of(&kept), lengths_of(&kept));
+        (self.mill, self.lengths, self.reset) = (mill_of(&kept), lengths_of(&kept), reset_of(&kept));
+        self.changer = changer_of(&kept);
         self.machine = machine_of(&kept, &self.attended.controller().info);
     }
 
@@ -113,7 +114,9 @@ impl<F: Files> Station<F> {
         let (flavour, version) = (info.flavour().to_owned(), info.version.clone());
         let values = info.values.iter().map(|(number, value)| (*number, *value)).collect();
         let mill = self.mill.map(|mill| mill.name.to_owned());
-        Tell::Controller { flavour, version, values, mill, lengths: self.lengths }
+        let (lengths, reset_on_open) = (self.lengths, self.reset);
+        let changer = self.changer.lines().to_vec();
+        Tell::Controller { flavour, version, values, mill, lengths, reset_on_open, changer }
     }
 
     pub(super) fn machine_tell(&self) -> Tell {
@@ -188,7 +191,7 @@ impl<F: Files> Station<F> {
             EnginePhase::Running => State::Running,
             EnginePhase::Holding => State::Pausing,
             EnginePhase::Held => State::Paused,
-            EnginePhase::ToolChange | EnginePhase::Measuring => State::ToolChange,
+            EnginePhase::ToolChange | EnginePhase::Measuring | EnginePhase::Changing => State::ToolChange,
             // A reset ends it: the board greets anew.
             EnginePhase::Stopping | EnginePhase::Greeting => State::Stopping,
             _ if self.alarm.is_some() => State::Alarm,
@@ -242,6 +245,7 @@ impl<F: Files> Station<F> {
             toolpaths_total: program.map_or(0, |program| count(program.toolpath_count())),
             stage: mark.and_then(|mark| self.stage(mark, work_mm[2])),
             measuring: controller.measuring(),
+            changing: controller.changing(),
             command: None,
             bit,
             bit_mm: bit.and_then(|bit| Some(program?.bits.get(bit as usize)?.diameter.mm())),

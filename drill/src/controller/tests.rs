@@ -5,11 +5,13 @@
 #[path = "../../../core/tests/controller/automaton.rs"]
 mod automaton;
 
+mod changer;
 mod checked;
 mod height;
 mod host;
 mod level;
 mod mill;
+mod opening;
 mod overrides;
 mod park;
 mod setter;

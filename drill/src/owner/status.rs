@@ -150,6 +150,7 @@ impl Owner {
             toolpaths_total: work.map_or(0, |work| count(work.job.program.toolpath_count())),
             stage,
             measuring: None,
+            changing: None,
             command: self.queue_command().or(stage.map(|stage| command_name(stage).to_owned())),
             bit,
             bit_mm: bit.and_then(|bit| bits?.get(bit as usize).map(|bit| bit.diameter.mm())),

@@ -11,7 +11,7 @@
 use super::{Link, LinkPhase, closed, connect};
 use crate::model::{Effect, Model, second_side};
 use annulus_core::control::State;
-use annulus_core::controller::ToolLengths;
+use annulus_core::controller::{ResetOnOpen, ToolLengths};
 use annulus_core::diagnostic::Diagnostic;
 use std::sync::Arc;
 
@@ -42,6 +42,10 @@ pub struct Who {
     pub mill: Option<String>,
     /// How the length of a tool is found there.
     pub lengths: ToolLengths,
+    /// What opening its port may do to the board.
+    pub reset_on_open: ResetOnOpen,
+    /// The lines by which it changes tools itself; none where a person does.
+    pub changer: Vec<String>,
 }
 
 /// The controller, as far as the page has one.

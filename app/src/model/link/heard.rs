@@ -82,8 +82,9 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             let job = link.status.as_ref().and_then(|status| status.job.as_deref()).unwrap_or_default();
             Arc::make_mut(&mut link.contacts).touched(job, leg, height_um);
         }
-        Tell::Controller { flavour, version, values, mill, lengths } => {
-            return controller::greeted(model, Who { flavour, version, values, mill, lengths });
+        Tell::Controller { flavour, version, values, mill, lengths, reset_on_open, changer } => {
+            let who = Who { flavour, version, values, mill, lengths, reset_on_open, changer };
+            return controller::greeted(model, who);
         }
         // STOP at rest: there was nothing to stop, and that is what was wanted.
         Tell::Refused { why } if why.code == "control.nothing_to_do" => {}

@@ -363,6 +363,8 @@ impl Line {
                 values: vec![(110, if word == "who" { 5_000.0 } else { 4_000.0 })],
                 mill: None,
                 lengths: annulus_core::controller::ToolLengths::default(),
+                reset_on_open: annulus_core::controller::ResetOnOpen::default(),
+                changer: Vec::new(),
             }),
             "armed-mill" => armed("own", "", false, None),
             "armed" => armed("own", "digest", false, None),

@@ -13,7 +13,7 @@ use annulus_core::control::State;
 use annulus_core::job::{Command, Program};
 use annulus_core::machine::{RackTool, ToolWear};
 use annulus_core::wire::Ask;
-use leptos::html::{div, li, ol, span};
+use leptos::html::{div, li, ol, p, span};
 use leptos::prelude::*;
 
 /// The bit that leg `leg` asks for and the one before it.
@@ -80,6 +80,14 @@ fn measurement(line: Link) -> impl IntoView {
     ol().class("measurement").attr("aria-label", t!("page.measure.title")).child(rows.collect_view())
 }
 
+/// What the machine's own changer does.
+fn by_itself(changes: Memo<Option<[u32; 2]>>) -> impl IntoView {
+    p().child(move || {
+        let [at, of] = changes.get().unwrap_or_default();
+        say!("page.changer.line", at = at, of = of)
+    })
+}
+
 /// What the person does, one after the other.
 fn steps(line: Link) -> impl IntoView {
     let touches_off = controller::plans(line);
@@ -108,6 +116,20 @@ fn steps(line: Link) -> impl IntoView {
     ))
 }
 
+/// Not yet, and Continue: nothing to be pressed while the machine does it itself.
+fn foot(line: Link, put_off: RwSignal<bool>) -> impl IntoView {
+    let by_itself = move || words::measuring(line).is_some() || words::changing(line).is_some();
+    (
+        push("button", t!("page.change.later"), move |_| put_off.set(true)),
+        push_if(
+            "button primary",
+            move || line.may_act() && !by_itself() && !magazine::is_open_for_new(line),
+            t!("page.change.continue"),
+            |_| link::ask(Ask::ToolChanged),
+        ),
+    )
+}
+
 /// The dialog.
 pub fn tool_change() -> impl IntoView {
     let line = link::link();
@@ -129,7 +151,12 @@ pub fn tool_change() -> impl IntoView {
         }
     });
     let measures = Memo::new(move |_| words::measuring(line).is_some());
-    let todo = move || if measures.get() { measurement(line).into_any() } else { steps(line).into_any() };
+    let changes = Memo::new(move |_| words::changing(line));
+    let todo = move || match changes.get() {
+        Some(_) => by_itself(changes).into_any(),
+        None if measures.get() => measurement(line).into_any(),
+        None => steps(line).into_any(),
+    };
     let body = (
         div().class("change").child((
             div().child((
@@ -147,15 +174,7 @@ pub fn tool_change() -> impl IntoView {
         // Who only watches sees why Continue is not to be had, and how it can be.
         move || (asked.get() && !line.may_act()).then(|| control(line)),
     );
-    let foot = (
-        push("button", t!("page.change.later"), move |_| put_off.set(true)),
-        push_if(
-            "button primary",
-            move || line.may_act() && !measures.get() && !magazine::is_open_for_new(line),
-            t!("page.change.continue"),
-            |_| link::ask(Ask::ToolChanged),
-        ),
-    );
+    let foot = foot(line, put_off);
     let shown = dialog(
         Signal::derive(move || asked.get() && !put_off.get()),
         move || put_off.set(true),

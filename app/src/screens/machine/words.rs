@@ -105,6 +105,9 @@ pub fn of(line: Link) -> Look {
         Some(State::ToolChange) if measuring(line).is_some() => {
             Look { meaning: key!("page.measure.meaning"), ..state(State::ToolChange) }
         }
+        Some(State::ToolChange) if changing(line).is_some() => {
+            Look { meaning: key!("page.changer.meaning"), ..state(State::ToolChange) }
+        }
         Some(State::ToolChange) if fetches(line) => {
             Look { meaning: key!("page.magazine.changing"), ..state(State::ToolChange) }
         }
@@ -172,6 +175,11 @@ pub fn measuring(line: Link) -> Option<usize> {
         SetterStep::Lift => 4,
         SetterStep::Zero => 5,
     })
+}
+
+/// The line in work of the tool changer of a controller, and how many there are; none where it changes nothing.
+pub fn changing(line: Link) -> Option<[u32; 2]> {
+    line.status.with(|status| status.as_ref().and_then(|status| status.changing))
 }
 
 /// The word for the sensor `input`.

@@ -3,11 +3,13 @@
 //! Comes in: the machine, the draft of it. Goes out: what is typed, and what is to become of it. Knows no single setting: the table
 //! does.
 
+mod changer;
 mod clock;
 mod field;
 mod keys;
 mod lengths;
 mod mill;
+mod opening;
 mod tools;
 
 use crate::i18n::{self, key, message, say, t};
@@ -84,6 +86,8 @@ pub(crate) fn settings() -> impl IntoView {
             refused_by_bridge(),
             move || (shown.get() == "machine").then(mill::mill),
             move || (shown.get() == "machine").then(lengths::lengths),
+            move || (shown.get() == "machine").then(changer::changer),
+            move || (shown.get() == "machine").then(opening::opening),
             move || (shown.get() == "rack").then(|| tools::tools(refused)),
             div().class("setting-grid").child(fields),
             move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),

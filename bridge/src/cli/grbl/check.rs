@@ -2,7 +2,7 @@
 //!
 //! Comes in: programs, a port, Ctrl-C. Goes out: the lines that the controller refuses, each with why. Does not know how a line is read.
 
-use super::operator::{Word, listen};
+use super::keys::{Typing, Word, listen};
 use super::{CheckArgs, GREETING, controller_object, ledger, program};
 use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
 use crate::controller::Owner;
@@ -45,7 +45,7 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     let (port, bits_per_s) = args.port.open()?;
     let owner = Owner::new(port, ledger(), (AttendedJob::default(), None), args.speed);
     let (sends, words) = channel();
-    listen(sends, false);
+    listen(sends, Typing::Nothing);
     let (info, now, worst, over) = (None, None, None, None);
     let (refused, begun, gone, interrupted) = (Vec::new(), false, false, false);
     let mut reader = Reader { owner, words, info, now, worst, refused, over, begun, gone, interrupted };

@@ -112,7 +112,7 @@ impl Operator {
         let bounds = bounds.ok_or_else(|| Refusal::content(Diagnostic::error("level.nothing_cut")))?;
         let mm = Length::from_mm;
         let grid = ProbeGrid::over(bounds, mm(touches.grid), mm(touches.margin)).map_err(Refusal::content)?;
-        if let Some(depth) = self.how.probe {
+        if let Some(depth) = self.how.probe_mm() {
             self.find_board(depth)?;
         }
         self.worst = None;

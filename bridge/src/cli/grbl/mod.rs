@@ -3,8 +3,11 @@
 //! Comes in: names of ports, programs. Goes out: what was run, and how it ended. Does not know a controller's words.
 
 mod check;
+mod how;
+mod keys;
 mod level;
 mod operator;
+mod pressed;
 mod program;
 
 use super::{Answer, Exit, Refusal};
@@ -12,15 +15,13 @@ use crate::controller::ledger::Ledger;
 use crate::controller::{self, Owner};
 use crate::machine_file;
 use crate::serial::Port;
-use annulus_core::align::{BoardFit, FoundHole};
-use annulus_core::controller::{
-    Info, Routine, SectionKind, ToolSetter, aligned_routine, estimate_s, settings,
-};
+use annulus_core::align::BoardFit;
+use annulus_core::controller::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
-use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::machine::{self, MillProfile};
 use annulus_drill::controller::{AttendedJob, Told};
+use how::How;
 use operator::Operator;
 use program::Programs;
 use serde_json::{Value, json};
@@ -63,6 +64,28 @@ struct PortArgs {
     /// Bits in a second; without it the usual speeds are tried until somebody answers.
     #[arg(long)]
     baud: Option<u32>,
+    /// What opening the port may do to the board: begin anew, as most do (usual), or nothing that is written then resets it (never)
+    /// [default: usual].
+    #[arg(long, value_enum)]
+    reset_on_open: Option<MayReset>,
+}
+
+/// What opening the port may do to the board.
+#[derive(Debug, Clone, Copy, PartialEq, clap::ValueEnum)]
+enum MayReset {
+    /// It may begin anew.
+    Usual,
+    /// Nothing that is written then resets it.
+    Never,
+}
+
+impl From<MayReset> for ResetOnOpen {
+    fn from(may: MayReset) -> Self {
+        match may {
+            MayReset::Usual => Self::Usual,
+            MayReset::Never => Self::Never,
+        }
+    }
 }
 
 impl PortArgs {
@@ -71,7 +94,8 @@ impl PortArgs {
         let silent = |bits_per_s: u32| {
             super::say(format_args!("Nobody answers at {bits_per_s} bits a second."));
         };
-        controller::open(&self.port, self.baud, silent).map_err(Refusal::surroundings)
+        let reset = self.reset_on_open.map(ResetOnOpen::from).unwrap_or_default();
+        controller::open(&self.port, self.baud, reset, silent).map_err(Refusal::surroundings)
     }
 }
 
@@ -152,97 +176,11 @@ struct ResumeArgs {
     /// Errors and findings that were seen, by code.
     #[arg(long, value_delimiter = ',', value_name = "CODE")]
     accept: Vec<String>,
+    /// Use nothing again that the interrupted run was given: only what is given here.
+    #[arg(long)]
+    anew: bool,
     #[command(flatten)]
     how: How,
-}
-
-/// How a job is run.
-#[derive(Debug, Clone, clap::Args)]
-struct How {
-    #[command(flatten)]
-    port: PortArgs,
-    /// Where the head stands now is the work zero: X, Y and the tip on the board.
-    #[arg(long)]
-    zero_here: bool,
-    /// The work zero in machine coordinates, in mm, for machines that home.
-    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
-    zero_at: Option<Place>,
-    /// Seconds that the spindle takes to come up to speed.
-    #[arg(long, default_value_t = 3.0)]
-    spin_up: f64,
-    /// How many times faster than life the controller runs, for simulated ones.
-    #[arg(long, hide = true, default_value_t = 1.0)]
-    speed: f64,
-    /// Answer each tool change after so many seconds, as a changer would; without it a person is asked.
-    #[arg(long, value_name = "SECONDS", value_parser = super::run::seconds)]
-    confirm_tools: Option<Duration>,
-    /// After each tool change find the board with the probe, at most so many mm down.
-    #[arg(long, value_name = "MM")]
-    probe: Option<f64>,
-    /// All tools stand out equally far, as those with a ring do: none is touched off after it was put in.
-    #[arg(long, conflicts_with = "probe")]
-    same_length: bool,
-    /// Where a tool setter stands, X and Y, and the Z from which it is looked for, in machine coordinates; then how far down at most, and
-    /// the feed of the first and of the second time (40, 150, 25). Each tool is measured there after it was put in.
-    #[arg(long, value_name = "X,Y,Z", value_parser = tool_setter, allow_hyphen_values = true, conflicts_with = "same_length")]
-    setter: Option<ToolSetter>,
-    /// Where an alignment hole is planned and where it was found, in mm from the work zero: twice or more, and the job goes along
-    /// with the board.
-    #[arg(long = "found", value_name = "X,Y=X,Y", value_parser = found_hole, allow_hyphen_values = true)]
-    found: Vec<FoundHole>,
-    /// Thickness of the plate on the board while probing, in mm; 0 for bare copper.
-    #[arg(long, value_name = "MM", default_value_t = 0.0)]
-    plate: f64,
-}
-
-impl How {
-    /// Whether nobody would touch off a tool that `routine` asks for from section `from` on: the first of a job that begins is the one
-    /// that was in when zero was set.
-    fn leaves_unmeasured(&self, routine: &Routine, from: usize) -> bool {
-        let later = routine.sections.iter().skip(from.max(1));
-        let mut changes = later.filter(|section| matches!(section.kind, SectionKind::Change(_)));
-        let goes_on = from > 0 && !self.zero_here && self.zero_at.is_none();
-        let nobody = self.confirm_tools.is_some() && self.probe.is_none() && !self.same_length;
-        // A tool setter goes by a tool that was touched off since the port was opened.
-        let measured = self.setter.is_some() && !goes_on;
-        nobody && !measured && (goes_on || changes.next().is_some())
-    }
-}
-
-/// A place of the machine, mm.
-#[derive(Debug, Clone, Copy)]
-struct Place([f64; 3]);
-
-/// Three numbers with commas between them.
-fn place(text: &str) -> Result<Place, String> {
-    let numbers: Option<Vec<f64>> =
-        text.split(',').map(|word| word.trim().parse().ok().filter(|mm: &f64| mm.abs() <= 5_000.0)).collect();
-    let place = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
-    place.map(Place).ok_or_else(|| locale::text("en", "grbl.bad_place", &[]))
-}
-
-/// Three numbers of a tool setter, four of them, or all six.
-fn tool_setter(text: &str) -> Result<ToolSetter, String> {
-    let numbers: Option<Vec<f64>> = text.split(',').map(|word| word.trim().parse().ok()).collect();
-    let setter = numbers.and_then(|numbers| {
-        let (&[x, y, from_mm], rest) = numbers.split_first_chunk::<3>()?;
-        let mut all = ToolSetter::usual([x, y], from_mm).numbers();
-        all[3..].get_mut(..rest.len())?.copy_from_slice(rest);
-        [0, 1, 3].contains(&rest.len()).then(|| ToolSetter::of_numbers(&all)).flatten()
-    });
-    setter.ok_or_else(|| locale::text("en", "grbl.bad_setter", &[]))
-}
-
-/// Two places with `=` between them.
-fn found_hole(text: &str) -> Result<FoundHole, String> {
-    let place = |text: &str| {
-        let (x, y) = text.split_once(',')?;
-        let mm = |word: &str| word.trim().parse::<f64>().ok().filter(|mm| mm.abs() <= 1_000.0);
-        Some(Point::from_mm(mm(x)?, mm(y)?))
-    };
-    let pair = text.split_once('=').and_then(|(planned, found)| Some((place(planned)?, place(found)?)));
-    let hole = pair.map(|(planned, found)| FoundHole { planned, found });
-    hole.ok_or_else(|| locale::text("en", "align.bad_hole", &[]))
 }
 
 /// The programs where the board lies.
@@ -290,7 +228,7 @@ fn info(args: &PortArgs) -> Result<Answer, Refusal> {
     let since = Instant::now();
     let info = loop {
         if since.elapsed() > GREETING {
-            return Err(Refusal::surroundings(Diagnostic::error("grbl.no_answer")));
+            return Err(Refusal::surroundings(said));
         }
         match owner.next() {
             Some(Told::Greeted(info)) => break info,
@@ -346,7 +284,8 @@ fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
         let why = why.with("holes", entry.holes).with("toolpaths", entry.toolpaths);
         return Err(Refusal::content(why));
     }
-    let entry = AttendedJob { files: programs.files.clone(), ..AttendedJob::default() };
+    let (files, given) = (programs.files.clone(), board.how.given());
+    let entry = AttendedJob { files, given, ..AttendedJob::default() };
     let tools = programs.tools(&ledger);
     let mut operator = Operator::new(&board.how, &ledger, (entry, tools), json)?;
     operator.mill = mill(&board.job);
@@ -362,9 +301,9 @@ fn mill(args: &super::JobArgs) -> Option<&'static MillProfile> {
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
     let ledger = ledger();
     let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
-    let entry = ledger.interrupted().ok_or_else(none)?;
-    // It is measured where it was.
-    let how = How { setter: args.how.setter.or(entry.setter), ..args.how.clone() };
+    let before = ledger.interrupted().ok_or_else(none)?;
+    let (how, told) = if args.anew { (args.how.clone(), Vec::new()) } else { args.how.as_before(&before) };
+    let entry = AttendedJob { given: how.given(), ..before };
     let programs = aligned(program::read_again(&entry.files)?, &how)?;
     if programs.routine.key != entry.key {
         let why = Diagnostic::error("grbl.other_job").with("name", &entry.name);
@@ -372,6 +311,7 @@ fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
     }
     let tools = programs.tools(&ledger);
     let mut operator = Operator::new(&how, &ledger, (entry.clone(), tools), json)?;
+    operator.tells(told);
     operator.run(&programs, Some(&entry), &args.accept, None)
 }
 

@@ -2,12 +2,13 @@
 //!
 //! Comes in: a job, a port, what is typed, Ctrl-C. Goes out: how it ended. Does not know how anything moves.
 
+use super::how::How;
+use super::keys::{Keys, Typing, Word, listen};
 use super::program::Programs;
-use super::{GREETING, How, TouchArgs, WhichMap, controller_object, time_s};
+use super::{GREETING, TouchArgs, WhichMap, controller_object, time_s};
 use crate::cli::{Answer, Exit, Refusal, counted, diagnostic_objects, say};
 use crate::controller::Owner;
 use crate::controller::ledger::Ledger;
-use crate::signals::Signals;
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -17,9 +18,8 @@ use annulus_core::machine::{MillProfile, RackTool, ToolWear};
 use annulus_drill::controller::{AttendedJob, ControllerGlimpse, JobTools, Told, unlike_mill};
 use serde_json::json;
 use std::collections::VecDeque;
-use std::io::BufRead;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
 /// How fast the probe goes down, mm/min, and how far it is lifted afterwards, mm.
@@ -33,13 +33,7 @@ const RESET: Duration = Duration::from_secs(1);
 /// How long it may take to come to rest, and to say so.
 const REST: Duration = Duration::from_secs(30);
 /// Most lines that wait to be done.
-const MOST_LINES: usize = 64;
-
-/// What comes from outside of the controller.
-pub(super) enum Word {
-    Line(String),
-    Signal,
-}
+pub(super) const MOST_LINES: usize = 64;
 
 /// Stands for the person.
 pub(super) struct Operator {
@@ -49,7 +43,9 @@ pub(super) struct Operator {
     pub(super) how: How,
     words: Receiver<Word>,
     /// What was typed and not done yet.
-    lines: VecDeque<String>,
+    pub(super) lines: VecDeque<String>,
+    /// The keys, where this is at a terminal.
+    pub(super) keys: Option<Keys>,
     pub(super) info: Option<Info>,
     pub(super) now: Option<ControllerGlimpse>,
     said: Vec<Diagnostic>,
@@ -86,13 +82,14 @@ impl Operator {
         let (port, bits_per_s) = how.port.open()?;
         let owner = Owner::new(port, ledger.clone(), job, how.speed);
         let (sends, words) = channel();
-        listen(sends, how.confirm_tools.is_none());
+        let keys = listen(sends, if how.confirm_tools.is_none() { Typing::Lines } else { Typing::Keys });
         Ok(Self {
             owner,
             bits_per_s,
             how: how.clone(),
             words,
             lines: VecDeque::new(),
+            keys,
             info: None,
             now: None,
             said: Vec::new(),
@@ -138,10 +135,12 @@ impl Operator {
         }
         self.worst = None;
         let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
-        let (spin_up_s, same_length) = (self.how.spin_up, self.how.same_length);
+        let (spin_up_s, same_length) = (self.how.spin_up_s(), self.how.same_length);
         let setter = self.how.setter;
-        let start = EngineStart { routine, from, zero_mm, same_length, setter, spin_up_s, accepted };
+        let changer = self.how.changer_for(&routine, programs.tools(&self.ledger).as_ref());
+        let start = EngineStart { routine, from, zero_mm, same_length, setter, changer, spin_up_s, accepted };
         self.owner.ask(EngineAsk::Start(start));
+        self.tells_keys();
         let ended = self.until_ended(programs);
         Ok(self.answer(programs, &ended, seconds))
     }
@@ -154,7 +153,8 @@ impl Operator {
             (operator.info.is_some() && greeted) || since.elapsed() > GREETING
         });
         if self.gone || (self.info.is_none() && !self.interrupted) {
-            return Err(Refusal::surroundings(self.why("grbl.no_answer")));
+            let busy = self.said.iter().find(|found| found.code == "grbl.busy_at_opening").cloned();
+            return Err(Refusal::surroundings(busy.unwrap_or_else(|| self.why("grbl.no_answer"))));
         }
         self.compare_with_mill();
         self.find_place()
@@ -163,7 +163,11 @@ impl Operator {
     /// Says where the controller is not as the mill that it was said to be.
     fn compare_with_mill(&mut self) {
         let (Some(mill), Some(info)) = (self.mill, &self.info) else { return };
-        let found = unlike_mill(mill, info.flavour(), &info.values);
+        self.tells(unlike_mill(mill, info.flavour(), &info.values));
+    }
+
+    /// Says these, and keeps them for the answer.
+    pub(super) fn tells(&mut self, found: Vec<Diagnostic>) {
         found.iter().for_each(|why| say(format_args!("{} {}", why.message("en"), why.advice("en"))));
         self.said.extend(found);
     }
@@ -189,6 +193,9 @@ impl Operator {
                 if found.severity == Severity::Error {
                     self.worst.get_or_insert(found.clone());
                 }
+                if found.code == "grbl.override_not_taken" {
+                    self.forgets_keys();
+                }
                 self.said.push(found.clone());
             }
             _ => {}
@@ -210,6 +217,7 @@ impl Operator {
             match word {
                 Word::Line(line) if self.lines.len() < MOST_LINES => self.lines.push_back(line),
                 Word::Line(_) => {}
+                Word::Key(key) => self.pressed(key),
                 Word::Signal => {
                     self.interrupted = true;
                     say("Stopping.");
@@ -304,6 +312,9 @@ impl Operator {
                     }
                     self.change_tool(programs, tool);
                 }
+                Some(Told::ToolFetched { tool }) => {
+                    say(format_args!("{}: put in by the machine.", tool_name(programs, tool)));
+                }
                 Some(Told::Now(now)) => begun |= now.phase == EnginePhase::Running,
                 // A refusal: nothing was begun.
                 _ if !begun && self.interrupted => break,
@@ -335,6 +346,7 @@ impl Operator {
         // What was typed before the question does not answer it.
         self.hear();
         self.lines.clear();
+        self.types(true);
         while !self.gone && !self.interrupted && self.phase() == Some(EnginePhase::ToolChange) {
             self.next();
             self.hear();
@@ -346,6 +358,7 @@ impl Operator {
                 self.lines.clear();
             }
         }
+        self.types(false);
     }
 
     /// Measures the tool, where that was asked for, and goes on; ends the job where that is refused again and again.
@@ -358,7 +371,7 @@ impl Operator {
             }
             // A tool setter wants the board touched only where it has no tool to go by.
             let unknown = why.as_ref().is_some_and(|why| why.code == "setter.no_reference");
-            let probe = self.how.probe.filter(|_| self.how.setter.is_none() || unknown);
+            let probe = self.how.probe_mm().filter(|_| self.how.setter.is_none() || unknown);
             let measured = probe.map_or(Ok(()), |depth| self.find_height(depth));
             if measured.is_ok() && self.tool_ready() {
                 return;
@@ -379,7 +392,7 @@ impl Operator {
                 self.settle();
             }
             ("zero", _) => self.zero_height(),
-            ("probe", depth) => self.probe(depth.or(self.how.probe).unwrap_or(10.0)),
+            ("probe", depth) => self.probe(depth.or(self.how.probe_mm()).unwrap_or(10.0)),
             ("go", _) => {
                 self.tool_ready();
             }
@@ -407,7 +420,8 @@ impl Operator {
         self.until(|operator| operator.phase() != Some(EnginePhase::ToolChange) || operator.worst.is_some());
         // It may be measured first; what comes of that, and the way up behind it.
         self.until(|operator| {
-            !matches!(operator.phase(), Some(EnginePhase::Measuring | EnginePhase::Jogging))
+            let by_itself = [EnginePhase::Measuring, EnginePhase::Changing, EnginePhase::Jogging];
+            operator.phase().is_none_or(|phase| !by_itself.contains(&phase))
         });
         self.phase() != Some(EnginePhase::ToolChange) || self.gone || self.interrupted
     }
@@ -432,7 +446,7 @@ impl Operator {
     fn probe(&mut self, depth_mm: f64) {
         let (mm_per_min, up_mm) = PROBE;
         let Some(surface_mm) = self.surface_mm() else { return };
-        let plate_mm = self.how.plate + surface_mm;
+        let plate_mm = self.how.plate_mm() + surface_mm;
         self.owner.ask(EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm });
         self.settle();
     }
@@ -501,31 +515,4 @@ fn say_worn(tool: &RackTool, wear: &ToolWear) {
 fn tool_name(programs: &Programs, tool: u32) -> String {
     let name = programs.routine.tools.get(tool as usize).map_or("", String::as_str);
     format!("Tool {}: {name}", tool + 1)
-}
-
-/// Listens for signals, and for lines where a person is to type them.
-pub(super) fn listen(sends: Sender<Word>, lines: bool) {
-    let signals = sends.clone();
-    let _ = std::thread::Builder::new().name("signals".to_owned()).spawn(move || {
-        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build();
-        let Ok(runtime) = runtime else { return };
-        runtime.block_on(async {
-            let Ok(mut all) = Signals::new() else { return };
-            loop {
-                let _ = all.wait().await;
-                if signals.send(Word::Signal).is_err() {
-                    return;
-                }
-            }
-        });
-    });
-    if lines {
-        let _ = std::thread::Builder::new().name("typed".to_owned()).spawn(move || {
-            for line in std::io::stdin().lock().lines().map_while(Result::ok) {
-                if sends.send(Word::Line(line)).is_err() {
-                    return;
-                }
-            }
-        });
-    }
 }

@@ -1,0 +1,101 @@
+//! A machine that changes tools by the lines of its owner, as far as stock GRBL can: moves in machine coordinates. And a board that is not to
+//! begin anew when its port is opened.
+
+use super::bench::{Bench, START, ZERO_AT};
+use super::firmware::{Board, eventually, instrument, settings, steps};
+use super::jobs;
+use super::judge::Verdict;
+use super::sender::{Desk, MOST};
+use std::fs;
+use std::time::Duration;
+
+const MOVES: &str = "G53 G0 Z-2\nG53 G0 X-100 Y-8\nG4 P0.2\nG53 G0 X-90\n";
+
+fn bench(instrument: &super::firmware::Instrument, lines: &str) -> Bench {
+    let bench = Bench::new(instrument, jobs::board(), &[]);
+    fs::write(bench.desk.path().join("changer.txt"), lines).unwrap();
+    bench
+}
+
+#[test]
+fn the_machine_changes_its_tools_by_moves_and_nothing_is_asked_of_a_person() {
+    let Some(instrument) = instrument() else { return };
+    let mut bench = bench(instrument, MOVES);
+    let (exit, object) = bench.desk.run(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
+    assert_eq!(exit, 0, "{object} {}", bench.desk.said());
+    let said = bench.desk.said();
+    assert_eq!(
+        (said.matches("put in by the machine").count(), said.matches("Type: ").count()),
+        (3, 0),
+        "{said}"
+    );
+    assert!(object["diagnostics"].to_string().contains("changer.lengths"), "{object}");
+    let (verdict, report) = bench.judged();
+    assert_eq!(verdict, Verdict::default());
+    assert_eq!((&report["spindle"]["starts"], &report["spindle"]["on"]), (&3.into(), &0.into()), "{report}");
+}
+
+#[test]
+fn lines_that_are_refused_or_move_the_zero_end_the_job_before_the_spindle_turns() {
+    let Some(instrument) = instrument() else { return };
+    for (lines, code) in [
+        ("G53 G0 Z-2\nM6", "changer.refused"),
+        ("G53 G0 Z-2\nG10 L2 P1 X-30", "changer.moved_zero"),
+        ("G53 G0 Z-2\nG92 Y1", "changer.moved_zero"),
+    ] {
+        let mut bench = bench(instrument, lines);
+        let (exit, object) =
+            bench.desk.run(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
+        assert_eq!((exit, &object["error"]["code"]), (1, &code.into()), "{object} {}", bench.desk.said());
+        assert_eq!(bench.board.end()["spindle"]["starts"], 0);
+    }
+}
+
+#[test]
+fn one_signal_ends_a_change_in_its_middle_and_the_job_is_taken_up_with_its_changer() {
+    let Some(instrument) = instrument() else { return };
+    let mut bench = bench(instrument, "G53 G0 Z-2\nG53 G1 X-199 F400\nG4 P0.1\n");
+    let sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
+    let before = bench.board.rests();
+    eventually("the head on its way", MOST, || steps(&bench.board.snapshot())[0] < before[0] - 20_000);
+    sender.stop();
+    let (exit, object) = bench.desk.answer(sender);
+    assert_eq!((exit, &object["position_trust"]), (130, &"trusted".into()), "{object} {}", bench.desk.said());
+    assert!(bench.desk.said().contains("(changer.stopped)"), "{}", bench.desk.said());
+    let now = bench.board.snapshot();
+    std::thread::sleep(Duration::from_millis(300));
+    assert_eq!(now["edges_total"], bench.board.snapshot()["edges_total"], "nothing moves after a stop");
+    assert_eq!(bench.board.end()["spindle"]["starts"], 0);
+}
+
+#[test]
+fn a_board_that_is_not_to_begin_anew_is_asked_and_not_reset() {
+    let Some(instrument) = instrument() else { return };
+    let mut board = Board::new(instrument, &settings(true), START, &["--no-dtr-reset"]);
+    let desk = Desk::new(&jobs::board().text);
+    let banners = |board: &Board| board.snapshot()["resets"]["banners"].as_u64().unwrap();
+    let before = banners(&board);
+    for (words, more) in [("never", 0), ("usual", 1), ("never", 1)] {
+        let (exit, object) = desk.run(&board, &format!("info --reset-on-open {words}"));
+        assert_eq!((exit, &object["controller"]["flavour"]), (0, &"GRBL".into()), "{object} {}", desk.said());
+        assert_eq!(banners(&board), before + more, "{words}");
+    }
+    // It is used as any other, and taken up so.
+    let words = format!("run job.nc {ZERO_AT} --same-length --confirm-tools 0.1 --reset-on-open never");
+    let (exit, object) = desk.run(&board, &words);
+    assert_eq!(exit, 0, "{object} {}", desk.said());
+    assert_eq!(board.end()["resets"]["banners"].as_u64(), Some(before + 1));
+}
+
+#[test]
+fn a_board_that_moves_when_its_port_is_opened_is_left_to_it() {
+    let Some(instrument) = instrument() else { return };
+    let mut board = Board::new(instrument, &settings(false), START, &["--no-dtr-reset"]);
+    let desk = Desk::new(&jobs::board().text);
+    let goes_to = -(150.0 * super::firmware::STEPS) as i64;
+    board.jogs("X-150", 400);
+    let (exit, object) = desk.run(&board, "info --reset-on-open never");
+    assert_eq!((exit, &object["controller"]["flavour"]), (0, &"GRBL".into()), "{object} {}", desk.said());
+    assert_eq!(steps(&board.snapshot())[0], goes_to, "it came to the end of its move");
+    board.end();
+}

@@ -1,0 +1,54 @@
+//! Lines by which a machine changes tools itself, written by the page and kept: nobody is asked, and the page sees which is in work.
+
+use super::{Bench, Memory, holes};
+use crate::controller::tests::Automaton;
+use annulus_core::control::{Ending, State};
+use annulus_core::controller::CHANGER_KEY;
+use annulus_core::machine::Value;
+use annulus_core::wire::{Ask, RowVerdict, Tell};
+
+fn lines(text: &str) -> Ask {
+    let lines = text.lines().map(str::to_owned).collect();
+    Ask::Configure { changes: vec![(CHANGER_KEY.to_owned(), Value::Texts(lines))] }
+}
+
+#[test]
+fn a_machine_that_changes_its_tools_asks_nobody_and_shows_its_lines() {
+    let mut board = Automaton::new([-20.0, -30.0, -10.0]);
+    board.rack = Some(|_| 0.0);
+    let mut bench = Bench::ready_with(&Memory::default(), board);
+    for bad in ["$H", "M6 !"] {
+        assert_eq!(bench.refused(&lines(bad)), Some("changer.bad_line".to_owned()), "{bad}");
+    }
+    assert_eq!(bench.refused(&lines(&"M5\n".repeat(40))), Some("changer.too_many".to_owned()));
+    let program = holes(10);
+    let key = bench.upload(&program);
+    assert_eq!(bench.refused(&lines("G53 G0 Z-1\nM6 T{tool}\nG53 G0 X-200")), None);
+    bench.start(&key, 0);
+    let told = bench.heard.iter().any(|tell| match tell {
+        Tell::Armed { checks, .. } => {
+            checks.iter().any(|row| row.finding.code == "changer.lengths" && row.verdict == RowVerdict::Warn)
+        }
+        _ => false,
+    });
+    assert!(told, "that nobody measures them is a row to be read");
+    bench.until(|status| status.changing == Some([2, 3]) && status.state == State::ToolChange);
+    assert!(bench.refused(&Ask::ToolChanged).is_some());
+    bench.until(|status| status.job.is_none());
+    assert_eq!(bench.made(&program), (vec![1; 10], 0));
+    assert!(bench.heard.iter().any(|tell| matches!(tell, Tell::Ended { ending: Ending::Done, .. })));
+    // By its number in the rack.
+    assert_eq!(bench.board.fetched, [6, 8]);
+    // Kept, until there are none.
+    let bench = bench.replug();
+    let told = |bench: &Bench| {
+        bench.heard.iter().rev().find_map(|tell| match tell {
+            Tell::Controller { changer, .. } => Some(changer.len()),
+            _ => None,
+        })
+    };
+    assert_eq!(told(&bench), Some(3));
+    let mut bench = bench;
+    assert_eq!(bench.refused(&lines("")), None);
+    assert_eq!(told(&bench), Some(0));
+}
