@@ -75,7 +75,8 @@ fn every_tool_that_the_machine_fetches_is_measured_before_it_cuts() {
 
 #[test]
 fn without_a_setter_the_lines_leave_the_length_in_an_offset_or_all_are_alike() {
-    let rows: [(fn(u32) -> f64, &[&str]); 2] = [(lengths, &["M6 T{tool}", "G43 H{tool}"]), (alike, &FETCHES)];
+    type Row = (fn(u32) -> f64, &'static [&'static str]);
+    let rows: [Row; 2] = [(lengths, &["M6 T{tool}", "G43 H{tool}"]), (alike, &FETCHES)];
     for (rack, lines) in rows {
         let mut bench = with_rack(rack);
         let said = bench.engine().check(&trusted(lines));

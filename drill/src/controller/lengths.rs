@@ -50,10 +50,12 @@ pub(super) fn changer_of(kept: &[(String, Value)]) -> ToolMacro {
 /// Why a choice cannot be, if it cannot.
 pub(super) fn refused((key, value): &(String, Value)) -> Option<Diagnostic> {
     if key == CHANGER_KEY {
-        let Value::Texts(lines) = value else {
-            return Some(ToolMacro::bad(value));
+        return match value {
+            Value::Texts(lines) => ToolMacro::of_lines(lines.iter().map(String::as_str)).err(),
+            // A list of nothing does not say of what.
+            Value::Numbers(none) if none.is_empty() => None,
+            _ => Some(ToolMacro::bad(value)),
         };
-        return ToolMacro::of_lines(lines.iter().map(String::as_str)).err();
     }
     if key == RESET_KEY {
         let is_one = matches!(value, Value::Text(word) if ResetOnOpen::of(word).is_some());

@@ -67,10 +67,8 @@ fn take(line: &mut String, key: u8) -> Option<String> {
             let _ = writeln!(out);
             return Some(std::mem::take(line));
         }
-        0x08 | 0x7f => {
-            if line.pop().is_some() {
-                let _ = write!(out, "\x08 \x08");
-            }
+        0x08 | 0x7f if line.pop().is_some() => {
+            let _ = write!(out, "\x08 \x08");
         }
         b' '..=b'~' if line.len() < LONGEST => {
             line.push(char::from(key));

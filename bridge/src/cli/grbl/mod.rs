@@ -52,7 +52,7 @@ enum GrblCommand {
     /// Run a job: programs in G-code one after the other, or a board.
     Run(Box<RunArgs>),
     /// Go on with the job that was interrupted, at the hole or toolpath where it was.
-    Resume(ResumeArgs),
+    Resume(Box<ResumeArgs>),
 }
 
 /// The port.
