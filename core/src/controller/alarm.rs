@@ -32,7 +32,7 @@ const SOFT_LIMITS: u16 = 20;
 
 /// Whether an alarm of the probe that was believed may have been that of a switch.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum AlarmDoubt {
+pub(super) enum ProbeAlarm {
     /// It is not doubted.
     #[default]
     None,
@@ -76,7 +76,7 @@ impl Controller {
         }
         self.reset_at = None;
         self.set(EnginePhase::Locked);
-        self.doubt = if keeps && number != SOFT_LIMIT { AlarmDoubt::Silent } else { AlarmDoubt::None };
+        self.probe_alarm = if keeps && number != SOFT_LIMIT { ProbeAlarm::Silent } else { ProbeAlarm::None };
     }
 
     /// It is locked, and the line that said why was lost on the way.
@@ -95,8 +95,8 @@ impl Controller {
 
     /// A report while it is locked.
     pub(super) fn alarm_reported(&mut self, doing: ReportedState, fresh: bool) {
-        if fresh && doing == ReportedState::Alarm && self.doubt == AlarmDoubt::Silent {
-            self.doubt = AlarmDoubt::Reports;
+        if fresh && doing == ReportedState::Alarm && self.probe_alarm == ProbeAlarm::Silent {
+            self.probe_alarm = ProbeAlarm::Reports;
         }
     }
 
@@ -114,14 +114,14 @@ impl Controller {
 
     /// It cannot be unlocked as after an alarm of the probe: it was another one.
     pub(super) fn unlock_failed(&mut self) {
-        if std::mem::take(&mut self.doubt) != AlarmDoubt::None {
+        if std::mem::take(&mut self.probe_alarm) != ProbeAlarm::None {
             self.lose_place();
         }
     }
 
     /// It begins anew. One that had not even reported since was no alarm of the probe.
     pub(super) fn alarm_is_over(&mut self) {
-        if std::mem::take(&mut self.doubt) == AlarmDoubt::Silent {
+        if std::mem::take(&mut self.probe_alarm) == ProbeAlarm::Silent {
             self.lose_place();
         }
     }

@@ -13,7 +13,7 @@
 //! A position is never guessed: it is trusted after homing, or after a person set zero; a link that was lost, a reset that nobody asked
 //! for and alarms end the trust (`alarm`).
 
-use super::alarm::{AlarmDoubt, RESET_WANTED};
+use super::alarm::{ProbeAlarm, RESET_WANTED};
 use super::asks::{EngineAction, EngineAsk, EngineEvent, EnginePhase, Info, signs};
 use super::buffer::{Buffer, USUAL_RX_BYTES, stands_alone};
 use super::changer::{ChangerLine, ChangerRun};
@@ -144,7 +144,7 @@ pub struct Controller {
     /// The controller has to begin anew before it can be unlocked.
     pub(super) needs_reset: bool,
     /// Whether the alarm that locked it may have been another one than was heard.
-    pub(super) doubt: AlarmDoubt,
+    pub(super) probe_alarm: ProbeAlarm,
     /// What is to be sent once it has begun anew: `$X` or `$H`.
     pub(super) after_reset: Option<Meaning>,
     pub(super) zero_wanted: Option<ZeroWanted>,
@@ -206,7 +206,7 @@ impl Default for Controller {
             reset_at: None,
             since_ms: 0,
             needs_reset: false,
-            doubt: AlarmDoubt::None,
+            probe_alarm: ProbeAlarm::None,
             after_reset: None,
             zero_wanted: None,
             height: BoardHeight::Unknown,
@@ -301,7 +301,7 @@ impl Controller {
             self.setter = None;
         }
         if phase != EnginePhase::Locked {
-            self.doubt = AlarmDoubt::None;
+            self.probe_alarm = ProbeAlarm::None;
         }
         if phase != EnginePhase::Changing {
             self.changer = None;
@@ -504,6 +504,11 @@ impl Controller {
         }
     }
 
+    /// Whether all of a move by hand was answered, and nothing of it is to come.
+    fn hand_rests(&self) -> bool {
+        self.buffer.is_empty() && self.queue.is_empty() && !self.jog_goes_on()
+    }
+
     /// A move by hand is at its end: the machine rests, where no way to its parking place goes on.
     fn hand_is_over(&mut self) {
         if !self.park_goes_on() {
@@ -536,9 +541,9 @@ impl Controller {
         let told = status.overrides.filter(|_| fresh);
         let late = self.now_ms >= self.last_ask_ms + ASK_SOON_MS;
         self.late_reports = if late || !fresh { self.late_reports + u32::from(fresh) } else { 0 };
-        self.rests_overdue += u32::from(fresh && status.doing.is_at_rest() && self.is_overdue());
-        let status = self.completed(status);
         let doing = status.doing;
+        self.rests_overdue += u32::from(fresh && doing.is_at_rest() && self.is_overdue());
+        let status = self.completed(status);
         if self.status.as_ref().is_some_and(|before| self.began_anew(before, &status)) {
             return self.greets_anew();
         }
@@ -552,13 +557,7 @@ impl Controller {
             EnginePhase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => {
                 self.strange(doing);
             }
-            EnginePhase::Jogging
-                if fresh
-                    && doing == ReportedState::Idle
-                    && self.buffer.is_empty()
-                    && self.queue.is_empty()
-                    && !self.jog_goes_on() =>
-            {
+            EnginePhase::Jogging if fresh && doing == ReportedState::Idle && self.hand_rests() => {
                 self.hand_is_over();
             }
             // It was not heard, or came before the move began.

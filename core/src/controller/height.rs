@@ -23,7 +23,7 @@ use crate::control::Trust;
 use crate::diagnostic::Diagnostic;
 
 /// How far zero of Z may be from where it was and still be the same: so many times the last digit of a report.
-const SAME_HEIGHT_DIGITS: f64 = 1.5;
+const SAME_HEIGHT_SHARE: f64 = 1.5;
 /// Within so many ms a controller has told where it is by a new zero.
 const TOLD_MS: u64 = 4_000;
 
@@ -68,7 +68,7 @@ impl Controller {
 
     /// How far two heights that are reported may be apart and still be the same, mm.
     pub(super) fn same_height_mm(&self) -> f64 {
-        SAME_HEIGHT_DIGITS * settings::place_digit_mm(&self.info.values)
+        SAME_HEIGHT_SHARE * settings::place_digit_mm(&self.info.values)
     }
 
     /// Whether zero of Z is where it was, `before_mm`, by the switches.

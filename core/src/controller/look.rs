@@ -23,7 +23,7 @@ const FEED_SLACK: (f64, f64) = (1.05, 10.0);
 /// So far ahead of the place that is reported is the speed, in s: that of the path which is made ready next.
 const LEAD_S: f64 = 0.06;
 /// So much of the last digit of the feed in force it may be off by rounding, and as many mm/min, apart from a hundredth of it.
-const FEED_ROUNDED: f64 = 0.5;
+const FEED_ROUNDED_SHARE: f64 = 0.5;
 /// A batch that takes less of its time than this, and so many seconds less, was not what was planned.
 const QUICKEST: (f64, f64) = (0.75, 0.15);
 /// A report of a hold so soon after going on is an old one.
@@ -130,7 +130,7 @@ impl Controller {
         let (now_ms, step) = (self.now_ms, self.step_mm());
         let values = &self.info.values;
         let place_digit_mm = settings::place_digit_mm(values);
-        let feed_slack = FEED_ROUNDED * (1.0 + settings::feed_digit_mm_per_min(values));
+        let feed_slack = FEED_ROUNDED_SHARE * (1.0 + settings::feed_digit_mm_per_min(values));
         let place = self.place();
         let may = self.may_look() && fresh && doing == ReportedState::Idle;
         let Some(run) = self.run.as_mut().filter(|run| may && run.batch.asked) else { return };

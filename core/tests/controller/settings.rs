@@ -20,7 +20,7 @@ fn motors_that_are_let_go_of_are_told_before_a_job_and_keep_none_from_being_star
 }
 
 /// A probe, by hand and in a job.
-const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 30.0, mm_per_min: 300.0, plate_mm: 0.0, up_mm: 2.0 };
+const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 300.0, plate_mm: 0.0, up_mm: 2.0 };
 
 #[test]
 fn a_board_that_reports_in_inches_is_where_it_is_from_its_first_report_on() {
