@@ -12,13 +12,19 @@ let browser;
 before(async () => (browser = await openBrowser("none")));
 after(async () => browser?.close());
 
-/** Continues in the tool change, and waits until the tool is measured; the step that was marked while the tip went down. */
-async function measured(page) {
+/** Waits until the tip is on its way down to the setter. */
+async function goesDown(page) {
   const change = page.getByRole("alertdialog");
-  await press(page, change.getByRole("button", { name: /^Continue/ }));
   const step = change.locator('.measurement [aria-current="step"]');
   await until(async () => (await step.allTextContents()).join() === "Down until the contact closes", "the tip on its way down");
   assert.equal(await change.getByRole("button", { name: /^Continue/ }).isEnabled(), false, "there is nothing to continue meanwhile");
+}
+
+/** Continues in the tool change, and waits until the tool is measured. */
+async function measured(page) {
+  const change = page.getByRole("alertdialog");
+  await press(page, change.getByRole("button", { name: /^Continue/ }));
+  await goesDown(page);
   await page.screenshot({ path: picture("setter-measures") });
   await change.waitFor({ state: "hidden" });
 }
@@ -52,6 +58,8 @@ test("a tool setter is chosen once, said before the start, and measures each too
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");
     assert.ok(rows.some((row) => /measures the tool on the tool setter at X -1\.000 Y -1\.000/.test(row)), rows.join("\n"));
+    // What zero of Z was set with is measured first, before anything is asked for.
+    await goesDown(page);
     await measured(page);
     await page.getByRole("alertdialog").getByRole("button", { name: /^Continue/ }).waitFor();
     await measured(page);
