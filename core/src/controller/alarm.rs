@@ -74,7 +74,7 @@ impl Controller {
         if self.run.take().is_some() {
             self.out.push(EngineAction::Ended(Ending::Alarm));
         }
-        self.reset_at = None;
+        (self.reset_at, self.after_reset) = (None, None);
         self.set(EnginePhase::Locked);
         self.probe_alarm = if keeps && number != SOFT_LIMIT { ProbeAlarm::Silent } else { ProbeAlarm::None };
     }
@@ -83,7 +83,7 @@ impl Controller {
     pub(super) fn alarmed_unheard(&mut self) {
         self.lose_place();
         self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
-        self.needs_reset = true;
+        (self.needs_reset, self.after_reset) = (true, None);
         self.survey_is_over(None);
         self.check_is_over(Some(Diagnostic::error("grbl.alarm_other").with("number", "?")));
         self.drop_lines();

@@ -544,10 +544,11 @@ impl Controller {
         let doing = status.doing;
         self.rests_overdue += u32::from(fresh && doing.is_at_rest() && self.is_overdue());
         let status = self.completed(status);
-        if self.status.as_ref().is_some_and(|before| self.began_anew(before, &status)) {
+        let before = self.status.replace(status);
+        if self.began_anew(before.as_ref()) {
             return self.greets_anew();
         }
-        let before = self.status.replace(status).map(|before| before.doing);
+        let before = before.map(|before| before.doing);
         if let Some(told) = told {
             self.overrides_reported(told, self.last_ask_ms);
         }

@@ -28,6 +28,9 @@ impl Controller {
         if let Some(code) = self.contact_forbids(&ask).filter(|_| self.at_rest()) {
             return self.found(Diagnostic::error(code));
         }
+        if let Some(why) = self.offset_forbids(&ask).filter(|_| self.at_rest()) {
+            return self.found(why);
+        }
         self.act(ask);
     }
 
@@ -80,11 +83,12 @@ impl Controller {
                 self.set_zero(axes, height_mm);
             }
             EngineAsk::ZeroAt { place_mm } if self.is_free() => {
-                self.counts_from_g54();
+                self.drops_offsets();
                 self.write_zero(place_mm, ZeroWanted::default());
             }
             EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
                 (self.probed, self.height) = (None, BoardHeight::Unknown);
+                self.drops_offsets();
                 let down = format!("G91G38.2Z-{}F{}", number(depth_mm.abs()), number(mm_per_min));
                 self.send("G21G94", Meaning::Jog);
                 self.send(&down, Meaning::Probe { plate_mm, up_mm });
@@ -97,6 +101,7 @@ impl Controller {
                 // As seen from the edge: the tool stands before it, and goes off the other way.
                 let side = if reach_mm < 0.0 { 1.0 } else { -1.0 };
                 self.probed = None;
+                self.drops_offsets();
                 let text = format!("G91G38.2{}{}F{}", AXES[axis], number(reach_mm), number(mm_per_min));
                 self.send("G21G94", Meaning::Jog);
                 let (radius_mm, back_mm) = (side * radius_mm, side * back_mm);
@@ -143,7 +148,11 @@ impl Controller {
     }
 
     fn ask_stop(&mut self) {
+        // What was to follow a reset does not.
+        self.after_reset = None;
         match self.phase {
+            // What did not greet yet may be moving.
+            EnginePhase::Greeting if self.info.banner.is_empty() => self.write(signs::HOLD),
             EnginePhase::Closed | EnginePhase::Greeting => {}
             // Asked twice: at once, whatever becomes of the position.
             EnginePhase::Stopping | EnginePhase::Homing => {
@@ -208,11 +217,23 @@ impl Controller {
         self.write(signs::JOG_CANCEL);
     }
 
-    /// Another program may have left another zero in force.
-    fn counts_from_g54(&mut self) {
+    /// Another program may have left another zero in force, or the job before an offset: a zero that is set counts without any.
+    fn drops_offsets(&mut self) {
         if self.zero_off_mm().is_some() {
             self.send("G54", Meaning::Jog);
         }
+        if self.offset_in_force().is_some() {
+            self.send("G92.1", Meaning::Written);
+            self.send("G49", Meaning::Written);
+        }
+    }
+
+    /// Why no zero is set in a job: an offset is in force that its tool changer goes by.
+    fn offset_forbids(&self, ask: &EngineAsk) -> Option<Diagnostic> {
+        use EngineAsk::{Edge, Probe, SetZero, ZeroAt};
+        let sets_zero = matches!(ask, SetZero { .. } | ZeroAt { .. } | Probe { .. } | Edge { .. });
+        let off_mm = self.offset_in_force().filter(|_| sets_zero && self.run.is_some())?;
+        Some(Diagnostic::error("grbl.offset_in_force").with("mm", format!("{off_mm:.3}")))
     }
 
     /// Zero is where the head is, and the controller itself counts where that is: a report that was damaged on the way is no zero, the one
@@ -224,7 +245,7 @@ impl Controller {
         let heights = [0.0, 0.0, height_mm];
         let words = AXES.into_iter().zip(heights).zip(axes).filter(|(_, wanted)| *wanted);
         let words = words.map(|((letter, height_mm), _)| format!("{letter}{}", number(height_mm)));
-        self.counts_from_g54();
+        self.drops_offsets();
         self.send(&format!("G21G10L20P1{}", words.collect::<String>()), Meaning::Written);
         let place_mm = core::array::from_fn(|axis| axes[axis].then_some(machine[axis] - heights[axis]));
         // Without switches a person's word is all there is to know a place by: once the controller has it.
@@ -308,11 +329,11 @@ impl Controller {
 
     fn compare_zero(&mut self) {
         let Some(wanted) = self.zero_wanted.take() else { return };
-        let found = self.info.offsets.get("G54");
+        // With every offset that is in force: that is what places go by.
+        let found = self.listed_zero_mm();
         let same = |axis: usize| {
-            let found = found.and_then(|places| places.get(axis));
             let is_there =
-                |wanted: f64| found.is_some_and(|found| libm::fabs(found - wanted) <= SAME_ZERO_MM);
+                |wanted: f64| found.is_some_and(|found| libm::fabs(found[axis] - wanted) <= SAME_ZERO_MM);
             wanted.place_mm[axis].is_none_or(is_there)
         };
         // Where the probe met the board is said once more: of a number that was changed on the way it would be a zero elsewhere.

@@ -75,13 +75,13 @@ impl Controller {
     pub fn height_as_left(&self, before_mm: Option<[f64; 3]>) -> bool {
         let same_mm = self.same_height_mm();
         let same = |before: [f64; 3], now: [f64; 3]| libm::fabs(before[2] - now[2]) <= same_mm;
-        self.homes() && before_mm.zip(self.zero_mm).is_some_and(|(before, now)| same(before, now))
+        self.homes() && before_mm.zip(self.job_zero_mm()).is_some_and(|(before, now)| same(before, now))
     }
 
     /// What of the work zero keeps a job from being started: of Z it was never set, or it is not where the job had it.
     pub(super) fn check_zero(&self, start: &EngineStart) -> Option<Diagnostic> {
         let unknown = self.height == BoardHeight::Unknown;
-        let Some((before, now)) = start.zero_mm.filter(|_| self.homes()).zip(self.zero_mm) else {
+        let Some((before, now)) = start.zero_mm.filter(|_| self.homes()).zip(self.job_zero_mm()) else {
             return unknown.then(|| Diagnostic::error("grbl.no_height"));
         };
         let off_mm: [f64; 3] = core::array::from_fn(|axis| now[axis] - before[axis]);

@@ -2,7 +2,7 @@
 //!
 //! ```text
 //!  work zero of a report   ≠ what `$#` lists for G54, G92 and the tool     damaged on its way, or another zero is in force
-//!  at rest somewhere       then at rest at 0, 0, 0                         a board without switches began anew, and its banner was lost
+//!  at rest or in a job     then at rest at 0, 0, 0, where nothing leads    a board without switches began anew, and its banner was lost
 //! ```
 //!
 //! Comes in: reports, stored places. Goes out: doubt. mm. Does not know who moves.
@@ -11,12 +11,13 @@ use super::asks::{EngineAction, EnginePhase};
 use super::engine::Controller;
 use super::hand::SAME_ZERO_MM;
 use super::heard::{ControllerStatus, ReportedState};
+use super::run::Run;
 use crate::control::{Ending, Trust};
 use crate::diagnostic::Diagnostic;
 
 impl Controller {
     /// Where work zero is by the stored places, machine coordinates; none where they were not listed.
-    fn listed_zero_mm(&self) -> Option<[f64; 3]> {
+    pub(super) fn listed_zero_mm(&self) -> Option<[f64; 3]> {
         let offsets = &self.info.offsets;
         let of = |name: &str, axis: usize| offsets.get(name).and_then(|places| places.get(axis)).copied();
         let zero = |axis: usize| {
@@ -25,6 +26,20 @@ impl Controller {
             Some(of("G54", axis)? + shift + tool)
         };
         Some([zero(0)?, zero(1)?, zero(2)?])
+    }
+
+    /// The largest offset of G92 and of the tool's length that is in force, as the stored places have it, mm.
+    pub(super) fn offset_in_force(&self) -> Option<f64> {
+        let all = ["G92", "TLO"].into_iter().filter_map(|name| self.info.offsets.get(name)).flatten();
+        all.copied()
+            .filter(|mm| libm::fabs(*mm) > SAME_ZERO_MM / 10.0)
+            .max_by(|a, b| libm::fabs(*a).total_cmp(&libm::fabs(*b)))
+    }
+
+    /// Work zero without the length of the tool that is in, machine coordinates, mm: a reset takes that away.
+    pub fn job_zero_mm(&self) -> Option<[f64; 3]> {
+        let length = self.info.offsets.get("TLO").and_then(|places| places.first()).copied().unwrap_or(0.0);
+        self.zero_mm.map(|[x, y, z]| [x, y, z - length])
     }
 
     /// How far work zero is from where the stored places have it, if that is more than a report rounds.
@@ -42,14 +57,32 @@ impl Controller {
         Some(why.with("z", told(2)))
     }
 
-    /// A report that follows `before`: whether the board has begun anew meanwhile. One with switches is locked then.
-    pub(super) fn began_anew(&self, before: &ControllerStatus, now: &ControllerStatus) -> bool {
-        let rests = before.doing == ReportedState::Idle && now.doing == ReportedState::Idle;
-        let waits = matches!(self.phase, EnginePhase::Ready | EnginePhase::ToolChange);
-        let is_known = self.trust == Trust::Trusted && !self.homes();
+    /// A report that follows `before`: whether the board has begun anew meanwhile. One with switches is locked then. In a job, where what
+    /// follows is an end, nothing is known behind it.
+    pub(super) fn began_anew(&mut self, before: Option<&ControllerStatus>) -> bool {
+        let (Some(before), Some(now)) = (before, &self.status) else { return false };
         let was_elsewhere = before.machine_mm.is_some_and(|place| place != [0.0; 3]);
+        let is_at_zero = now.doing == ReportedState::Idle && now.machine_mm == Some([0.0; 3]);
+        if self.trust != Trust::Trusted || self.homes() || !was_elsewhere || !is_at_zero {
+            return false;
+        }
         let nothing_sent = self.buffer.is_empty() && self.queue.is_empty() && self.reset_at.is_none();
-        rests && waits && is_known && was_elsewhere && nothing_sent && now.machine_mm == Some([0.0; 3])
+        match self.phase {
+            EnginePhase::Ready | EnginePhase::ToolChange => {
+                nothing_sent && before.doing == ReportedState::Idle
+            }
+            // What was sent behind a hold is not run.
+            EnginePhase::Held => true,
+            EnginePhase::Running | EnginePhase::Holding | EnginePhase::Stopping => {
+                let place = self.zero_mm.map(|zero| zero.map(|value| -value));
+                let leads_there = |run: &Run| place.is_some_and(|place| run.leads_to(place));
+                if !self.run.as_ref().is_some_and(leads_there) {
+                    self.lose_place();
+                }
+                false
+            }
+            _ => false,
+        }
     }
 
     /// It has: nothing is known of it any more.

@@ -15,7 +15,7 @@ use super::changer::{Changer, LINE_S};
 use super::engine::{Controller, Meaning};
 use super::heard::ReportedState;
 use super::height::BoardHeight;
-use super::lines::{LinePath, WireLine, WordsInForce};
+use super::lines::{LinePath, WireLine, WordsInForce, distance};
 use super::routine::{Routine, RoutineAction, Section, SectionKind, Spindle};
 use super::setter::ToolSetter;
 use super::settings::Values;
@@ -25,6 +25,8 @@ use crate::diagnostic::Diagnostic;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
+/// A place so near to a path lies on it.
+const NEAR_PATH_MM: f64 = 0.05;
 /// How near a look is near.
 const NEAR_END_MS: f64 = 120.0;
 /// An answer that is late by so much is missing.
@@ -95,6 +97,8 @@ pub(super) struct Run {
     is_unasked: bool,
     /// How the machine changes them itself.
     changer: Option<Changer>,
+    /// All bits stand out equally far by a person's word, not by that of whoever wrote the lines of the changer.
+    is_alike: bool,
     /// The tool that was wanted last, whether it has put that in, and whether a person was asked for it.
     pub(super) wanted: u32,
     pub(super) is_in: bool,
@@ -104,6 +108,13 @@ pub(super) struct Run {
 impl Run {
     pub(super) fn routine(&self) -> &Arc<Routine> {
         &self.routine
+    }
+
+    /// Whether a path that was sent, and is not certainly passed, comes to that place in work coordinates, or it ends there.
+    pub(super) fn leads_to(&self, place_mm: [f64; 3]) -> bool {
+        let near = |mm: f64| mm <= NEAR_PATH_MM;
+        let ends_there = near(distance(self.pen.at(), place_mm));
+        ends_there || self.window.iter().any(|(piece, _)| near(piece.distance(place_mm)))
     }
 
     /// Whether it waits for a look.
@@ -290,6 +301,7 @@ impl Controller {
             setter: start.setter,
             is_unasked: true,
             changer: start.changer.clone(),
+            is_alike: start.same_length,
             wanted: 0,
             is_in: false,
             is_asked: false,
@@ -406,6 +418,10 @@ impl Controller {
             run.tool_before = run.tool_before.filter(|section| *section > run.at);
             run.is_unasked = false;
             (run.wanted, run.is_in, run.is_asked) = (tool, is_worn, false);
+            // How long a new one is that a person puts in, the lines of the changer do not know, and nothing measures it.
+            if run.changer.is_some() && is_worn && run.setter.is_none() && !run.is_alike {
+                return self.trouble(Diagnostic::error("changer.worn"));
+            }
             if run.changer.is_some() && !is_worn {
                 // The tool that is still in is the one to go by.
                 return match run.setter() {

@@ -128,8 +128,9 @@ pub(super) struct Automaton {
     pub(super) fetched: Vec<u32>,
     pub(super) fetched_turning: bool,
     tool: u32,
-    /// The length that it counts Z by (G43 H).
-    length: f64,
+    /// The length that it counts Z by (G43 H), and the shift of all of it (G92).
+    pub(super) length: f64,
+    pub(super) shift: [f64; 3],
 }
 
 impl Automaton {
@@ -192,6 +193,7 @@ impl Automaton {
             fetched_turning: false,
             tool: 0,
             length: 0.0,
+            shift: [0.0; 3],
         };
         new.greet();
         new
@@ -450,10 +452,11 @@ impl Automaton {
         self.coasts = self.coasts.saturating_sub(1);
     }
 
-    /// Work zero, with the length of the tool.
-    fn zero(&self) -> [f64; 3] {
+    /// Work zero, with every offset in force.
+    pub(super) fn zero(&self) -> [f64; 3] {
         let [x, y, z] = self.zeros[self.modal.zero];
-        [x, y, z + self.length]
+        let [dx, dy, dz] = self.shift;
+        [x + dx, y + dy, z + dz + self.length]
     }
 
     fn report(&mut self) {
@@ -576,6 +579,8 @@ impl Automaton {
                     let words = self.words(zero);
                     self.say(&format!("[G{}:{words}]", 54 + index));
                 }
+                let shift = self.words(self.shift);
+                self.say(&format!("[G92:{shift}]"));
                 self.say(&format!("[TLO:{:.3}]", self.length));
                 self.say(&self.probed.clone());
             }
@@ -641,6 +646,8 @@ impl Automaton {
                 ('G', 40) => dwells = true,
                 ('M', 60) if self.rack.is_some() => fetches = true,
                 ('G', 430) if self.rack.is_some() => {}
+                ('G', 490) => self.length = 0.0,
+                ('G', 921) => self.shift = [0.0; 3],
                 ('T' | 'H', _) if self.rack.is_some() => {}
                 ('G', 530) => of_machine = true,
                 ('G', 100) => writes = true,
@@ -708,7 +715,9 @@ impl Automaton {
             let place = value('P').filter(|p| (1.0..=6.0).contains(p)).ok_or(29_u16)? as usize - 1;
             for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
                 let Some(said) = value(letter).map(|said| said * unit) else { continue };
-                self.zeros[place][axis] = if here { self.planned[axis] - said } else { said };
+                let length = if axis == 2 { self.length } else { 0.0 };
+                let here_mm = self.planned[axis] - self.shift[axis] - length - said;
+                self.zeros[place][axis] = if here { here_mm } else { said };
             }
             self.zero_due = 0;
             self.modal = modal;
@@ -745,7 +754,8 @@ impl Automaton {
                 return Err(36);
             }
             let [x, y, z] = self.zeros[modal.zero];
-            let zero = [x, y, z + self.length];
+            let [dx, dy, dz] = self.shift;
+            let zero = [x + dx, y + dy, z + dz + self.length];
             let mut to = self.planned;
             for (axis, letter) in ['X', 'Y', 'Z'].into_iter().enumerate() {
                 let Some(value) = value(letter) else { continue };

@@ -6,7 +6,7 @@ use super::survey::found;
 use super::{Bench, Faults, ZERO, job};
 use annulus_core::control::Ending;
 use annulus_core::controller::{
-    BoardHeight, Changer, EngineAction, EngineAsk, EnginePhase, EngineStart, ToolMacro,
+    BoardHeight, Changer, EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart, ToolMacro,
 };
 
 /// How much further a tool stands out than the one with which zero was set.
@@ -224,4 +224,14 @@ fn whatever_is_damaged_on_the_way_nothing_is_cut_where_nothing_is_wanted() {
         let done = bench.ended() == Some(Ending::Done);
         assert!(!done || (bench.missing().is_empty() && bench.board.fetched == [7, 9]), "seed {seed}");
     }
+}
+
+#[test]
+fn a_worn_tool_is_not_replaced_by_one_whose_length_nobody_knows() {
+    let mut bench = with_rack(lengths);
+    bench.start_as(trusted(&["M6 T{tool}", "G43 H{tool}"]));
+    bench.event(EngineEvent::Ask(EngineAsk::ToolBefore { section: 1 }));
+    assert_eq!(bench.is_over(), Some(Ending::Alarm), "{:?}", bench.words());
+    assert!(found(&bench).contains(&"changer.worn".to_owned()), "{:?}", found(&bench));
+    assert_eq!((bench.asked_for(), bench.cuts().count()), (Vec::<u32>::new(), 0));
 }

@@ -2,7 +2,7 @@
 //! that is pressed again because the first one was lost.
 
 use super::survey::found;
-use super::{Bench, Faults, job};
+use super::{Bench, Faults, ZERO, job};
 use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase, EngineStart};
 
@@ -134,4 +134,76 @@ fn a_stop_after_a_key_that_was_let_go_is_the_first_one() {
     bench.event(EngineEvent::Ask(EngineAsk::Stop));
     bench.phases(EnginePhase::Ready);
     assert_eq!(bench.engine().trust, Trust::Trusted);
+}
+
+#[test]
+fn a_zero_counts_without_an_offset_that_another_program_left() {
+    fn board(_: f64, _: f64) -> f64 {
+        ZERO[2]
+    }
+    let touch = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 300.0, plate_mm: 0.0, up_mm: 2.0 };
+    let edge = ZERO.map(|mm| Some(mm + 0.5));
+    for (ask, wanted) in [(touch, ZERO), (EngineAsk::ZeroAt { place_mm: edge }, ZERO.map(|mm| mm + 0.5))] {
+        let mut bench = ready();
+        bench.board.surface = Some(board);
+        (bench.board.length, bench.board.shift) = (3.25, [0.0, 1.5, 0.0]);
+        // It is listed with what is set next.
+        bench.asked(EngineAsk::ZeroAt { place_mm: [Some(ZERO[0]), None, None] });
+        bench.until(3_000, |_| false);
+        bench.asked(ask.clone());
+        assert!(
+            bench.until(20_000, |bench| bench.told.contains(&EngineAction::ZeroSet)),
+            "{:?}",
+            bench.words()
+        );
+        bench.phases(EnginePhase::Ready);
+        bench.until(1_000, |_| false);
+        let zero = bench.board.zero();
+        let off = zero.iter().zip(wanted).map(|(zero, wanted)| (zero - wanted).abs()).fold(0.0, f64::max);
+        assert!(off < 0.011, "{ask:?}: {zero:?}, not {wanted:?}");
+    }
+}
+
+#[test]
+fn a_board_that_began_anew_unheard_in_mid_job_is_not_trusted_behind_its_end() {
+    for held in [false, true] {
+        let mut bench = Bench::new(1, Faults::default());
+        bench.board.settings.retain(|(number, _)| *number != 22);
+        bench.plug();
+        bench.phases(EnginePhase::Locked);
+        bench.asked(EngineAsk::Unlock);
+        bench.phases(EnginePhase::Ready);
+        for (axis, um) in [(0, -100_000), (1, -100_000), (2, -20_000)] {
+            bench.asked(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0 });
+            bench.phases(EnginePhase::Ready);
+        }
+        bench.asked(EngineAsk::SetZero { axes: [true; 3], height_mm: 5.0 });
+        assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)));
+        bench.until(1_000, |bench| bench.engine().place().is_some());
+        bench.start(0);
+        bench.phases(EnginePhase::ToolChange);
+        bench.event(EngineEvent::Ask(EngineAsk::ToolReady));
+        assert!(bench.until(60_000, |bench| bench.done == 3), "{:?}", bench.words());
+        if held {
+            bench.event(EngineEvent::Ask(EngineAsk::Hold));
+            bench.phases(EnginePhase::Held);
+        }
+        bench.board.power_up_unheard();
+        assert!(bench.until(20_000, |bench| bench.ended().is_some()), "{:?}", bench.words());
+        bench.until(5_000, |_| false);
+        assert_eq!((bench.ended(), bench.engine().trust), (Some(Ending::Alarm), Trust::Lost), "{held}");
+    }
+}
+
+#[test]
+fn a_stop_behind_a_wish_to_home_ends_that_wish() {
+    let mut bench = ready();
+    bench.board.lock_unheard();
+    bench.phases(EnginePhase::Locked);
+    bench.asked(EngineAsk::Home);
+    assert_eq!(bench.engine().phase, EnginePhase::Locked, "it begins anew first");
+    bench.event(EngineEvent::Ask(EngineAsk::Stop));
+    bench.until(10_000, |_| false);
+    let homes = bench.told.iter().any(|told| *told == EngineAction::Write(b"$H\n".to_vec()));
+    assert!(!homes, "{:?}", bench.words());
 }

@@ -216,7 +216,7 @@ impl Attended {
                 tools.begins(start.from);
             }
             self.routine = Some(start.routine);
-            self.entry.zero_mm = self.controller.zero_mm.or(self.entry.zero_mm);
+            self.entry.zero_mm = self.controller.job_zero_mm().or(self.entry.zero_mm);
             due.push(self.keep());
         }
         // Whoever is told what happened, a tool that is wanted or an end, knows already how it is now.
@@ -251,6 +251,7 @@ impl Attended {
                 Told::ToolWanted { tool, worn: worn.map(|(tool, wear)| Box::new((tool.clone(), wear))) }
             }
             EngineAction::ToolFetched { tool } => {
+                self.waits = true;
                 if let Some(tools) = &mut self.tools {
                     tools.is_fetched();
                 }
@@ -271,7 +272,9 @@ impl Attended {
     /// Zero of X and Y is where it was when the job began; that of Z goes with the bits, once they are touched off.
     fn keep(&mut self) -> Due {
         let known = self.controller.height() == BoardHeight::OfThisBit;
-        if let (Some(before), Some(now), true) = (&mut self.entry.zero_mm, self.controller.zero_mm, known) {
+        if let (Some(before), Some(now), true) =
+            (&mut self.entry.zero_mm, self.controller.job_zero_mm(), known)
+        {
             before[2] = now[2];
         }
         Due::Keep(Box::new(self.entry.clone()))

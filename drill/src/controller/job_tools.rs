@@ -132,7 +132,12 @@ impl JobTools {
 
     /// A person is asked for the tool of the next section. Gives it, where one of that number is worn: a new one has to go in.
     pub(super) fn is_asked(&mut self) -> Option<(&RackTool, ToolWear)> {
-        (self.wanted, self.is_fetched) = (self.number_for(self.counted), false);
+        let wanted = self.number_for(self.counted);
+        // What the machine has put in is only touched off.
+        if self.is_fetched && self.wanted == wanted {
+            return None;
+        }
+        (self.wanted, self.is_fetched) = (wanted, false);
         let tool = self.tool(self.wanted)?;
         let wear = self.of(tool);
         wear.is_over(tool.life).then_some((tool, wear))

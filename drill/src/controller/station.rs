@@ -298,7 +298,13 @@ impl<F: Files> Station<F> {
                 let answer = may.and_then(|()| self.asked(ask));
                 let _ = reply.send(answer.map(|()| Vec::new()));
             }
-            Message::Stop => drop(self.engine(EngineEvent::Ask(EngineAsk::Stop))),
+            Message::Stop => {
+                let found = self.engine(EngineEvent::Ask(EngineAsk::Stop));
+                // Which tool is held nobody knows then.
+                for why in found.into_iter().filter(|why| why.code == "changer.stopped") {
+                    self.line.tell(&Tell::Refused { why });
+                }
+            }
             Message::Greeting(reply) => drop(reply.send(self.greeting())),
             // Moves by hand end by themselves, and nothing else is only for whoever has control.
             _ => {}

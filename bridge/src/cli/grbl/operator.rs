@@ -63,7 +63,16 @@ pub(super) struct Operator {
     /// By how much depth was corrected to that.
     pub(super) corrected: Option<Correction>,
     ledger: Ledger,
+    /// How the job ended, whatever was waited for then.
+    ended: Option<Ending>,
+    /// Tools that a person was asked for, and not heard of yet.
+    wanted: VecDeque<Wanted>,
+    /// The job has begun.
+    begun: bool,
 }
+
+/// A tool that a person is asked for: its index, and what is said of one that is worn.
+type Wanted = (u32, Option<Box<(RackTool, ToolWear)>>);
 
 /// What a job came to.
 struct Ended {
@@ -103,6 +112,9 @@ impl Operator {
             mill: None,
             corrected: None,
             ledger: ledger.clone(),
+            ended: None,
+            wanted: VecDeque::new(),
+            begun: false,
         })
     }
 
@@ -121,6 +133,9 @@ impl Operator {
         if self.how.leaves_unmeasured(&programs.routine, from) {
             return Err(Refusal::content(Diagnostic::error("grbl.tools_unmeasured")));
         }
+        if self.how.changer.is_some() && self.how.setter.is_none() && self.how.probe_mm().is_some() {
+            return Err(Refusal::content(Diagnostic::error("changer.no_probe")));
+        }
         self.meets()?;
         let followed = self.followed(programs, before, level)?;
         let programs = followed.as_ref().unwrap_or(programs);
@@ -133,7 +148,8 @@ impl Operator {
         if let (Some(seconds), false) = (seconds, self.quiet) {
             say(format_args!("About {:.0} min {:02.0} s.", (seconds / 60.0).floor(), seconds % 60.0));
         }
-        self.worst = None;
+        (self.worst, self.ended, self.begun) = (None, None, false);
+        self.wanted.clear();
         let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
         let (spin_up_s, same_length) = (self.how.spin_up_s(), self.how.same_length);
         let setter = self.how.setter;
@@ -185,12 +201,18 @@ impl Operator {
         let told = self.owner.next()?;
         match &told {
             Told::Greeted(info) => self.info = Some(info.as_ref().clone()),
-            Told::Now(now) => self.now = Some(now.as_ref().clone()),
+            Told::Now(now) => {
+                self.begun |= now.phase == EnginePhase::Running;
+                self.now = Some(now.as_ref().clone());
+            }
+            Told::Ended(how) => self.ended = Some(*how),
+            Told::ToolWanted { tool, worn } => self.wanted.push_back((*tool, worn.clone())),
             Told::ZeroSet => self.zero_set = true,
             Told::Gone => self.gone = true,
             Told::Found(found) => {
                 say(format_args!("{} {} ({})", found.message("en"), found.advice("en"), found.code));
-                if found.severity == Severity::Error {
+                // A key that came too late is no reason of anything.
+                if found.severity == Severity::Error && !(self.begun && found.code == "grbl.not_now") {
                     self.worst.get_or_insert(found.clone());
                 }
                 if found.code == "grbl.override_not_taken" {
@@ -203,9 +225,9 @@ impl Operator {
         Some(told)
     }
 
-    /// Goes on until something is so, or nobody is there, or a person ends it.
+    /// Goes on until something is so, or nobody is there, or a person or the controller ends it.
     pub(super) fn until(&mut self, so: impl Fn(&Self) -> bool) {
-        while !so(self) && !self.gone && !self.interrupted {
+        while !so(self) && !self.gone && !self.interrupted && self.ended.is_none() {
             self.next();
             self.hear();
         }
@@ -300,29 +322,26 @@ impl Operator {
     }
 
     fn until_ended(&mut self, programs: &Programs) -> Ended {
-        let mut ending = None;
-        let mut begun = false;
         let asked = Instant::now();
-        while ending.is_none() && !self.gone {
-            match self.next() {
-                Some(Told::Ended(how)) => ending = Some(how),
-                Some(Told::ToolWanted { tool, worn }) => {
-                    if let Some(worn) = worn {
-                        say_worn(&worn.0, &worn.1);
-                    }
-                    self.change_tool(programs, tool);
+        while self.ended.is_none() && !self.gone {
+            if let Some((tool, worn)) = self.wanted.pop_front() {
+                if let Some(worn) = worn {
+                    say_worn(&worn.0, &worn.1);
                 }
+                self.change_tool(programs, tool);
+            }
+            match self.next() {
                 Some(Told::ToolFetched { tool }) => {
                     say(format_args!("{}: put in by the machine.", tool_name(programs, tool)));
                 }
-                Some(Told::Now(now)) => begun |= now.phase == EnginePhase::Running,
                 // A refusal: nothing was begun.
-                _ if !begun && self.interrupted => break,
-                _ if !begun && self.worst.is_some() && asked.elapsed() > Duration::from_secs(1) => break,
+                _ if !self.begun && self.interrupted => break,
+                _ if !self.begun && self.worst.is_some() && asked.elapsed() > Duration::from_secs(1) => break,
                 _ => {}
             }
             self.hear();
         }
+        let ending = self.ended;
         Ended { ending, entry: self.ledger.interrupted().unwrap_or_default() }
     }
 
@@ -331,7 +350,7 @@ impl Operator {
         say(format_args!("{}", tool_name(programs, tool)));
         if let Some(wait) = self.how.confirm_tools {
             let since = Instant::now();
-            while since.elapsed() < wait && !self.gone && !self.interrupted {
+            while since.elapsed() < wait && !self.gone && !self.interrupted && self.ended.is_none() {
                 self.next();
                 self.hear();
             }
@@ -347,7 +366,9 @@ impl Operator {
         self.hear();
         self.lines.clear();
         self.types(true);
-        while !self.gone && !self.interrupted && self.phase() == Some(EnginePhase::ToolChange) {
+        let waits =
+            |operator: &Self| operator.phase() == Some(EnginePhase::ToolChange) && operator.ended.is_none();
+        while !self.gone && !self.interrupted && waits(self) {
             self.next();
             self.hear();
             let Some(line) = self.lines.pop_front() else { continue };
@@ -366,7 +387,8 @@ impl Operator {
         let mut why: Option<Diagnostic> = None;
         for _ in 0..TRIES {
             // An alarm, or a person, has ended it.
-            if self.gone || self.interrupted || self.phase() != Some(EnginePhase::ToolChange) {
+            let is_over = self.gone || self.interrupted || self.ended.is_some();
+            if is_over || self.phase() != Some(EnginePhase::ToolChange) {
                 return;
             }
             // A tool setter wants the board touched only where it has no tool to go by.
@@ -407,8 +429,9 @@ impl Operator {
     fn zero_height(&mut self) {
         (self.worst, self.zero_set) = (None, false);
         let Some(height_mm) = self.surface_mm() else { return };
+        let said = self.said.len();
         self.owner.ask(EngineAsk::SetZero { axes: [false, false, true], height_mm });
-        self.until(|operator| operator.zero_set || operator.worst.is_some());
+        self.until(|operator| operator.zero_set || operator.said.len() > said);
         self.rests();
     }
 
@@ -423,7 +446,8 @@ impl Operator {
             let by_itself = [EnginePhase::Measuring, EnginePhase::Changing, EnginePhase::Jogging];
             operator.phase().is_none_or(|phase| !by_itself.contains(&phase))
         });
-        self.phase() != Some(EnginePhase::ToolChange) || self.gone || self.interrupted
+        let is_over = self.gone || self.interrupted || self.ended.is_some();
+        is_over || self.phase() != Some(EnginePhase::ToolChange)
     }
 
     /// Finds the height of the board where the tip is over it, before a job.
@@ -437,9 +461,13 @@ impl Operator {
     /// The same; what went wrong stays said.
     fn find_height(&mut self, depth_mm: f64) -> Result<(), Diagnostic> {
         (self.worst, self.zero_set) = (None, false);
+        let said = self.said.len();
         self.probe(depth_mm);
-        self.until(|operator| operator.zero_set || operator.worst.is_some());
+        self.until(|operator| operator.zero_set || operator.said.len() > said);
         self.rests();
+        if !self.zero_set && self.worst.is_none() && !self.interrupted {
+            return Err(Diagnostic::error("grbl.zero_not_taken"));
+        }
         self.worst.clone().map_or(Ok(()), Err)
     }
 
@@ -457,6 +485,7 @@ impl Operator {
         while self.phase() == Some(EnginePhase::ToolChange)
             && since.elapsed() < Duration::from_secs(1)
             && !self.gone
+            && self.ended.is_none()
         {
             self.next();
         }
