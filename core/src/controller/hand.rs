@@ -37,7 +37,8 @@ impl Controller {
     /// Why the tip may not be moved so while its contact is closed: nothing would tell where it meets the board, and sideways it breaks.
     fn contact_forbids(&self, ask: &EngineAsk) -> Option<&'static str> {
         let code = match ask {
-            EngineAsk::Probe { .. } | EngineAsk::Edge { .. } | EngineAsk::Survey(_) => "grbl.probe_closed",
+            // A survey lifts the tip first.
+            EngineAsk::Probe { .. } | EngineAsk::Edge { .. } => "grbl.probe_closed",
             EngineAsk::Jog { axis: 0 | 1, .. } => "grbl.tip_touches",
             _ => return None,
         };
@@ -87,12 +88,8 @@ impl Controller {
                 self.write_zero(place_mm, ZeroWanted::default());
             }
             EngineAsk::Probe { depth_mm, mm_per_min, plate_mm, up_mm } if self.at_rest() => {
-                (self.probed, self.height) = (None, BoardHeight::Unknown);
-                self.drops_offsets();
                 let down = format!("G91G38.2Z-{}F{}", number(depth_mm.abs()), number(mm_per_min));
-                self.send("G21G94", Meaning::Jog);
-                self.send(&down, Meaning::Probe { plate_mm, up_mm });
-                self.set(EnginePhase::Probing);
+                self.probe(&down, Meaning::Probe { plate_mm, up_mm });
             }
             EngineAsk::Edge { axis, reach_mm, mm_per_min, radius_mm, back_mm }
                 if axis < 2 && self.phase == EnginePhase::Ready && self.idle() =>
@@ -120,6 +117,15 @@ impl Controller {
             }
             _ => self.found(Diagnostic::error("grbl.not_now")),
         }
+    }
+
+    /// Down, until the probe meets the board.
+    fn probe(&mut self, down: &str, meaning: Meaning) {
+        (self.probed, self.height) = (None, BoardHeight::Unknown);
+        self.drops_offsets();
+        self.send("G21G94", Meaning::Jog);
+        self.send(down, meaning);
+        self.set(EnginePhase::Probing);
     }
 
     /// Nothing is in flight.

@@ -2,24 +2,12 @@
 
 use super::survey::found;
 use super::{Bench, Faults, ZERO, job};
-use annulus_core::controller::{EngineAction, EngineAsk, EnginePhase, SurveyStart};
-use annulus_core::geometry::Point;
-use annulus_core::level::ProbeGrid;
-use annulus_core::units::Length;
+use annulus_core::controller::{EngineAction, EngineAsk, EnginePhase};
 
 const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 300.0, plate_mm: 0.0, up_mm: 2.0 };
 
 fn board(_: f64, _: f64) -> f64 {
     ZERO[2]
-}
-
-fn survey() -> EngineAsk {
-    let [low, high] = [Point::from_mm(0.0, 0.0), Point::from_mm(10.0, 10.0)];
-    EngineAsk::Survey(SurveyStart::usual(
-        ProbeGrid { low, high, columns: 2, rows: 2, margin: Length::ZERO },
-        1.0,
-        3.0,
-    ))
 }
 
 fn ready() -> Bench {
@@ -49,7 +37,7 @@ impl Bench {
 #[test]
 fn nothing_is_touched_with_a_contact_that_is_closed_already() {
     let edge = EngineAsk::Edge { axis: 0, reach_mm: 5.0, mm_per_min: 100.0, radius_mm: 0.5, back_mm: 2.0 };
-    for ask in [PROBE, edge, survey()] {
+    for ask in [PROBE, edge] {
         let mut bench = ready();
         let height = bench.engine().height();
         bench.short(true);

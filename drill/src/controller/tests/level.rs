@@ -219,9 +219,6 @@ fn without_switches_a_job_goes_on_with_its_map_and_does_not_begin_anew_with_it()
     bench.board.surface = Some(bowed);
     bench.unlock();
     bench.set_zero();
-    // The tip rests on the copper.
-    assert_eq!(bench.refused(&wish(&program)).as_deref(), Some("grbl.probe_closed"));
-    bench.jog(2, 1.0);
     bench.survey(&program);
     let key = bench.upload(&program);
     assert_eq!(bench.warned(&key, 0), ["level.follows"]);
