@@ -279,7 +279,7 @@ impl Controller {
         match step {
             SetterStep::Ready => self.setter_begins(),
             SetterStep::Up | SetterStep::Over | SetterStep::Back | SetterStep::Lift | SetterStep::Zero => {
-                run.answered = true
+                run.answered = true;
             }
             SetterStep::Near | SetterStep::Touch | SetterStep::Again | SetterStep::Same => {
                 self.setter_probed(step);

@@ -95,9 +95,6 @@ fn a_tip_that_rests_on_the_board_is_lifted_before_it_goes_aside() {
         assert_eq!(found(&bench), Vec::<String>::new(), "{axis}");
     }
     let now = bench.board.place();
-    let moved = [-3.0, -3.0, 1.0].into_iter().enumerate();
-    assert!(
-        moved.clone().all(|(axis, mm)| (now[axis] - place[axis] - mm).abs() < 0.002),
-        "{place:?} {now:?}"
-    );
+    let mut moved = [-3.0, -3.0, 1.0].into_iter().enumerate();
+    assert!(moved.all(|(axis, mm)| (now[axis] - place[axis] - mm).abs() < 0.002), "{place:?} {now:?}");
 }
