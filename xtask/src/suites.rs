@@ -16,6 +16,9 @@ use std::process::Command;
 /// Every package but the one that runs the tests: with it, what both depend on would be built a second time.
 pub(crate) const ALL: [&str; 3] = ["--workspace", "--exclude", "xtask"];
 
+/// The command of a suite for tests of these names; for all where there are none.
+type OfTests = fn(&[String]) -> Done<Command>;
+
 /// One thing to run.
 #[derive(Clone, Copy)]
 pub(crate) struct Suite {
@@ -28,12 +31,12 @@ pub(crate) struct Suite {
     /// Installs what it needs, and says what to run.
     pub(crate) command: fn() -> Done<Command>,
     /// The same for these tests alone: of a suite that keeps the time of life on a computer that is busy beside it.
-    pub(crate) alone: Option<fn(&[String]) -> Done<Command>>,
+    pub(crate) alone: Option<OfTests>,
 }
 
 impl Suite {
     /// One whose failed tests have a second look, alone.
-    const fn looked_at_again(self, alone: fn(&[String]) -> Done<Command>) -> Self {
+    const fn looked_at_again(self, alone: OfTests) -> Self {
         Self { alone: Some(alone), ..self }
     }
 }
