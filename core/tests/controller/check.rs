@@ -55,6 +55,16 @@ impl Bench {
     }
 }
 
+impl Bench {
+    /// Until it reads moves of a long job.
+    fn reads_long(&mut self) {
+        self.check(long());
+        let is_move =
+            |told: &EngineAction| matches!(told, EngineAction::Write(bytes) if bytes.starts_with(b"G91"));
+        assert!(self.until(5_000, |bench| bench.told.iter().any(is_move)), "{:?}", self.words());
+    }
+}
+
 #[test]
 fn a_job_is_read_to_its_end_without_a_move_and_is_run_afterwards() {
     let mut bench = Bench::new(1, Faults::default());
@@ -167,13 +177,7 @@ fn stop_where_it_has_left_check_mode_by_itself_holds_it_first_and_says_so() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
     let cuts = bench.board.cuts.len();
-    bench.check(long());
-    assert!(bench.until(5_000, |bench| {
-        bench
-            .told
-            .iter()
-            .any(|action| matches!(action, EngineAction::Write(bytes) if bytes.starts_with(b"G91")))
-    }));
+    bench.reads_long();
     bench.board.leaves_check_mode();
     assert!(bench.until(5_000, |bench| bench.board.cuts.len() > cuts), "it moves");
     bench.event(EngineEvent::Ask(EngineAsk::Stop));
@@ -209,13 +213,7 @@ fn a_board_that_begins_anew_or_is_gone_meanwhile_has_lost_its_place() {
 fn a_board_that_leaves_check_mode_by_itself_is_held_and_reset() {
     let mut bench = Bench::new(1, Faults::default());
     assert!(bench.ready());
-    bench.check(long());
-    assert!(bench.until(5_000, |bench| {
-        bench
-            .told
-            .iter()
-            .any(|action| matches!(action, EngineAction::Write(bytes) if bytes.starts_with(b"G91")))
-    }));
+    bench.reads_long();
     bench.board.leaves_check_mode();
     assert!(bench.until(20_000, |bench| bench.over().is_some()), "{:?}", bench.words());
     assert_eq!(bench.why().as_deref(), Some("grbl.check_left"));

@@ -305,12 +305,7 @@ fn what_moves_is_held_where_a_board_does_not_answer_any_more() {
 
 #[test]
 fn without_switches_a_place_is_known_once_the_board_has_its_zero() {
-    let mut bench = Bench::new(1, Faults::default());
-    bench.board.settings.retain(|(number, _)| *number != 22);
-    bench.plug();
-    bench.phases(EnginePhase::Locked);
-    bench.asked(EngineAsk::Unlock);
-    bench.phases(EnginePhase::Ready);
+    let mut bench = Bench::without_switches();
     let plane = EngineAsk::SetZero { axes: [true, true, false], height_mm: 0.0 };
     bench.instead = Some((b"G21G10L20P1X0Y0\n", b"G21G10L20P1X0Y\n"));
     bench.asked(plane.clone());

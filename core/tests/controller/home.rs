@@ -1,9 +1,10 @@
 //! Homing with a GRBL of our own: where it left the axes has to agree with the settings, and up is up however the places count.
 
 use super::automaton::Counts;
+use super::survey::found;
 use super::{Bench, Faults};
 use annulus_core::control::Trust;
-use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase};
+use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase};
 
 /// A board that counts so, its axes homed low by this mask, homed; then some way towards the middle.
 fn homed(counts: Counts, low: u32) -> Bench {
@@ -16,14 +17,6 @@ fn homed(counts: Counts, low: u32) -> Bench {
     bench.event(EngineEvent::Ask(EngineAsk::Home));
     assert!(bench.until(10_000, |bench| bench.engine().phase == EnginePhase::Ready), "{counts:?} {low}");
     bench
-}
-
-fn found(bench: &Bench) -> Vec<&str> {
-    let found = bench.told.iter().filter_map(|told| match told {
-        EngineAction::Found(why) => Some(why.code.as_str()),
-        _ => None,
-    });
-    found.collect()
 }
 
 #[test]
@@ -64,7 +57,7 @@ fn parking_goes_up_however_the_places_count() {
             let at = physical(&bench);
             let is_there = at.iter().zip(wanted).all(|(at, wanted)| (at - wanted).abs() < 1e-6);
             assert!(is_there, "{counts:?} {low}: {at:?}, not {wanted:?}");
-            assert_eq!(found(&bench), Vec::<&str>::new(), "{counts:?} {low}");
+            assert_eq!(found(&bench), Vec::<String>::new(), "{counts:?} {low}");
         }
     }
 }
@@ -82,12 +75,12 @@ fn an_axis_that_did_not_look_for_its_switch_is_not_known() {
         assert!(bench.until(10_000, |bench| bench.engine().phase == EnginePhase::Ready));
         assert_eq!(
             (bench.engine().trust, found(&bench)),
-            (Trust::Lost, vec!["grbl.home_elsewhere"]),
+            (Trust::Lost, vec!["grbl.home_elsewhere".to_owned()]),
             "{axis}"
         );
         bench.told.clear();
         bench.event(EngineEvent::Ask(EngineAsk::Park { from_low_mm: None }));
-        assert_eq!((bench.engine().parks(), found(&bench)), (false, vec!["grbl.not_homed"]));
+        assert_eq!((bench.engine().parks(), found(&bench)), (false, vec!["grbl.not_homed".to_owned()]));
     }
 }
 

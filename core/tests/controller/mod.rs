@@ -241,6 +241,17 @@ impl Bench {
         true
     }
 
+    /// One without switches, unlocked: it knows no place.
+    fn without_switches() -> Self {
+        let mut bench = Self::new(1, Faults::default());
+        bench.board.settings.retain(|(number, _)| *number != 22);
+        bench.plug();
+        bench.phases(EnginePhase::Locked);
+        bench.asked(EngineAsk::Unlock);
+        bench.phases(EnginePhase::Ready);
+        bench
+    }
+
     /// Connects, homes, sets the zero; false where the line spoiled it.
     fn ready(&mut self) -> bool {
         self.open = false;

@@ -1,8 +1,9 @@
 //! Parking with a GRBL of our own: up first, away only from there, and STOP in it.
 
+use super::survey::found;
 use super::{Bench, Faults};
 use annulus_core::control::Trust;
-use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase};
+use annulus_core::controller::{EngineAsk, EngineEvent, EnginePhase};
 
 const APART: EngineAsk = EngineAsk::Park { from_low_mm: Some([250.0, 40.0]) };
 
@@ -17,14 +18,6 @@ fn down() -> Bench {
     assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Ready));
     bench.told.clear();
     bench
-}
-
-fn found(bench: &Bench) -> Vec<&str> {
-    let found = bench.told.iter().filter_map(|told| match told {
-        EngineAction::Found(why) => Some(why.code.as_str()),
-        _ => None,
-    });
-    found.collect()
 }
 
 /// Until it rests; the lowest place of the tip while X or Y moved.
@@ -86,7 +79,7 @@ fn one_that_is_not_up_stays_where_it_is() {
     bench.event(EngineEvent::Ask(APART));
     let before = bench.board.at;
     assert_eq!(rests(&mut bench), f64::INFINITY, "X and Y did not move");
-    assert_eq!((found(&bench), &bench.board.at[..2]), (vec!["grbl.not_parked"], &before[..2]));
+    assert_eq!((found(&bench), &bench.board.at[..2]), (vec!["grbl.not_parked".to_owned()], &before[..2]));
 }
 
 #[test]
@@ -111,5 +104,5 @@ fn one_that_does_not_know_where_it_is_stays_there() {
     bench.until(3_000, |_| false);
     bench.event(EngineEvent::Ask(APART));
     assert!(!bench.engine().parks(), "{:?}", bench.engine().phase);
-    assert_ne!(found(&bench), Vec::<&str>::new());
+    assert_ne!(found(&bench), Vec::<String>::new());
 }

@@ -12,6 +12,19 @@ fn ready() -> Bench {
     bench
 }
 
+/// One without switches, its zero set by hand far from where it was switched on.
+fn away() -> Bench {
+    let mut bench = Bench::without_switches();
+    for (axis, um) in [(0, -100_000), (1, -100_000), (2, -20_000)] {
+        bench.asked(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0 });
+        bench.phases(EnginePhase::Ready);
+    }
+    bench.asked(EngineAsk::SetZero { axes: [true; 3], height_mm: 5.0 });
+    assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)));
+    bench.until(1_000, |bench| bench.engine().place().is_some());
+    bench
+}
+
 /// A report of where it is, with a zero whose Y lost its first digit.
 fn damaged(bench: &Bench) -> EngineEvent {
     let [x, y, z] = bench.engine().status.as_ref().and_then(|status| status.machine_mm).unwrap();
@@ -76,19 +89,7 @@ fn a_zero_of_another_program_is_not_the_one_of_the_job_and_one_that_is_set_is() 
 #[test]
 fn without_switches_a_board_that_began_anew_unheard_knows_no_place() {
     for in_a_change in [false, true] {
-        let mut bench = Bench::new(1, Faults::default());
-        bench.board.settings.retain(|(number, _)| *number != 22);
-        bench.plug();
-        bench.phases(EnginePhase::Locked);
-        bench.asked(EngineAsk::Unlock);
-        bench.phases(EnginePhase::Ready);
-        for (axis, um) in [(0, -100_000), (1, -100_000), (2, -20_000)] {
-            bench.asked(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0 });
-            bench.phases(EnginePhase::Ready);
-        }
-        bench.asked(EngineAsk::SetZero { axes: [true; 3], height_mm: 5.0 });
-        assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)));
-        bench.until(1_000, |bench| bench.engine().place().is_some());
+        let mut bench = away();
         if in_a_change {
             bench.start(0);
             bench.phases(EnginePhase::ToolChange);
@@ -167,19 +168,7 @@ fn a_zero_counts_without_an_offset_that_another_program_left() {
 #[test]
 fn a_board_that_began_anew_unheard_in_mid_job_is_not_trusted_behind_its_end() {
     for held in [false, true] {
-        let mut bench = Bench::new(1, Faults::default());
-        bench.board.settings.retain(|(number, _)| *number != 22);
-        bench.plug();
-        bench.phases(EnginePhase::Locked);
-        bench.asked(EngineAsk::Unlock);
-        bench.phases(EnginePhase::Ready);
-        for (axis, um) in [(0, -100_000), (1, -100_000), (2, -20_000)] {
-            bench.asked(EngineAsk::Jog { axis, um, mm_per_min: 6_000.0 });
-            bench.phases(EnginePhase::Ready);
-        }
-        bench.asked(EngineAsk::SetZero { axes: [true; 3], height_mm: 5.0 });
-        assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)));
-        bench.until(1_000, |bench| bench.engine().place().is_some());
+        let mut bench = away();
         bench.start(0);
         bench.phases(EnginePhase::ToolChange);
         bench.event(EngineEvent::Ask(EngineAsk::ToolReady));

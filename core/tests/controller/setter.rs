@@ -163,12 +163,7 @@ fn a_setter_that_cannot_be_keeps_a_job_from_being_started() {
     let far = ToolSetter { place_mm: [5.0, -20.0], ..good };
     let alike = EngineStart { setter: Some(far), same_length: true, ..job(0) };
     assert!(bench.engine().check(&alike).is_empty());
-    let mut bench = Bench::new(1, Faults::default());
-    bench.board.settings.retain(|(number, _)| *number != 22);
-    bench.plug();
-    bench.phases(EnginePhase::Locked);
-    bench.asked(EngineAsk::Unlock);
-    bench.phases(EnginePhase::Ready);
+    let mut bench = Bench::without_switches();
     bench.asked(EngineAsk::SetZero { axes: [true; 3], height_mm: 0.0 });
     assert!(bench.until(2_000, |bench| bench.told.contains(&EngineAction::ZeroSet)));
     bench.until(1_000, |bench| bench.engine().place().is_some());
