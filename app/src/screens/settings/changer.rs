@@ -3,7 +3,7 @@
 //! Comes in: the controller, what is typed. Goes out: the wish to keep the lines. Nothing moves by it.
 
 use crate::i18n::{say, t};
-use crate::page::link::{self, Link};
+use crate::page::link;
 use annulus_core::controller::{CHANGER_KEY, TOOL_MARK};
 use annulus_core::machine::Value;
 use annulus_core::wire::Ask;
@@ -11,14 +11,9 @@ use leptos::ev;
 use leptos::html::{div, label, p, span, textarea};
 use leptos::prelude::*;
 
-/// The lines; nothing where no controller plans its own motion.
+/// The lines.
 pub(super) fn changer() -> impl IntoView {
     let line = link::link();
-    let plans = Memo::new(move |_| line.controller.with(link::Controller::plans));
-    move || plans.get().then(|| lines(line))
-}
-
-fn lines(line: Link) -> impl IntoView {
     let shown = Memo::new(move |_| {
         line.controller.with(|controller| controller.who.as_ref().map(|who| who.changer.join("\n")))
     });

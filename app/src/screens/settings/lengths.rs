@@ -19,10 +19,9 @@ fn keep(key: &str, value: Value) {
     link::ask(Ask::Configure { changes: vec![(key.to_owned(), value)] });
 }
 
-/// The choice; nothing where no controller plans its own motion.
+/// The choice.
 pub(super) fn lengths() -> impl IntoView {
     let line = link::link();
-    let plans = Memo::new(move |_| line.controller.with(link::Controller::plans));
     let now = Memo::new(move |_| {
         let told = line.controller.with(|controller| controller.who.as_ref().map(|who| who.lengths));
         told.unwrap_or_default()
@@ -37,21 +36,17 @@ pub(super) fn lengths() -> impl IntoView {
     };
     let chosen =
         move || if on_setter.get() { setter(line, now).into_any() } else { against_board().into_any() };
-    move || {
-        plans.get().then(|| {
-            div().class("lengths").child((
-                label().class("field").child((
-                    span().child(t!("page.lengths.title")),
-                    select()
-                        .attr("name", "tool-length")
-                        .prop("disabled", move || !line.may_act() || line.busy())
-                        .on(ev::change, choose)
-                        .child(words()),
-                )),
-                chosen,
-            ))
-        })
-    }
+    div().class("lengths").child((
+        label().class("field").child((
+            span().child(t!("page.lengths.title")),
+            select()
+                .attr("name", "tool-length")
+                .prop("disabled", move || !line.may_act() || line.busy())
+                .on(ev::change, choose)
+                .child(words()),
+        )),
+        chosen,
+    ))
 }
 
 /// Two tools of other lengths, each with its tip on the board.

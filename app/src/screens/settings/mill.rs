@@ -11,10 +11,9 @@ use leptos::ev;
 use leptos::html::{label, p, select, span};
 use leptos::prelude::*;
 
-/// The choice; nothing where no controller plans its own motion.
+/// The choice.
 pub(super) fn mill() -> impl IntoView {
     let line = link::link();
-    let plans = Memo::new(move |_| line.controller.with(link::Controller::plans));
     let now =
         move || line.controller.with(|controller| controller.who.as_ref()?.mill.clone()).unwrap_or_default();
     let choose = |event: web_sys::Event| {
@@ -28,17 +27,13 @@ pub(super) fn mill() -> impl IntoView {
         });
         std::iter::once(none.into_any()).chain(mills).collect::<Vec<_>>()
     };
-    move || {
-        plans.get().then(|| {
-            label().class("field").child((
-                span().child(t!("page.settings.mill")),
-                select()
-                    .attr("name", "mill")
-                    .prop("disabled", move || !line.may_act() || line.busy())
-                    .on(ev::change, choose)
-                    .child(words()),
-                p().class("quiet").child(t!("page.settings.mill_about")),
-            ))
-        })
-    }
+    label().class("field").child((
+        span().child(t!("page.settings.mill")),
+        select()
+            .attr("name", "mill")
+            .prop("disabled", move || !line.may_act() || line.busy())
+            .on(ev::change, choose)
+            .child(words()),
+        p().class("quiet").child(t!("page.settings.mill_about")),
+    ))
 }

@@ -67,6 +67,8 @@ pub(crate) fn settings() -> impl IntoView {
             .on(ev::click, move |_| send(FrameEvent::Section { section: this }))
             .child(move || i18n::text(section_name(this), &[]))
     });
+    let line = link::link();
+    let plans = Memo::new(move |_| line.controller.with(link::Controller::plans));
     let fields = move || {
         let rows =
             SECTIONS.iter().find(|(section, _)| *section == shown.get()).map_or(&[][..], |(_, rows)| rows);
@@ -84,16 +86,18 @@ pub(crate) fn settings() -> impl IntoView {
             h2().child(move || i18n::text(section_name(shown.get()), &[])),
             p().class("quiet").child(t!("page.settings.about")),
             refused_by_bridge(),
-            move || (shown.get() == "machine").then(mill::mill),
-            move || (shown.get() == "machine").then(lengths::lengths),
-            move || (shown.get() == "machine").then(changer::changer),
-            move || (shown.get() == "machine").then(opening::opening),
+            move || (shown.get() == "machine" && plans.get()).then(of_controller),
             move || (shown.get() == "rack").then(|| tools::tools(refused)),
             div().class("setting-grid").child(fields),
             move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),
             diff(refused),
         )),
     )))
+}
+
+/// What is chosen once for a controller that plans its own motion.
+fn of_controller() -> impl IntoView {
+    (mill::mill(), lengths::lengths(), changer::changer(), opening::opening())
 }
 
 /// Whether keys that type something work alone.

@@ -3,7 +3,7 @@
 //! Comes in: the controller. Goes out: the wish to keep a choice. Nothing moves by it, and it counts from the next time that the port is opened.
 
 use crate::i18n::t;
-use crate::page::link::{self, Link};
+use crate::page::link;
 use crate::widgets::menu_word;
 use annulus_core::controller::{RESET_KEY, ResetOnOpen};
 use annulus_core::machine::Value;
@@ -12,14 +12,9 @@ use leptos::ev;
 use leptos::html::{div, label, p, select, span};
 use leptos::prelude::*;
 
-/// The choice; nothing where no controller plans its own motion.
+/// The choice.
 pub(super) fn opening() -> impl IntoView {
     let line = link::link();
-    let plans = Memo::new(move |_| line.controller.with(link::Controller::plans));
-    move || plans.get().then(|| choice(line))
-}
-
-fn choice(line: Link) -> impl IntoView {
     let never = Memo::new(move |_| {
         let told = line.controller.with(|controller| controller.who.as_ref().map(|who| who.reset_on_open));
         told == Some(ResetOnOpen::Never)
