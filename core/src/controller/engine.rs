@@ -598,6 +598,9 @@ impl Controller {
             EnginePhase::Checking => self.check_reported(doing, fresh.then_some(self.last_ask_ms)),
             EnginePhase::Homing => self.report_homing(doing, fresh),
             EnginePhase::Measuring | EnginePhase::Changing => self.change_reported(doing, fresh),
+            EnginePhase::Surveying | EnginePhase::Holding if fresh && self.survey.is_some() => {
+                self.survey_reported(self.last_ask_ms);
+            }
             _ if self.run.is_some() => self.watch(doing, fresh),
             _ => {}
         }
@@ -632,10 +635,10 @@ impl Controller {
         if self.now_ms >= self.heard_ms.max(self.since_ms) + SILENT_MS && self.asked_ms.is_some() {
             return self.silent();
         }
-        let soon =
-            matches!(self.phase, EnginePhase::Stopping | EnginePhase::Measuring | EnginePhase::Changing)
-                || self.jog.is_some()
-                || self.run.as_ref().is_some_and(Run::looks);
+        use EnginePhase::{Changing, Measuring, Stopping, Surveying};
+        let soon = matches!(self.phase, Stopping | Measuring | Changing | Surveying)
+            || self.jog.is_some()
+            || self.run.as_ref().is_some_and(Run::looks);
         let wait = match self.asked_ms {
             Some(_) => ASK_AGAIN_MS,
             // A move by hand goes by its reports.

@@ -37,7 +37,7 @@ impl Controller {
     /// Why the tip may not be moved so while its contact is closed: nothing would tell where it meets the board, and sideways it breaks.
     fn contact_forbids(&self, ask: &EngineAsk) -> Option<&'static str> {
         let code = match ask {
-            // A survey lifts the tip first.
+            // A survey lifts the tip first, and looks then.
             EngineAsk::Probe { .. } | EngineAsk::Edge { .. } => "grbl.probe_closed",
             EngineAsk::Jog { axis: 0 | 1, .. } => "grbl.tip_touches",
             _ => return None,

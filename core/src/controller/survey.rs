@@ -1,7 +1,7 @@
 //! Touching a board place by place with the probe of a controller, for a height map.
 //!
 //! ```text
-//!  rise   G90G0Z…          straight up
+//!  rise   G90G0Z…          straight up, and a look: the contact has to be open before anything goes aside or down
 //!  over   G90G38.3X…Y…     to the next place, with an eye on the probe: what stands in the way stops it
 //!  down   G90G38.3Z…       until the probe meets the board
 //!  again  $#               where that was, said a second time
@@ -56,6 +56,8 @@ pub(super) struct SurveyRun {
     met_mm: Option<[f64; 3]>,
     /// It waits once the tip is up.
     pub(super) holds: bool,
+    /// Since when the tip is up and its contact is to be looked at, ms.
+    up_since_ms: Option<u64>,
 }
 
 impl SurveyRun {
@@ -109,6 +111,7 @@ impl Controller {
             wanted_mm: place,
             met_mm: None,
             holds: false,
+            up_since_ms: None,
         };
         self.survey = Some(run);
         self.set(EnginePhase::Surveying);
@@ -148,6 +151,19 @@ impl Controller {
         }
     }
 
+    /// A report, to a question of `asked_ms`: with the tip up, a contact that is closed tells nothing.
+    pub(super) fn survey_reported(&mut self, asked_ms: u64) {
+        let Some(run) = self.survey.as_mut().filter(|run| run.up_since_ms.is_some_and(|up| asked_ms >= up))
+        else {
+            return;
+        };
+        run.up_since_ms = None;
+        if self.contact_is_closed() {
+            return self.survey_fails(Diagnostic::error("grbl.probe_closed"));
+        }
+        self.survey_goes();
+    }
+
     fn survey_goes_down(&mut self) {
         let Some(run) = &mut self.survey else { return };
         let lowest = run.last_mm - run.start.depth_mm;
@@ -167,7 +183,10 @@ impl Controller {
             return;
         }
         if step == SurveyStep::Rise {
-            return self.survey_goes();
+            if let Some(run) = &mut self.survey {
+                run.up_since_ms = Some(self.now_ms);
+            }
+            return;
         }
         let (probed, place, zero) = (self.probed.take(), self.probed_at_mm, self.zero_mm);
         let (Some(met), Some(machine), Some(zero)) = (probed, place, zero) else {

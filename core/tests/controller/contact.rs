@@ -2,7 +2,8 @@
 
 use super::survey::found;
 use super::{Bench, Faults, ZERO, job};
-use annulus_core::controller::{EngineAction, EngineAsk, EnginePhase};
+use annulus_core::control::Trust;
+use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase, SurveyNews};
 
 const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 300.0, plate_mm: 0.0, up_mm: 2.0 };
 
@@ -97,4 +98,29 @@ fn a_tip_that_rests_on_the_board_is_lifted_before_it_goes_aside() {
     let now = bench.board.place();
     let mut moved = [-3.0, -3.0, 1.0].into_iter().enumerate();
     assert!(moved.all(|(axis, mm)| (now[axis] - place[axis] - mm).abs() < 0.002), "{place:?} {now:?}");
+}
+
+#[test]
+fn a_survey_whose_contact_stays_closed_with_the_tip_up_ends_there_and_locks_nothing() {
+    for before in [0, 2] {
+        let mut bench = ready();
+        bench.event(EngineEvent::Ask(EngineAsk::Survey(super::survey::start())));
+        let touches = |bench: &Bench| {
+            let is_touch =
+                |told: &&EngineAction| matches!(told, EngineAction::Survey(SurveyNews::Touched { .. }));
+            bench.told.iter().filter(is_touch).count()
+        };
+        assert!(before == 0 || bench.until(100_000, |bench| touches(bench) == before));
+        bench.board.shorted = true;
+        let is_over =
+            |told: &EngineAction| matches!(told, EngineAction::Survey(SurveyNews::Over { survey: None }));
+        assert!(bench.until(20_000, |bench| bench.told.iter().any(is_over)), "{:?}", bench.words());
+        assert!(
+            bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready),
+            "{:?}",
+            bench.words()
+        );
+        assert_eq!(found(&bench), ["grbl.probe_closed"], "after {before}: {:?}", bench.words());
+        assert_eq!((touches(&bench), bench.engine().trust), (before, Trust::Trusted));
+    }
 }

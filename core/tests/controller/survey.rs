@@ -17,7 +17,7 @@ fn bow(x: f64, y: f64) -> f64 {
     ZERO[2] + 0.02 * x - 0.3 + 0.001 * (14.0 - x) * x + 0.002 * (18.0 - y) * y
 }
 
-fn start() -> SurveyStart {
+pub(super) fn start() -> SurveyStart {
     let grid = ProbeGrid::over(cut_bounds(&routine()).unwrap(), Length::from_mm(4.0), Length::from_mm(1.0));
     SurveyStart {
         grid: grid.unwrap(),
