@@ -79,13 +79,17 @@ impl Controller {
         self.probe_alarm = if keeps && number != SOFT_LIMIT { ProbeAlarm::Silent } else { ProbeAlarm::None };
     }
 
-    /// It is locked, and the line that said why was lost on the way.
-    pub(super) fn alarmed_unheard(&mut self) {
+    /// It is locked, and the line that said why was lost on the way; or it sleeps, its motors let go of, until it begins anew.
+    pub(super) fn alarmed_unheard(&mut self, doing: ReportedState) {
+        let why = match doing {
+            ReportedState::Sleep => Diagnostic::error("grbl.asleep"),
+            _ => Diagnostic::error("grbl.alarm_other").with("number", "?"),
+        };
         self.lose_place();
-        self.found(Diagnostic::error("grbl.alarm_other").with("number", "?"));
+        self.found(why.clone());
         (self.needs_reset, self.after_reset) = (true, None);
         self.survey_is_over(None);
-        self.check_is_over(Some(Diagnostic::error("grbl.alarm_other").with("number", "?")));
+        self.check_is_over(Some(why));
         self.drop_lines();
         if self.run.take().is_some() {
             self.out.push(EngineAction::Ended(Ending::Alarm));
@@ -108,7 +112,7 @@ impl Controller {
                 self.unlock_failed();
                 self.needs_reset = true;
             }
-            _ => self.alarmed_unheard(),
+            _ => self.alarmed_unheard(ReportedState::Alarm),
         }
     }
 

@@ -162,6 +162,8 @@ pub struct Controller {
     pub(super) idle_reports: u32,
     /// Reports of rest since an answer is overdue, to questions of then.
     pub(super) rests_overdue: u32,
+    /// Reports that something at the board itself holds it.
+    pub(super) stand_reports: u32,
     /// When a person said that the tool is in, while that waits for a zero to be taken.
     pub(super) ready_asked_ms: Option<u64>,
     pub(super) probed: Option<bool>,
@@ -217,6 +219,7 @@ impl Default for Controller {
             jog_end: JogEnd::NotYet,
             idle_reports: 0,
             rests_overdue: 0,
+            stand_reports: 0,
             ready_asked_ms: None,
             probed: None,
             probed_at_mm: None,
@@ -554,6 +557,7 @@ impl Controller {
         }
         self.jog_reported(doing, fresh);
         self.alarm_reported(doing, fresh);
+        self.stand_reported(doing, fresh);
         match self.phase {
             EnginePhase::Greeting if self.reset_at.is_none() && self.info.banner.is_empty() => {
                 self.strange(doing);
@@ -585,9 +589,9 @@ impl Controller {
             | EnginePhase::Holding
             | EnginePhase::Held
             | EnginePhase::ToolChange
-                if doing == ReportedState::Alarm =>
+                if matches!(doing, ReportedState::Alarm | ReportedState::Sleep) =>
             {
-                self.alarmed_unheard();
+                self.alarmed_unheard(doing);
             }
             EnginePhase::Locked
                 if doing == ReportedState::Idle && self.buffer.is_empty() && !self.needs_reset =>

@@ -72,6 +72,7 @@ impl Controller {
                 self.write(signs::RESUME);
                 self.set(EnginePhase::Running);
             }
+            EngineAsk::Resume if self.stands() => self.resume_there(),
             EngineAsk::StopAfter => self.ask_stop_after(),
             EngineAsk::Override { of, percent } => self.ask_override(of, percent),
             EngineAsk::Check { routine } if self.is_free() => self.begin_check(routine),

@@ -146,7 +146,7 @@ impl ReportedState {
 
     /// Something holds it, and it has come to rest.
     pub fn is_held_at_rest(self) -> bool {
-        matches!(self, Self::Hold { rests: true } | Self::Door { rests: true } | Self::Sleep)
+        matches!(self, Self::Hold { rests: true } | Self::Door { rests: true } | Self::Tool)
     }
 }
 

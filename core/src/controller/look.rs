@@ -54,7 +54,7 @@ impl Controller {
             }
             (
                 EnginePhase::Running,
-                ReportedState::Check | ReportedState::Sleep | ReportedState::Home | ReportedState::Jog,
+                ReportedState::Check | ReportedState::Tool | ReportedState::Home | ReportedState::Jog,
             ) => {
                 self.trouble(Diagnostic::error("grbl.held_by_itself"));
             }

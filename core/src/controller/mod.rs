@@ -34,6 +34,7 @@ mod routine;
 mod run;
 mod setter;
 pub mod settings;
+mod stands;
 mod survey;
 pub mod timing;
 

@@ -505,13 +505,8 @@ impl Controller {
         }
         let late = self.now_ms >= self.since_ms + REST_MS;
         match doing {
-            ReportedState::Hold { rests: true }
-            | ReportedState::Door { rests: true }
-            | ReportedState::Check
-            | ReportedState::Sleep => {
-                self.reset();
-            }
-            _ if late || doing == ReportedState::Alarm => {
+            _ if doing == ReportedState::Check || doing.is_held_at_rest() => self.reset(),
+            _ if late || matches!(doing, ReportedState::Alarm | ReportedState::Sleep) => {
                 self.lose_place();
                 self.reset();
             }

@@ -69,7 +69,8 @@ pub(super) struct Automaton {
     /// Stored places: G54 to G59.
     pub(super) zeros: [[f64; 3]; 6],
     modal: Modal,
-    held: bool,
+    /// Why nothing goes on, as it reports it: by a hold, or by what a person does at the board.
+    pub(super) held: Option<&'static str>,
     lock: Lock,
     check: bool,
     dwell_ms: f64,
@@ -154,7 +155,7 @@ impl Automaton {
             planned: [0.0; 3],
             zeros: [[0.0; 3]; 6],
             modal: Modal::default(),
-            held: false,
+            held: None,
             lock: Lock::Alarm,
             check: false,
             dwell_ms: 0.0,
@@ -239,7 +240,7 @@ impl Automaton {
         self.line.clear();
         self.queue.clear();
         (self.planned, self.modal) = (self.at, Modal::default());
-        (self.held, self.check, self.dwell_ms, self.pending) = (false, false, 0.0, None);
+        (self.held, self.check, self.dwell_ms, self.pending) = (None, false, 0.0, None);
         self.probing = None;
         (self.waits_for_reset, self.zero_due) = (false, 0);
         self.pressed.clear();
@@ -248,8 +249,12 @@ impl Automaton {
     }
 
     fn soft_reset(&mut self) {
-        let moves = !self.queue.is_empty() && !self.held;
+        let moves = !self.queue.is_empty() && self.held.is_none();
+        let sleeps = self.held == Some("Sleep");
         self.begin_anew();
+        if sleeps {
+            self.lock = Lock::Alarm;
+        }
         if moves {
             self.lock = Lock::Alarm;
             self.say("ALARM:3");
@@ -321,8 +326,9 @@ impl Automaton {
             match byte {
                 b'?' => self.asked = true,
                 // In check mode there is nothing to be held.
-                b'!' => self.held |= !self.check,
-                b'~' => self.held = false,
+                b'!' if self.check || self.held.is_some() => {}
+                b'!' => self.held = Some("Hold:0"),
+                b'~' if self.held != Some("Sleep") => self.held = None,
                 0x18 => self.soft_reset(),
                 _ if self.waits_for_reset => {}
                 0x85 if self.jogs() => {
@@ -352,6 +358,9 @@ impl Automaton {
             if self.dwell_ms <= 0.0 {
                 self.say("ok");
             }
+            return;
+        }
+        if self.held.is_some_and(|why| why != "Hold:0") {
             return;
         }
         // Some ten bytes are read in a millisecond.
@@ -409,7 +418,7 @@ impl Automaton {
             self.coast();
         }
         let mut left = 1.0;
-        while !self.held && left > 0.0 {
+        while self.held.is_none() && left > 0.0 {
             let Some(block) = self.queue.front() else { return };
             let probes = block.probes;
             let way: [f64; 3] = std::array::from_fn(|axis| block.to[axis] - self.at[axis]);
@@ -462,7 +471,7 @@ impl Automaton {
     fn report(&mut self) {
         let doing = match () {
             () if self.lock == Lock::Alarm => "Alarm",
-            () if self.held => "Hold:0",
+            () if self.held.is_some() => self.held.unwrap_or_default(),
             () if self.check => "Check",
             () if self.jogs() => "Jog",
             () if !self.queue.is_empty() => "Run",

@@ -22,7 +22,7 @@ fn alike(_: u32) -> f64 {
     0.0
 }
 
-const FETCHES: [&str; 3] = ["G53 G0 Z-1", "M6 T{tool}", "G53 G0 X-200 Y-100"];
+pub(super) const FETCHES: [&str; 3] = ["G53 G0 Z-1", "M6 T{tool}", "G53 G0 X-200 Y-100"];
 
 fn changer(lines: &[&str]) -> Option<Changer> {
     let lines = ToolMacro::of_lines(lines.iter().copied()).unwrap();
@@ -30,7 +30,7 @@ fn changer(lines: &[&str]) -> Option<Changer> {
 }
 
 /// A job whose tools the machine changes by these lines, measured on the tool setter.
-fn measured(lines: &[&str], from: usize) -> EngineStart {
+pub(super) fn measured(lines: &[&str], from: usize) -> EngineStart {
     EngineStart { changer: changer(lines), setter: Some(setter()), ..job(from) }
 }
 

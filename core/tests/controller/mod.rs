@@ -16,6 +16,7 @@ mod place;
 mod polling;
 mod setter;
 mod settings;
+mod stands;
 mod survey;
 
 use annulus_core::chance::Chance;

@@ -13,7 +13,7 @@ use std::sync::Arc;
 const PIN: [f64; 3] = [-250.0, -20.0, -25.0];
 /// A step of Z.
 pub(super) const STEP_MM: f64 = 0.01;
-const NOTHING: Vec<String> = Vec::new();
+pub(super) const NOTHING: Vec<String> = Vec::new();
 
 /// The pin, and everywhere else the board: what is touched beside the pin looks like a tool of another length.
 pub(super) fn surface(x: f64, y: f64) -> f64 {
@@ -34,7 +34,7 @@ pub(super) fn setter() -> ToolSetter {
     }
 }
 
-fn start(from: usize) -> EngineStart {
+pub(super) fn start(from: usize) -> EngineStart {
     EngineStart { setter: Some(setter()), ..job(from) }
 }
 

@@ -181,6 +181,8 @@ impl<F: Files> Station<F> {
         let homes = settings::on(&controller.info.values, 22);
         let homed = self.told.0.as_ref().is_some_and(|told| told.state == State::Homing);
         match controller.phase {
+            // A door or a button at the board itself.
+            _ if controller.stands() => State::Paused,
             EnginePhase::Homing => State::Homing,
             // Until it has said where it is now.
             EnginePhase::Ready if controller.status.is_none() && homed => State::Homing,

@@ -1,0 +1,171 @@
+//! What a person does at the board itself while no job is on its path: told once, led on by Resume, ended by STOP, and never waited for in
+//! silence.
+
+use super::setter::{NOTHING, ready, start};
+use super::survey::found;
+use super::{Bench, changer, job};
+use annulus_core::control::{Ending, Trust};
+use annulus_core::controller::{EngineAction, EngineAsk, EngineEvent, EnginePhase, SurveyNews};
+
+const PROBE: EngineAsk = EngineAsk::Probe { depth_mm: 40.0, mm_per_min: 120.0, plate_mm: 0.0, up_mm: 2.0 };
+
+/// What it reports, and what is told of that.
+const ROWS: [(&str, &str); 3] =
+    [("Door:0", "grbl.door"), ("Hold:0", "grbl.held_there"), ("Tool", "grbl.tool_there")];
+
+/// How it is brought to a phase, and which.
+type Way = (fn(&mut Bench), EnginePhase);
+
+fn probes(bench: &mut Bench) {
+    bench.asked(PROBE);
+}
+
+fn jogs(bench: &mut Bench) {
+    bench.asked(EngineAsk::Jog { axis: 0, um: 20_000, mm_per_min: 300.0 });
+}
+
+fn surveys(bench: &mut Bench) {
+    bench.asked(EngineAsk::Survey(super::survey::start()));
+}
+
+fn measures(bench: &mut Bench) {
+    bench.start_as(start(0));
+    bench.phases(EnginePhase::Measuring);
+}
+
+fn changes(bench: &mut Bench) {
+    bench.board.rack = Some(|_| 0.0);
+    bench.start_as(changer::measured(&changer::FETCHES, 0));
+    bench.phases(EnginePhase::Changing);
+}
+
+fn asks_for_a_tool(bench: &mut Bench) {
+    bench.start_as(job(0));
+    bench.phases(EnginePhase::ToolChange);
+}
+
+const WAYS: [Way; 6] = [
+    (probes, EnginePhase::Probing),
+    (jogs, EnginePhase::Jogging),
+    (surveys, EnginePhase::Surveying),
+    (measures, EnginePhase::Measuring),
+    (changes, EnginePhase::Changing),
+    (asks_for_a_tool, EnginePhase::ToolChange),
+];
+
+impl Bench {
+    /// On its way, and then held at the board itself for as long as a person takes to come back.
+    fn held_as(&mut self, (leads, phase): Way, word: &'static str) {
+        leads(self);
+        self.until(700, |_| false);
+        assert_eq!(self.engine().phase, phase, "{:?}", self.words());
+        self.board.held = Some(word);
+        self.told.clear();
+        let at = self.board.at;
+        self.until(40_000, |_| false);
+        assert_eq!((self.engine().phase, self.board.at), (phase, at), "{:?}", self.words());
+    }
+}
+
+#[test]
+fn what_a_door_or_a_button_holds_is_told_once_and_goes_on_by_resume() {
+    for way in WAYS {
+        for (word, code) in ROWS {
+            let mut bench = ready();
+            bench.held_as(way, word);
+            assert_eq!(
+                (found(&bench), bench.engine().stands()),
+                (vec![code.to_owned()], true),
+                "{way:?} {word}"
+            );
+            bench.asked(EngineAsk::Resume);
+            assert_eq!((found(&bench), bench.board.held), (Vec::new(), None), "{way:?} {word}");
+            bench.until(1_000, |_| false);
+            assert!(!bench.engine().stands(), "{way:?} {word}");
+            match way.1 {
+                EnginePhase::Measuring | EnginePhase::ToolChange => {
+                    bench.phases(EnginePhase::ToolChange);
+                    assert_eq!(bench.tool_ready(), NOTHING);
+                }
+                EnginePhase::Changing => assert_eq!(bench.is_over(), Some(Ending::Done), "{word}"),
+                EnginePhase::Surveying => {
+                    let is_over = |told: &EngineAction| {
+                        matches!(told, EngineAction::Survey(SurveyNews::Over { survey: Some(_) }))
+                    };
+                    assert!(
+                        bench.until(600_000, |bench| bench.told.iter().any(is_over)),
+                        "{:?}",
+                        bench.words()
+                    );
+                }
+                _ => bench.phases(EnginePhase::Ready),
+            }
+            assert_eq!(bench.engine().trust, Trust::Trusted, "{way:?} {word}");
+        }
+    }
+}
+
+#[test]
+fn what_a_door_or_a_button_holds_is_ended_by_stop_with_its_place_known() {
+    for way in WAYS {
+        for (word, _) in ROWS {
+            let mut bench = ready();
+            bench.held_as(way, word);
+            bench.asked(EngineAsk::Stop);
+            let before_ms = bench.now_ms;
+            assert!(
+                bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready),
+                "{way:?} {word}"
+            );
+            assert!(bench.now_ms < before_ms + 3_000, "{way:?} {word}: {} ms", bench.now_ms - before_ms);
+            assert_eq!(bench.engine().trust, Trust::Trusted, "{way:?} {word}: {:?}", bench.words());
+        }
+    }
+}
+
+#[test]
+fn a_board_that_sleeps_knows_no_place_and_says_so() {
+    let mut ways = WAYS.to_vec();
+    ways.push((|_| {}, EnginePhase::Ready));
+    ways.push((
+        |bench| {
+            bench.start_as(job(0));
+            bench.phases(EnginePhase::ToolChange);
+            bench.tool_ready();
+            bench.phases(EnginePhase::Running);
+        },
+        EnginePhase::Running,
+    ));
+    for (leads, phase) in ways {
+        let mut bench = ready();
+        leads(&mut bench);
+        bench.until(200, |_| false);
+        assert_eq!(bench.engine().phase, phase);
+        let runs = bench.engine().routine().is_some();
+        bench.told.clear();
+        bench.board.held = Some("Sleep");
+        assert!(bench.until(5_000, |bench| bench.engine().phase == EnginePhase::Locked), "{phase:?}");
+        assert_eq!(
+            (found(&bench), bench.engine().trust),
+            (vec!["grbl.asleep".to_owned()], Trust::Lost),
+            "{phase:?}"
+        );
+        assert_eq!(bench.ended(), runs.then_some(Ending::Alarm), "{phase:?}");
+        // Homing wakes it.
+        bench.asked(EngineAsk::Home);
+        assert!(
+            bench.until(20_000, |bench| bench.engine().phase == EnginePhase::Ready),
+            "{phase:?}: {:?}",
+            bench.words()
+        );
+        assert_eq!(bench.engine().trust, Trust::Trusted, "{phase:?}: {:?}", bench.words());
+    }
+    // STOP in a job that comes to rest just then.
+    let mut bench = ready();
+    bench.start_as(job(0));
+    bench.phases(EnginePhase::ToolChange);
+    bench.event(EngineEvent::Ask(EngineAsk::Stop));
+    bench.board.held = Some("Sleep");
+    bench.until(3_000, |_| false);
+    assert_eq!(bench.engine().trust, Trust::Lost, "{:?}", bench.words());
+}
