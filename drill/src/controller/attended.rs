@@ -96,6 +96,8 @@ pub struct ControllerGlimpse {
     pub zero_mm: Option<[f64; 3]>,
     /// Overrides as they were reported last, percent: feed, rapids, spindle.
     pub overrides: [u16; 3],
+    /// Something at the board itself holds it: it goes on by Resume.
+    pub stands: bool,
     /// Lines of jobs that were sent.
     pub sent: u64,
     /// Lines of jobs that were answered.
@@ -289,6 +291,7 @@ impl Attended {
             place_mm: controller.place(),
             zero_mm: controller.zero_mm,
             overrides: controller.status.as_ref().and_then(|status| status.overrides).unwrap_or([100; 3]),
+            stands: controller.stands(),
             sent: controller.sent_lines,
             answered: controller.answered_lines,
         };

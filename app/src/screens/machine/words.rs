@@ -102,6 +102,9 @@ pub fn of(line: Link) -> Look {
         Some(State::Running) if mills(line) => {
             Look { word: key!("page.state.milling"), ..state(State::Running) }
         }
+        Some(State::Paused) if line.controller.with(|controller| controller.plans()) => {
+            Look { meaning: key!("page.state.paused_there"), ..state(State::Paused) }
+        }
         Some(State::ToolChange) if measuring(line).is_some() => {
             Look { meaning: key!("page.measure.meaning"), ..state(State::ToolChange) }
         }

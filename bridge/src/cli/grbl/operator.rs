@@ -413,6 +413,7 @@ impl Operator {
                 self.owner.ask(EngineAsk::Jog { axis, um, mm_per_min: JOG_MM_PER_MIN });
                 self.settle();
             }
+            ("resume", _) if self.stands() => self.resumes(),
             ("zero", _) => self.zero_height(),
             ("probe", depth) => self.probe(depth.or(self.how.probe_mm()).unwrap_or(10.0)),
             ("go", _) => {

@@ -38,6 +38,9 @@ impl Operator {
             return;
         }
         let phase = self.phase();
+        if key == b' ' && self.stands() {
+            return self.resumes();
+        }
         if !matches!(phase, Some(EnginePhase::Running | EnginePhase::Holding | EnginePhase::Held)) {
             return;
         }
@@ -61,13 +64,20 @@ impl Operator {
                 say("Pause.");
                 self.owner.ask(EngineAsk::Hold);
             }
-            b' ' if phase == Some(EnginePhase::Held) => {
-                say("Resume.");
-                self.owner.ask(EngineAsk::Resume);
-            }
+            b' ' if phase == Some(EnginePhase::Held) => self.resumes(),
             b'?' => say(KEYS),
             _ => {}
         }
+    }
+
+    /// Whether a door or a button at the board itself holds it.
+    pub(super) fn stands(&self) -> bool {
+        self.now.as_ref().is_some_and(|now| now.stands)
+    }
+
+    pub(super) fn resumes(&self) {
+        say("Resume.");
+        self.owner.ask(EngineAsk::Resume);
     }
 
     /// Percent as they were asked for last, else as they are reported.

@@ -140,3 +140,22 @@ fn a_move_by_hand_ends_soon_without_its_cable_and_is_not_taken_up_by_a_word_that
     assert_eq!(bench.status().map(|status| status.machine_mm[2]), Some(rests));
     assert!((-3.5..-1.0).contains(&rests), "{rests}");
 }
+
+#[test]
+fn a_door_that_is_opened_while_a_tool_is_changed_is_told_and_led_on() {
+    let program = holes(10);
+    let mut bench = Bench::ready(&Memory::default());
+    let key = bench.upload(&program);
+    bench.start(&key, 0);
+    bench.state(State::ToolChange);
+    bench.board.held = Some("Door:0");
+    let status = bench.state(State::Paused);
+    assert_eq!((status.trust, bench.said("grbl.door")), (Trust::Trusted, 1));
+    (0..40_000).for_each(|_| bench.millisecond());
+    assert_eq!(bench.said("grbl.door"), 1, "once");
+    assert_eq!(bench.refused(&Ask::Resume), None);
+    bench.state(State::ToolChange);
+    assert_eq!(bench.refused(&Ask::ToolChanged), None);
+    assert_eq!(bench.finish(), (Ending::Done, 10));
+    assert_eq!(bench.made(&program), (vec![1; 10], 0));
+}
