@@ -285,7 +285,9 @@ export function picture(name) {
 /** `error` with what the page said then, and a picture of it called `name`: elsewhere only the text of a failure is kept. */
 export async function failed(page, name, error) {
   await page.screenshot({ path: picture(name) });
-  error.message += `\nThe page said: ${await page.locator("main").innerText()}`;
+  const alerts = await page.locator("[role=alert], [role=status], dialog[open], .machine-top").allInnerTexts();
+  const short = alerts.map((text) => text.replace(/\s+/g, " ").trim()).filter(Boolean).join(" | ");
+  error.message += `\nIts banners: ${short}\nThe page said: ${await page.locator("main").innerText()}`;
   return error;
 }
 

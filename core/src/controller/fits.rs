@@ -13,6 +13,8 @@ pub const MOST_STEPS_PER_S: f64 = 30_000.0;
 const SLACK_MM: f64 = 0.02;
 /// How much above the fastest of an axis its part of a feed may be before it is worth a word.
 const FEED_SLACK_FACTOR: f64 = 1.01;
+/// Cuts that come to no more than this part of their feed are not those that were planned.
+const LEAST_OF_FEED: f64 = 0.5;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 /// What the job is compared with.
@@ -39,6 +41,7 @@ pub fn compare(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic>
     found.extend(step_rates(machine));
     found.extend(travel(routine, machine));
     found.extend(feeds(routine, machine));
+    found.extend(accelerations(routine, machine));
     found.extend(speeds(routine, machine));
     if !settings::on(machine.values, 22) {
         found.push(Diagnostic::warning("grbl.no_homing"));
@@ -123,6 +126,53 @@ fn fastest_asked(routine: &Routine) -> [f64; 3] {
     asked
 }
 
+/// Axes that cannot be moved at all, and those which are so slow to get to their speed that no cut of theirs has the half of its feed: a
+/// bit that rubs where it should cut gets hot, and breaks.
+fn accelerations(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnostic> {
+    let is_stuck = |axis: &u16| machine.values.get(&(120 + axis)).is_some_and(|mm_per_s2| *mm_per_s2 <= 0.0);
+    let stuck = (0_u16..3).filter(is_stuck).map(|axis| {
+        let found = Diagnostic::error("grbl.no_acceleration");
+        found.with("axis", AXES[usize::from(axis)]).with("number", 120 + axis)
+    });
+    let mut found: Vec<_> = stuck.collect();
+    let Some(all) = settings::axes(machine.values, 120) else { return found };
+    let slower = usize::from(all[1] < all[0]);
+    for (axis, down) in [(slower, false), (2, true)] {
+        let Some((feed, reached)) = quickest_cut(routine, all[axis], down) else { continue };
+        if reached < feed * LEAST_OF_FEED {
+            let slow = Diagnostic::warning("grbl.slow_to_speed").with("axis", AXES[axis]);
+            let slow = slow.with("number", 120 + axis).with("value", round(all[axis]));
+            found.push(slow.with("feed", round(feed)).with("reached", libm::round(reached)));
+        }
+    }
+    found
+}
+
+/// Of all cuts straight down, or of all in the plane, the one that gets nearest to its feed: that, and the speed which is reached from
+/// rest to rest; mm/min. What is cut without a stop between is one, its corners left out of account.
+fn quickest_cut(routine: &Routine, mm_per_s2: f64, down: bool) -> Option<(f64, f64)> {
+    let mut best: Option<(f64, f64)> = None;
+    for section in &routine.sections {
+        let (mut at, mut length_mm) = (section.entry, 0.0);
+        for action in section.actions.iter().skip(section.approach) {
+            let RoutineAction::Go(step) = action else { continue };
+            let (from, to) = (std::mem::replace(&mut at, step.to), step.to);
+            let is_down = to[0] == from[0] && to[1] == from[1] && to[2] < from[2];
+            if step.course == Course::Rapid || is_down != down {
+                length_mm = 0.0;
+                continue;
+            }
+            let way: [f64; 3] = core::array::from_fn(|axis| (to[axis] - from[axis]).mm());
+            length_mm += libm::hypot(libm::hypot(way[0], way[1]), way[2]);
+            let reached = (libm::sqrt(mm_per_s2 * length_mm) * 60.0).min(step.feed_mm_per_min);
+            if best.is_none_or(|(feed, before)| reached * feed > before * step.feed_mm_per_min) {
+                best = Some((step.feed_mm_per_min, reached));
+            }
+        }
+    }
+    best
+}
+
 /// The part of a feed that each axis has at most, 0 to 1. Somewhere on an arc it is all of it along X, or along Y.
 fn shares(from: TipPlace, step: &RoutineMove) -> [f64; 3] {
     let way: [f64; 3] = core::array::from_fn(|axis| libm::fabs((step.to[axis] - from[axis]).mm()));
@@ -194,6 +244,36 @@ mod tests {
             ("G0 X1 Y1\nG1 Z-0.1 F300\nG1 X2 Z-1.1 F600", vec!["Z 424.26 112 300"]),
         ] {
             assert_eq!(said(text), expected, "{text}");
+        }
+    }
+
+    #[test]
+    fn an_axis_that_never_gets_to_its_feed_is_told_and_one_that_cannot_move_stops_it() {
+        let drilled = "G0 X1 Y1\nG1 Z-1.7 F600";
+        let milled = "G0 X1 Y1\nG1 Z-0.1 F60\nG1 X5 F300\nG1 X9 Y9";
+        for (text, [x, y, z], expected) in [
+            (drilled, [100.0, 100.0, 100.0], vec![]),
+            // From rest to rest over 3.7 mm, down from 2 mm over the board: 10 mm/s at most by 27 mm/s2.
+            (drilled, [100.0, 100.0, 6.5], vec!["Z 122 6.5 600 294"]),
+            (drilled, [100.0, 100.0, 7.0], vec![]),
+            (milled, [100.0, 0.4, 100.0], vec!["Y 121 0.4 300 137"]),
+            (milled, [0.4, 100.0, 100.0], vec!["X 120 0.4 300 137"]),
+            (drilled, [100.0, 0.0, -1.0], vec!["Y 121", "Z 122"]),
+        ] {
+            let values: Values = [(120, x), (121, y), (122, z)].into_iter().collect();
+            let routine =
+                read("a", &[("a.nc".to_owned(), format!("G21 G90 G94\nG0 Z2\nM3 S1\n{text}\nG0 Z2\nM2\n"))]);
+            let machine = MachineRange {
+                values: &values,
+                zero_mm: [0.0; 3],
+                homed: false,
+                ends_mm: [None; 3],
+                small: false,
+            };
+            let found = accelerations(&routine.unwrap(), &machine).into_iter();
+            let words = found
+                .map(|found| found.args.into_iter().map(|(_, value)| value).collect::<Vec<_>>().join(" "));
+            assert_eq!(words.collect::<Vec<_>>(), expected, "{text} {x} {y} {z}");
         }
     }
 }

@@ -71,7 +71,9 @@ impl<F: Files> Station<F> {
         }
         rows.extend(worn_tools(&order.program, &self.machine, (leg, self.ledger.wear())));
         rows.extend(bite::judged_all(&order.program).into_iter().map(|why| row(RowVerdict::Warn, why)));
-        if let Some(bit) = bit_of_leg(&order.program, leg).filter(|_| start.from > 0) {
+        // A changer fetches it, whatever is in.
+        let is_in = start.from > 0 && start.changer.is_none();
+        if let Some(bit) = bit_of_leg(&order.program, leg).filter(|_| is_in) {
             let bit = bit.title(locale::FALLBACK);
             rows.push(row(RowVerdict::Warn, Diagnostic::note("preflight.first_bit").with("bit", bit)));
         }
@@ -96,6 +98,9 @@ impl<F: Files> Station<F> {
         let told = |code: &str| Diagnostic::note(code).with("bit", bit.unwrap_or_default());
         known.then(|| match height {
             BoardHeight::OfThisBit if start.from > 0 => row(RowVerdict::Pass, told("grbl.height_set")),
+            BoardHeight::OfThisBit if start.changer.is_some() => {
+                row(RowVerdict::Pass, Diagnostic::note("changer.fetches_first"))
+            }
             BoardHeight::OfThisBit => row(RowVerdict::Warn, told("grbl.height_of_first")),
             _ => row(RowVerdict::Pass, told("grbl.height_asked")),
         })

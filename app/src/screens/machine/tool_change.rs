@@ -55,6 +55,12 @@ fn change(line: Link) -> (Option<String>, Option<String>) {
     (name(before).or(bit_before), name(wanted).or(bit_wanted))
 }
 
+/// Whether the tool that is wanted may be in already: nobody put another one in, and it is not worn.
+fn is_same(line: Link) -> bool {
+    let (before, wanted) = change(line);
+    worn(line).is_none() && (before.is_none() || before == wanted)
+}
+
 /// What the bit before and the one that is wanted are called, where the rack does not have them.
 fn bits_of_change(line: Link) -> (Option<String>, Option<String>) {
     let leg = line.status.with(|status| status.as_ref().and_then(|status| status.leg)).unwrap_or(0);
@@ -88,6 +94,24 @@ fn by_itself(changes: Memo<Option<[u32; 2]>>) -> impl IntoView {
     })
 }
 
+/// The tool that is in, and the one that is wanted.
+fn from_to(line: Link) -> impl IntoView {
+    let from = move || {
+        let before = div().child((
+            span().class("quiet").child(t!("page.change.from")),
+            div().class("bit").child(move || named(change(line).0)),
+        ));
+        (!is_same(line)).then(|| (before, icon(Icon::Arrow)))
+    };
+    div().class("change").child((
+        from,
+        div().child((
+            span().class("quiet").child(t!("page.change.to")),
+            div().class("bit").child(move || named(change(line).1)),
+        )),
+    ))
+}
+
 /// What the person does, one after the other.
 fn steps(line: Link) -> impl IntoView {
     let touches_off = controller::plans(line);
@@ -103,7 +127,11 @@ fn steps(line: Link) -> impl IntoView {
         // The controller takes the first bit of a job for the one with which zero of Z was set, where it is not measured.
         move || {
             let is_first = touches_off.get() && !measures.get() && bits_of_change(line).0.is_none();
-            li().child(move || if is_first { say!("page.change.first") } else { say!("page.change.swap") })
+            li().child(move || match (is_first, is_same(line)) {
+                (true, _) => say!("page.change.first"),
+                (false, true) => say!("page.change.put_in"),
+                (false, false) => say!("page.change.swap"),
+            })
         },
         move || {
             worn(line).map(|(name, tool, wear)| {
@@ -158,17 +186,8 @@ pub fn tool_change() -> impl IntoView {
         None => steps(line).into_any(),
     };
     let body = (
-        div().class("change").child((
-            div().child((
-                span().class("quiet").child(t!("page.change.from")),
-                div().class("bit").child(move || named(change(line).0)),
-            )),
-            icon(Icon::Arrow),
-            div().child((
-                span().class("quiet").child(t!("page.change.to")),
-                div().class("bit").child(move || named(change(line).1)),
-            )),
-        )),
+        // What is measured at the start of a job is the tool that zero was set with: nobody asked for another one yet.
+        move || (!measures.get()).then(|| from_to(line)),
         todo,
         magazine::new_tool(line),
         // Who only watches sees why Continue is not to be had, and how it can be.
@@ -181,7 +200,9 @@ pub fn tool_change() -> impl IntoView {
         Dialog {
             name: "bit-change",
             role: "alertdialog",
-            title: Box::new(t!("page.change.title")),
+            title: Box::new(move || {
+                if measures.get() { say!("page.measure.title") } else { say!("page.change.title") }
+            }),
             body: body.into_any(),
             foot: foot.into_any(),
         },

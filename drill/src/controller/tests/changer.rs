@@ -32,6 +32,15 @@ fn a_machine_that_changes_its_tools_asks_nobody_and_shows_its_lines() {
         _ => false,
     });
     assert!(told, "that nobody measures them is a row to be read");
+    let rows = |bench: &Bench| {
+        let checks = bench.heard.iter().filter_map(|tell| match tell {
+            Tell::Armed { checks, .. } => Some(checks.iter().map(|row| row.finding.code.clone())),
+            _ => None,
+        });
+        checks.flatten().collect::<Vec<_>>()
+    };
+    let says = |code: &str| rows(&bench).contains(&code.to_owned());
+    assert!(says("changer.fetches_first") && !says("grbl.height_of_first"), "{:?}", rows(&bench));
     bench.until(|status| status.changing == Some([2, 3]) && status.state == State::ToolChange);
     assert!(bench.refused(&Ask::ToolChanged).is_some());
     bench.until(|status| status.job.is_none());
