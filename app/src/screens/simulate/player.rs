@@ -160,6 +160,10 @@ fn facts() -> impl IntoView {
             Some(now) if matches!(now.mark, Mark::Toolpath(_)) => {
                 say!("page.simulate.toolpath", done = now.toolpaths_done, total = milled)
             }
+            // Before anything is made nobody counts: a board may be milled first.
+            Some(now) if now.holes_done + now.toolpaths_done == 0 && !matches!(now.mark, Mark::Hole(_)) => {
+                String::new()
+            }
             Some(now) if total > 0 => say!("page.simulate.hole", done = now.holes_done, total = total),
             _ => String::new(),
         }
