@@ -1,16 +1,15 @@
 //! What is done with what is chosen: moved, turned, mirrored, lined up, repeated, grouped, copied, taken out.
 //!
-//! Comes in: an [`Act`]. Goes out: the next drawing and what is chosen in it. What files draw is moved, taken out and put back;
-//! nothing else can be done with it. Does not know the languages: a new group is told its name.
+//! Comes in: an [`Act`]. Goes out: the next drawing and what is chosen in it. What files draw is done with as what is drawn is; put
+//! back, it is as its file draws it. Does not know the languages: a new group is told its name.
 
-use super::imported::said_anew;
 use super::{Editor, GRIDS};
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{
-    Align, Catch, Drawing, Edit, Id, Layer, Thing, array, bounds, copied, grouped, pasted, placed, put,
-    regrouped, removed, ungrouped,
+    Align, Catch, Drawing, Edit, Id, Layer, Thing, grouped, pasted, put, put_back, regrouped, removed,
+    ungrouped,
 };
-use annulus_core::geometry::{Placement, Point};
+use annulus_core::geometry::Point;
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -78,35 +77,41 @@ impl Editor {
     pub fn act(&mut self, act: Act) {
         let ids = self.ids();
         match act {
-            Act::Turn { mdeg } => self.place_anew(mdeg, false),
+            Act::Turn { mdeg } => {
+                self.make(&self.selection().turned(mdeg, false));
+            }
             // A mirrored thing turned by half a turn is mirrored the other way.
-            Act::Mirror { x } => self.place_anew(if x { 0 } else { 180_000 }, true),
+            Act::Mirror { x } => {
+                self.make(&self.selection().turned(if x { 0 } else { 180_000 }, true));
+            }
             Act::Align(align) => {
-                self.make(&align.edit(self.drawing(), &ids));
+                self.make(&self.selection().aligned(align));
             }
             Act::Array { columns, rows, step } => {
-                self.make(&array(self.drawing(), &ids, columns, rows, step));
+                self.make(&self.selection().array(columns, rows, step));
             }
             Act::Ungroup => self.ungroup(&ids),
-            Act::Copy => self.copy(&ids),
+            Act::Copy => self.copy(),
             Act::Cut => {
-                self.copy(&ids);
-                // What files draw was not kept to be pasted, and stays.
-                let edit = removed(self.drawing(), &ids);
-                self.make(&edit);
+                self.copy();
+                self.make(&self.selection().removed());
             }
             Act::Paste => self.paste(),
             Act::Duplicate => {
-                let copy = copied(self.drawing(), &ids);
+                let copy = self.selection().copied();
                 self.put_copy(&copy, BESIDE);
             }
-            Act::Delete => self.delete(&ids),
+            Act::Delete => {
+                self.make(&self.selection().removed());
+            }
             Act::All => {
                 self.take(super::Tool::Select);
                 self.choose_all();
             }
             Act::Layer(layer) => self.put_on_layer(&ids, layer),
-            Act::PutBack => self.put_back(),
+            Act::PutBack => {
+                self.make(&put_back(self.drawing(), self.finder(), &self.chosen));
+            }
             Act::Snap => self.grid.on = !self.grid.on,
             Act::NextGrid => {
                 let next = GRIDS.into_iter().find(|grid| *grid > self.grid.step).unwrap_or(GRIDS[0]);
@@ -118,20 +123,6 @@ impl Editor {
                 self.step(back);
             }
         }
-    }
-
-    fn place_anew(&mut self, rotation_mdeg: i32, mirror: bool) {
-        let (drawing, ids) = (self.drawing(), self.ids());
-        let Some(all) = bounds(drawing, &ids) else { return };
-        let half = |low: Length, high: Length| Length::from_nm((low.nm() + high.nm()).div_euclid(2));
-        let mut middle = Point::new(half(all.min.x, all.max.x), half(all.min.y, all.max.y));
-        // One thing on one node turns about that and stays where it is.
-        let nodes = drawing.nodes_of(&ids);
-        if let (1, Some(at)) = (nodes.len(), nodes.first().and_then(|node| drawing.at(*node))) {
-            middle = at;
-        }
-        let placement = Placement { mirror, rotation_mdeg, shift: Point::default() };
-        self.make(&placed(drawing, &ids, placement, middle));
     }
 
     /// What is chosen goes into a group of its own with this name.
@@ -166,25 +157,43 @@ impl Editor {
         }
     }
 
-    /// What is chosen of the drawing is kept to be pasted. What files draw cannot be, and that is said.
-    fn copy(&mut self, ids: &BTreeSet<Id>) {
-        if !self.of_files().is_empty() {
-            self.said = Some(Text::of(key!("page.draw.not_copied")));
-        }
-        let copy = copied(self.drawing(), ids);
+    /// What is chosen is kept to be pasted.
+    fn copy(&mut self) {
+        let copy = self.selection().copied();
         if !copy.is_empty() {
             self.clip = Some(Arc::new(copy));
         }
     }
 
-    /// What was copied, with the node of it that lies lowest and most to the left where the tool aims.
+    /// What was copied, with the place of it that lies lowest and most to the left where the tool aims.
     fn paste(&mut self) {
         let Some(clip) = self.clip.clone() else { return };
-        let nodes = clip.things().filter_map(|(id, _)| clip.at(id));
-        let Some(corner) = nodes.min_by_key(|at| (at.x + at.y, at.x)) else { return };
+        let clip = self.without_strangers(&clip);
+        let places = clip.spots_of(&clip.top().collect());
+        let Some(corner) = places.into_iter().min_by_key(|at| (at.x + at.y, at.x)) else { return };
         let to = self.aim.at();
         let by = Point::new(to.x - corner.x, to.y - corner.y);
         self.put_copy(&clip, if by == Point::default() { BESIDE } else { by });
+    }
+
+    /// A copy without what is of files that are not drawn over here; that is said.
+    fn without_strangers(&mut self, clip: &Drawing) -> Drawing {
+        let is_strange = |thing: &Thing| match thing {
+            Thing::Imported { file, object, at, .. } => {
+                let all = self.finder.imported();
+                let of = self.finder.imported_at(file, *object).and_then(|of| all.get(of as usize));
+                of.is_none_or(|of| of.at != *at)
+            }
+            _ => false,
+        };
+        let strange = clip.things().filter(|(_, entry)| is_strange(&entry.thing)).map(|(id, _)| id).collect();
+        let (edit, mut own) = (removed(clip, &strange), clip.clone());
+        if !edit.is_empty() {
+            self.said = Some(Text::of(key!("page.draw.not_here")));
+            // What nothing hangs on can go.
+            let _ = own.apply(&edit);
+        }
+        own
     }
 
     fn put_copy(&mut self, copy: &Drawing, by: Point) {
@@ -193,12 +202,6 @@ impl Editor {
             self.take(super::Tool::Select);
             self.chosen = top.into_iter().map(Catch::Drawn).collect();
         }
-    }
-
-    fn delete(&mut self, ids: &BTreeSet<Id>) {
-        let drawing = self.drawing();
-        let edit = removed(drawing, ids).then(said_anew(drawing, &self.of_files(), |_| None));
-        self.make(&edit);
     }
 
     fn put_on_layer(&mut self, ids: &BTreeSet<Id>, to: Layer) {
@@ -211,21 +214,6 @@ impl Editor {
             }
             edit = edit.then(thing.map(|thing| put(drawing, id, thing)).unwrap_or_default());
         }
-        self.make(&edit);
-    }
-
-    /// What is chosen of files; all that was taken out or moved where nothing is chosen.
-    fn put_back(&mut self) {
-        let drawing = self.drawing();
-        let chosen = self.of_files();
-        let wanted = |file: &str, object: u32| {
-            chosen.is_empty() || chosen.iter().any(|one| one.file == file && one.object == object)
-        };
-        let said = drawing.things().filter_map(|(id, entry)| match &entry.thing {
-            Thing::Imported { file, object, .. } if wanted(file, *object) => Some(id),
-            _ => None,
-        });
-        let edit = removed(drawing, &said.collect());
         self.make(&edit);
     }
 }

@@ -3,6 +3,7 @@
 //! ```text
 //! one track     from X Y, to X Y, length, width, layer        several of a kind   what they share; else nothing
 //! one pad       X Y, form, size, turn, layer                  several kinds       X and Y of the box around them
+//! of a file     X Y, moved by, turned by
 //! ```
 //!
 //! Comes in: an [`Editor`], text as typed. Goes out: fields; edits. Lengths are whole nanometres, angles thousandths of a degree.
@@ -12,8 +13,7 @@ use super::Editor;
 use super::typed::{degrees, length};
 use crate::format::Unit;
 use annulus_core::board::drawing::{
-    Catch, Drawing, Edit, Entry, Id, Layer, PadShape, Thing, bounds, moved, put, regrouped, renamed,
-    whole_turn,
+    Catch, Drawing, Edit, Entry, Id, Layer, PadShape, Thing, put, regrouped, renamed, whole_turn,
 };
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
@@ -129,22 +129,20 @@ pub fn rows(editor: &Editor) -> Vec<FieldRow> {
     if editor.chosen.is_empty() {
         return vec![row(Field::Name, FieldValue::Name(drawing.name().to_owned()))];
     }
-    if ids.is_empty() {
-        return of_file(editor);
-    }
     let things: Vec<&Thing> = ids.iter().filter_map(|id| drawing.thing(*id)).collect();
-    let mut rows = places(drawing, &ids);
+    let mut rows = places(editor);
     let leaves: Vec<&Thing> = drawing.leaves(&ids).into_iter().filter_map(|id| drawing.thing(id)).collect();
     if let [Thing::Group { name }] = things.as_slice() {
         rows.insert(0, row(Field::Name, FieldValue::Name(name.clone())));
     }
     rows.extend(sizes(&leaves));
+    rows.extend(of_files(editor, &rows));
     let groups = drawing.things().filter_map(|(id, entry)| match &entry.thing {
         Thing::Group { name } if !ids.contains(&id) => Some((id, name.clone())),
         _ => None,
     });
     let groups: Vec<(Id, String)> = groups.collect();
-    if !groups.is_empty() {
+    if !groups.is_empty() && !ids.is_empty() {
         let own = shared(ids.iter().filter_map(|id| drawing.get(*id)).map(|entry| entry.group));
         rows.push(row(Field::Group, FieldValue::Group(own, groups)));
     }
@@ -152,7 +150,8 @@ pub fn rows(editor: &Editor) -> Vec<FieldRow> {
 }
 
 /// Where it is.
-fn places(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<FieldRow> {
+fn places(editor: &Editor) -> Vec<FieldRow> {
+    let drawing = editor.drawing();
     let pair = |x: Field, y: Field, at: Option<Point>| {
         let value = |length: Option<Length>| FieldValue::Length(length);
         [
@@ -160,8 +159,11 @@ fn places(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<FieldRow> {
             FieldRow { field: y, value: value(at.map(|at| at.y)) },
         ]
     };
-    let first = ids.first().filter(|_| ids.len() == 1);
-    match first.and_then(|id| drawing.thing(*id)) {
+    let one = editor.chosen.first().filter(|_| editor.chosen.len() == 1);
+    let of_file = one.and_then(|catch| editor.place_of(*catch));
+    let thing = one.and_then(|catch| if let Catch::Drawn(id) = catch { drawing.thing(*id) } else { None });
+    match thing {
+        _ if of_file.is_some() => Vec::from(pair(Field::X, Field::Y, of_file)),
         Some(Thing::Track { from, to, .. }) => {
             let (from, to) = (drawing.at(*from), drawing.at(*to));
             let mut rows = Vec::from(pair(Field::FromX, Field::FromY, from));
@@ -174,7 +176,10 @@ fn places(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<FieldRow> {
             Vec::from(pair(Field::X, Field::Y, drawing.at(*node)))
         }
         Some(Thing::Node { at }) => Vec::from(pair(Field::X, Field::Y, Some(*at))),
-        _ => Vec::from(pair(Field::X, Field::Y, bounds(drawing, ids).map(|bounds| bounds.min))),
+        _ => {
+            let bounds = editor.selection().bounds();
+            Vec::from(pair(Field::X, Field::Y, bounds.map(|bounds| bounds.min)))
+        }
     }
 }
 
@@ -225,19 +230,40 @@ fn sizes(leaves: &[&Thing]) -> Vec<FieldRow> {
     rows
 }
 
-/// What can be said of something that a file draws: by how much it is moved.
-fn of_file(editor: &Editor) -> Vec<FieldRow> {
-    let by = |catch: &Catch| {
-        let Catch::Imported(of) = catch else { return None };
-        let one = editor.finder().imported().get(*of as usize)?;
-        let now = editor.place_of(*catch)?;
-        Some(Point::new(now.x - one.at.x, now.y - one.at.y))
+/// What can be said of things that files draw: by how much they are moved where nothing else is chosen, and by how much they are
+/// turned, where that can be seen and nothing that is drawn says it already.
+fn of_files(editor: &Editor, rows: &[FieldRow]) -> Vec<FieldRow> {
+    let finder = editor.finder();
+    let one = |catch: &Catch| {
+        let one = finder.imported().get(finder.object_of(*catch)? as usize)?;
+        Some((one, editor.place_of(*catch)?, editor.turn_of(*catch)))
     };
-    let by = shared(editor.chosen.iter().filter_map(by));
-    vec![
-        FieldRow { field: Field::ByX, value: FieldValue::Length(by.map(|by| by.x)) },
-        FieldRow { field: Field::ByY, value: FieldValue::Length(by.map(|by| by.y)) },
-    ]
+    let all: Vec<_> = editor.chosen.iter().filter_map(one).collect();
+    let mut fields = Vec::new();
+    if !all.is_empty() && all.len() == editor.chosen.len() {
+        let by = shared(all.iter().map(|(one, now, _)| Point::new(now.x - one.at.x, now.y - one.at.y)));
+        fields.push(FieldRow { field: Field::ByX, value: FieldValue::Length(by.map(|by| by.x)) });
+        fields.push(FieldRow { field: Field::ByY, value: FieldValue::Length(by.map(|by| by.y)) });
+    }
+    let is_said = rows.iter().any(|row| row.field == Field::Turn);
+    let turns: Vec<i32> =
+        all.iter().filter(|(one, ..)| one.has_angle()).map(|(_, _, turn_mdeg)| *turn_mdeg).collect();
+    if !turns.is_empty() && !is_said {
+        fields.push(FieldRow { field: Field::Turn, value: FieldValue::Turn(shared(turns.into_iter())) });
+    }
+    fields
+}
+
+impl Editor {
+    /// By how much something of a file is turned from how the file draws it.
+    fn turn_of(&self, catch: Catch) -> i32 {
+        let id = match catch {
+            Catch::Drawn(id) => Some(id),
+            Catch::Imported(of) => self.finder().said_of(of),
+        };
+        let placement = id.and_then(|id| self.drawing().thing(id)?.placement());
+        placement.unwrap_or_default().rotation_mdeg
+    }
 }
 
 /// The edit that a typed value makes; none where it cannot be read.
@@ -252,16 +278,11 @@ pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edi
             let group = text.parse::<u32>().ok().map(Id);
             Some(regrouped(drawing, &ids, group))
         }
-        Field::X | Field::Y => {
+        Field::X | Field::Y | Field::ByX | Field::ByY => {
             let now = rows(editor).into_iter().find(|row| row.field == field)?.value;
             let FieldValue::Length(Some(now)) = now else { return None };
-            Some(moved(drawing, &ids, along(field == Field::X, length(text, unit)? - now)))
-        }
-        Field::ByX | Field::ByY => {
-            let now = of_file(editor).into_iter().find(|row| row.field == field)?.value;
-            let FieldValue::Length(Some(now)) = now else { return None };
-            let by = along(field == Field::ByX, length(text, unit)? - now);
-            Some(super::imported::moved(drawing, &ids, &editor.of_files(), by))
+            let by = along(matches!(field, Field::X | Field::ByX), length(text, unit)? - now);
+            Some(editor.selection().moved(by))
         }
         Field::FromX | Field::FromY | Field::ToX | Field::ToY => {
             let Some(Thing::Track { from, to, .. }) = drawing.thing(*ids.first()?) else { return None };
@@ -274,6 +295,11 @@ pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edi
             Some(put(drawing, node, Thing::Node { at }))
         }
         Field::Length => None,
+        Field::Turn => {
+            let turn_mdeg = degrees(text)?;
+            let drawn = of_things(drawing, &ids, field, text, unit)?;
+            Some(drawn.then(editor.selection().turned_to(turn_mdeg)))
+        }
         _ => of_things(drawing, &ids, field, text, unit),
     }
 }

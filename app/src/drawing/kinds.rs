@@ -28,8 +28,8 @@ impl ImportedKind {
         match one.layer {
             None => Self::Hole,
             Some(_) if one.is_area => Self::Area,
-            Some(_) if !one.body.closed && one.body.points.len() > 1 => Self::Track,
-            Some(_) => Self::Pad,
+            Some(_) if one.is_pad => Self::Pad,
+            Some(_) => Self::Track,
         }
     }
 
@@ -71,23 +71,27 @@ mod tests {
     #[test]
     fn objects_are_listed_by_their_kind() {
         let at = Point::from_mm(1.0, 2.0);
-        let object = |points: Vec<Point>, closed: bool, layer: Option<Layer>, is_area: bool| {
+        let object = |points: Vec<Point>, layer: Option<Layer>, (is_area, is_pad): (bool, bool)| {
+            let closed = points.len() > 2;
             let body = Body { points, closed, radius: Length::from_um(500) };
-            Imported { file: "a".to_owned(), object: 0, at, body, layer, is_area }
+            Imported { file: "a".to_owned(), object: 0, at, body, layer, is_area, is_pad }
         };
+        let (pad, track, area) = ((false, true), (false, false), (true, false));
         let end = Point::from_mm(3.0, 2.0);
         let all = [
-            object(vec![at], false, None, false),
-            object(vec![at], false, Some(Layer::Top), false),
-            object(vec![at, end, at], true, Some(Layer::Bottom), false),
-            object(vec![at, end], false, Some(Layer::Top), false),
-            object(vec![at, end, at], true, Some(Layer::Top), true),
+            object(vec![at], None, pad),
+            object(vec![at], Some(Layer::Top), pad),
+            object(vec![at, end, at], Some(Layer::Bottom), pad),
+            object(vec![at, end], Some(Layer::Top), track),
+            object(vec![at, end, at], Some(Layer::Top), area),
+            // An obround pad has two middles, and is no track.
+            object(vec![at, end], Some(Layer::Top), pad),
         ];
         let found = |kind| of_kind(&all, kind, |_| false);
         assert_eq!(found(ImportedKind::Hole), [0]);
-        assert_eq!(found(ImportedKind::Pad), [1, 2]);
+        assert_eq!(found(ImportedKind::Pad), [1, 2, 5]);
         assert_eq!(found(ImportedKind::Track), [3]);
         assert_eq!(found(ImportedKind::Area), [4]);
-        assert_eq!(of_kind(&all, ImportedKind::Pad, |at| at == 1), [2]);
+        assert_eq!(of_kind(&all, ImportedKind::Pad, |at| at == 1), [2, 5]);
     }
 }

@@ -12,7 +12,6 @@
 
 mod act;
 pub mod fields;
-mod imported;
 pub mod keys;
 pub mod kinds;
 mod locked;
@@ -32,8 +31,8 @@ pub use tools::{Doing, Pointer, Tool};
 
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{
-    Catch, Drawing, DrawingFigures, Edit, Finder, History, Id, Imported, Layer, PadShape, Smallest, Snap,
-    Thing,
+    Catch, Drawing, DrawingFigures, Edit, Finder, History, Id, Imported, Layer, PadShape, Selection,
+    Smallest, Snap, Thing,
 };
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
@@ -224,13 +223,9 @@ impl Editor {
         self.pieces.sheet(self.history.now(), &self.finder)
     }
 
-    /// Objects of files that are chosen.
-    fn of_files(&self) -> Vec<Imported> {
-        let one = |catch: &Catch| match catch {
-            Catch::Imported(of) => self.finder.imported().get(*of as usize).cloned(),
-            Catch::Drawn(_) => None,
-        };
-        self.chosen.iter().filter_map(one).collect()
+    /// What is chosen, to do something with it.
+    pub fn selection(&self) -> Selection<'_> {
+        Selection::new(self.drawing(), &self.finder, &self.chosen)
     }
 
     /// Things of the drawing that are chosen.
@@ -259,11 +254,11 @@ impl Editor {
     }
 
     /// Makes an edit in place of the one that is being made under a held pointer.
-    fn make_instead(&mut self, edit: impl FnOnce(&Drawing) -> Edit) {
+    fn make_instead(&mut self, edit: impl FnOnce(&Drawing, &Finder) -> Edit) {
         let held = std::mem::take(&mut self.held);
         let (locked, finder, mut refused) = (&self.locked, &self.finder, false);
         let made = self.history.make_instead(|drawing| {
-            let edit = edit(drawing);
+            let edit = edit(drawing, finder);
             refused = locked.refuses(drawing, finder, &edit);
             if refused { Edit::default() } else { edit }
         });
@@ -352,7 +347,7 @@ impl Editor {
     fn choose_all(&mut self) {
         let drawing = self.drawing();
         let bare = |id: &Id| drawing.at(*id).is_none() || drawing.hanging(*id).next().is_none();
-        let said = |id: &Id| matches!(drawing.thing(*id), Some(Thing::Imported { .. }));
+        let said = |id: &Id| matches!(drawing.thing(*id), Some(Thing::Imported { copy: false, .. }));
         let drawn = drawing.top().filter(|id| bare(id) && !said(id)).map(Catch::Drawn);
         let imported = (0..self.finder.imported().len() as u32).map(Catch::Imported);
         let there = imported.filter(|catch| self.finder.body(*catch).is_some());

@@ -11,7 +11,9 @@
 
 use super::Editor;
 use crate::view::Touch;
-use annulus_core::board::drawing::{Body, Catch, Id, Snap, TrackEnd, hole, node, pad, removed, track};
+use annulus_core::board::drawing::{
+    Body, Catch, Id, Selection, Snap, TrackEnd, hole, node, pad, removed, track,
+};
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
@@ -158,7 +160,7 @@ impl Editor {
             Doing::Nothing => false,
             Doing::Drag { moved, boxed, .. } => {
                 if moved && boxed.is_none() {
-                    self.make_instead(|_| super::Edit::default());
+                    self.make_instead(|_, _| super::Edit::default());
                     self.rest();
                 }
                 moved
@@ -329,25 +331,21 @@ impl Editor {
     fn put_at_aim(&mut self, anchor: Point) {
         let to = self.aim.at();
         let by = Point::new(to.x - anchor.x, to.y - anchor.y);
-        let (ids, imported) = (self.ids(), self.of_files());
-        self.make_instead(|drawing| super::imported::moved(drawing, &ids, &imported, by));
+        let chosen = self.chosen.clone();
+        self.make_instead(|drawing, finder| Selection::new(drawing, finder, &chosen).moved(by));
     }
 
-    /// The place of what is chosen that is put onto the grid: its nearest node.
+    /// The place of what is chosen that is put onto the grid: its nearest node, or place of an object of a file.
     fn anchor(&self, at: Point) -> Point {
-        let drawing = self.drawing();
-        let nodes = drawing.nodes_of(&self.ids()).into_iter().filter_map(|node| drawing.at(node));
+        let drawn = self.drawing().spots_of(&self.ids()).into_iter();
         let imported = self.chosen.iter().filter_map(|catch| self.place_of(*catch));
-        let nearest = nodes.chain(imported).min_by(|a, b| a.distance_mm(at).total_cmp(&b.distance_mm(at)));
+        let nearest = drawn.chain(imported).min_by(|a, b| a.distance_mm(at).total_cmp(&b.distance_mm(at)));
         nearest.unwrap_or(at)
     }
 
     /// Where something of a file is now.
     pub fn place_of(&self, catch: Catch) -> Option<Point> {
-        let Catch::Imported(of) = catch else { return None };
-        let one = self.finder.imported().get(of as usize)?;
-        let (first, now) = (one.body.points.first()?, self.finder.body(catch)?.points.first()?);
-        Some(Point::new(one.at.x + now.x - first.x, one.at.y + now.y - first.y))
+        self.finder.place_of(self.drawing(), catch)
     }
 
     fn drag(&mut self, pointer: &Pointer) {
@@ -429,8 +427,7 @@ impl Editor {
 
     /// What is chosen goes by so much.
     fn shift(&mut self, by: Point) {
-        let edit = super::imported::moved(self.drawing(), &self.ids(), &self.of_files(), by);
-        self.make(&edit);
+        self.make(&self.selection().moved(by));
     }
 
     /// A typed place: the tool places there. Where it selects, what is chosen goes by as much as the cross-hair does, if it was
@@ -439,7 +436,7 @@ impl Editor {
         let from = self.aim.at();
         let (ids, drawing) = (self.ids(), self.drawing());
         let on = |at: Option<Point>| at == Some(from);
-        let stands = drawing.nodes_of(&ids).into_iter().any(|node| on(drawing.at(node)))
+        let stands = drawing.spots_of(&ids).into_iter().any(|spot| spot == from)
             || self.chosen.iter().any(|catch| on(self.place_of(*catch)));
         if self.tool == Tool::Select && (by || stands) && !self.chosen.is_empty() {
             self.shift(Point::new(to.x - from.x, to.y - from.y));

@@ -73,7 +73,7 @@ impl Tree {
             }
             let Some(entry) = drawing.get(id) else { continue };
             let place = (entry.group, rank(&entry.thing), id);
-            let (catch, thing) = (catch_of(finder, id, &entry.thing), entry.thing.clone());
+            let (catch, thing) = (finder.catch_of(id, &entry.thing), entry.thing.clone());
             let at = places(drawing, &thing);
             self.items.insert(place, Arc::new(Item { id, catch, group: entry.group, thing, at }));
             self.places.insert(id, place);
@@ -128,26 +128,18 @@ fn rank(thing: &Thing) -> u8 {
 
 fn places(drawing: &Drawing, thing: &Thing) -> (Option<Point>, Option<Point>) {
     match thing {
-        Thing::Node { at } | Thing::Imported { at, .. } => (Some(*at), None),
+        Thing::Imported { at, .. } => (Some(thing.place().unwrap_or(*at)), None),
+        Thing::Node { at } => (Some(*at), None),
         Thing::Track { from, to, .. } => (drawing.at(*from), drawing.at(*to)),
         Thing::Pad { node, .. } | Thing::Hole { node, .. } => (drawing.at(*node), None),
         Thing::Group { .. } => (None, None),
     }
 }
 
-fn catch_of(finder: &Finder, id: Id, thing: &Thing) -> Catch {
-    match thing {
-        Thing::Imported { file, object, .. } => {
-            finder.imported_at(file, *object).map_or(Catch::Drawn(id), Catch::Imported)
-        }
-        _ => Catch::Drawn(id),
-    }
-}
-
 impl Editor {
     /// What a line of the tree stands for: an object of a file is chosen as such.
     pub fn catch_of(&self, id: Id) -> Catch {
-        self.drawing().thing(id).map_or(Catch::Drawn(id), |thing| catch_of(self.finder(), id, thing))
+        self.drawing().thing(id).map_or(Catch::Drawn(id), |thing| self.finder().catch_of(id, thing))
     }
 
     /// The groups above what is chosen are opened, so that the tree shows it.

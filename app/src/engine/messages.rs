@@ -39,6 +39,8 @@ pub enum Request {
     Read(ToRead),
     /// Read files for what they draw, to be drawn over.
     Trace(ToRead),
+    /// Write what lies over files, as files or as a picture.
+    WriteOver(ToWriteOver),
     /// Plan the operations of a job, make the program.
     Plan(ToPlan),
     /// Look at what copper a program leaves.
@@ -64,6 +66,28 @@ pub struct ToOpen {
     pub name: String,
     /// Its bytes.
     pub bytes: Vec<u8>,
+}
+
+/// A drawing over files to be written.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct ToWriteOver {
+    /// The files, and the drawing among them.
+    pub read: ToRead,
+    /// As a picture, else as files in one zip.
+    pub picture: bool,
+}
+
+/// It is written.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct WrittenOver {
+    /// Name of the file to save.
+    pub name: String,
+    /// What is in it.
+    pub bytes: Vec<u8>,
+    /// It is a picture.
+    pub is_picture: bool,
+    /// What of the drawing fits its files no longer.
+    pub lost: Vec<Diagnostic>,
 }
 
 /// Files to read.
@@ -513,6 +537,8 @@ pub enum Answer {
     Read(Box<Reading>),
     /// To [`Request::Trace`].
     Traced(Vec<Imported>),
+    /// To [`Request::WriteOver`].
+    WrittenOver(Box<WrittenOver>),
     /// To [`Request::Plan`].
     Planned(Box<PlanReady>),
     /// To [`Request::Prove`].

@@ -11,6 +11,7 @@ mod board_files;
 mod cache;
 mod comparing;
 mod copper;
+mod drawn_over;
 mod exporting;
 mod mesh;
 pub mod messages;

@@ -8,7 +8,7 @@ use super::mesh::mesh;
 use super::messages::{
     Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow,
 };
-use super::{board_files, comparing, exporting, planning, proving, underside, writing};
+use super::{board_files, comparing, drawn_over, exporting, planning, proving, underside, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
 use annulus_core::board::drawing;
@@ -39,6 +39,9 @@ pub fn perform(
         Request::Save(project) => saved::write(&project).map(Answer::Saved).map_err(one),
         Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, cache)))),
         Request::Trace(wanted) => Ok(Answer::Traced(trace(&wanted))),
+        Request::WriteOver(wanted) => {
+            drawn_over::write(&wanted).map(|written| Answer::WrittenOver(Box::new(written))).map_err(one)
+        }
         Request::Plan(wanted) => {
             planning::plan(&wanted, cache, progress).map(|planned| Answer::Planned(Box::new(planned)))
         }

@@ -38,7 +38,7 @@ pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, St
     } else if model.anew.waits_for(number) {
         files::anew::answered(model, answer)
     } else if model.draw.waits_for(number) {
-        drawing::answered(model, answer)
+        drawing::answered(model, number, answer)
     } else if model.second_side.waits_for(number) {
         second_side::timed(model, answer)
     } else if model.start.waits_for(number) {

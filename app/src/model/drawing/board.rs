@@ -9,30 +9,18 @@
 //! the worker writes it as Gerber and Excellon and reads these.
 
 use super::lying::over_files;
-use super::{Draw, Editor, kept};
+use super::{Draw, Editor, kept, saving};
 use crate::drawing::Locked;
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToRead};
 use crate::keys::Tab;
 use crate::layers::{LayerKind, LayerLook};
 use crate::model::planning::{OnTheWay, Wanted};
-use crate::model::{Document, Effect, Lane, Model, export, files, frame};
+use crate::model::{Document, Effect, Lane, Model, files};
 use crate::said::{Text, key};
-use annulus_core::artwork;
 use annulus_core::board::drawing::{self, History, Layer};
 use annulus_core::project::saved::SaidOfFiles;
 use std::sync::Arc;
-
-/// What a drawing is saved as.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum DrawingExport {
-    /// Gerber and Excellon, in one zip.
-    Board,
-    /// A picture.
-    Svg,
-    /// The drawing itself, with all its edits.
-    Drawing,
-}
 
 /// A board that is being made of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -63,7 +51,7 @@ pub(super) struct WithBoard {
 }
 
 /// The files of a document that are no drawings.
-fn plain(document: &Document) -> impl Iterator<Item = &(String, Vec<u8>)> {
+pub(super) fn plain(document: &Document) -> impl Iterator<Item = &(String, Vec<u8>)> {
     document.files.iter().filter(|(_, bytes)| !drawing::is_one(bytes))
 }
 
@@ -76,7 +64,12 @@ fn drawn(document: &Document) -> Option<(&str, &str)> {
 impl Draw {
     /// Whether this request is waited for.
     pub fn waits_for(&self, number: u32) -> bool {
-        self.with_board.tracing == Some(number)
+        [self.with_board.tracing, self.saving].contains(&Some(number))
+    }
+
+    /// The open document as it was seen last.
+    pub(super) fn document(&self) -> Option<Arc<Document>> {
+        self.with_board.seen.clone()
     }
 
     /// Whether the open files are drawn over, and whether there are any.
@@ -92,12 +85,12 @@ impl Draw {
     }
 
     /// Whether the open board was made of it, or it lies over its files.
-    fn is_of_board(&self) -> bool {
+    pub(super) fn is_of_board(&self) -> bool {
         self.with_board.used.is_some() || self.over().0
     }
 
     /// It as a file.
-    fn file(&self) -> (String, Vec<u8>) {
+    pub(super) fn file(&self) -> (String, Vec<u8>) {
         let name = format!("{}.drawing.json", drawing::stem(self.editor.drawing().name()));
         (name, drawing::write(self.editor.history()).into_bytes())
     }
@@ -262,8 +255,15 @@ fn trace(model: &mut Model) -> Vec<Effect> {
     vec![Effect::Ask { lane: Lane::Beside, number, request: Box::new(request) }]
 }
 
-/// What the files draw is known.
-pub(in crate::model) fn answered(model: &mut Model, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+/// What the files draw is known, or what was to be saved is written.
+pub(in crate::model) fn answered(
+    model: &mut Model,
+    number: u32,
+    answer: Result<Answer, Stopped>,
+) -> Vec<Effect> {
+    if model.draw.saving == Some(number) {
+        return saving::answered(model, answer);
+    }
     let draw = &mut model.draw;
     draw.with_board.tracing = None;
     draw.with_board.traced = true;
@@ -302,40 +302,4 @@ pub(super) fn make(model: &mut Model, tab: Tab) -> Vec<Effect> {
     let (said, job) =
         open.map_or_else(|| (SaidOfFiles::default(), None), |open| (open.said.clone(), open.job.clone()));
     files::read(model, Wanted { files, said, job, again, place: None, anew: None })
-}
-
-/// What is under work is saved: the open board with the drawing as it is now, or the drawing alone where it is of no open board.
-pub(super) fn save(model: &mut Model) -> Vec<Effect> {
-    if model.board.document.is_some() && model.draw.is_of_board() {
-        return export::save_project(model);
-    }
-    self::export(model, DrawingExport::Drawing)
-}
-
-/// The drawing as files.
-pub(super) fn export(model: &mut Model, what: DrawingExport) -> Vec<Effect> {
-    let drawing = model.draw.editor.drawing();
-    let stem = drawing::stem(drawing.name());
-    let saved = |name: String, kind: &'static str, bytes: Vec<u8>| vec![Effect::Save { name, kind, bytes }];
-    match what {
-        DrawingExport::Svg => {
-            saved(format!("{stem}.svg"), "image/svg+xml", drawing::svg(drawing).into_bytes())
-        }
-        DrawingExport::Drawing => {
-            let (name, bytes) = model.draw.file();
-            saved(name, "application/json", bytes)
-        }
-        DrawingExport::Board => {
-            let files = drawing::files(drawing).into_iter();
-            let files: Vec<(String, Vec<u8>)> = files.map(|(name, text)| (name, text.into_bytes())).collect();
-            if files.is_empty() {
-                model.draw.editor.said = Some(Text::of(key!("page.draw.nothing")));
-                return Vec::new();
-            }
-            match artwork::packed(&files) {
-                Ok(bytes) => saved(format!("{stem}.zip"), "application/zip", bytes),
-                Err(why) => vec![frame::toast(model, Text::Found(why), None)],
-            }
-        }
-    }
 }

@@ -12,10 +12,12 @@
 mod board;
 pub(super) mod kept;
 mod lying;
+mod saving;
 
-pub use board::{DrawingExport, Using};
+pub use board::Using;
 pub(super) use board::{answered, follow};
 pub use kept::{Earlier, PLACES};
+pub use saving::DrawingExport;
 
 use super::{Effect, Model};
 use crate::drawing::fields::{self, Field, FieldRow};
@@ -26,7 +28,7 @@ use crate::format::Unit;
 use crate::keys::Tab;
 use crate::said::{Text, key};
 use crate::view::Touch;
-use annulus_core::board::drawing::{Catch, History, Id, Layer, PadShape, bounds};
+use annulus_core::board::drawing::{Catch, History, Id, Layer, PadShape};
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::units::Length;
@@ -77,6 +79,8 @@ pub struct Draw {
     pub look: (u32, Option<[f64; 2]>),
     /// How it goes with files and boards.
     with_board: board::WithBoard,
+    /// What lies over files is being written to be saved, by this request.
+    saving: Option<u32>,
     /// How it goes with the store.
     kept: kept::Kept,
 }
@@ -316,13 +320,8 @@ impl Draw {
         self.editor.take(Tool::Select);
         self.editor.chosen = found;
         self.editor.open_to_chosen();
-        let of_files = self.editor.chosen.iter().find_map(|catch| self.editor.place_of(*catch));
-        let box_of = bounds(self.editor.drawing(), &self.editor.ids());
-        let middle = box_of.map(|all| {
-            let half = |low: Length, high: Length| Length::from_nm((low.nm() + high.nm()) / 2);
-            Point::new(half(all.min.x, all.max.x), half(all.min.y, all.max.y))
-        });
-        middle.or(of_files).into_iter().for_each(|at| self.look_at(at));
+        let middle = self.editor.selection().middle();
+        middle.into_iter().for_each(|at| self.look_at(at));
     }
 }
 
@@ -353,7 +352,7 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
         DrawEvent::New => kept::make_room(model),
         DrawEvent::Back => kept::back(model),
         DrawEvent::Use { tab } => board::make(model, tab),
-        DrawEvent::Export { what } => board::export(model, what),
+        DrawEvent::Export { what } => saving::export(model, what),
         DrawEvent::Example => vec![Effect::DrawExample],
         DrawEvent::Opened { place, is_copy, text } => kept::opened(model, place, is_copy, text),
         DrawEvent::Found { own, earlier } => kept::found(model, own, earlier),
@@ -362,7 +361,7 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
         DrawEvent::Fetch { place } => vec![Effect::TakeDrawing { place }],
         DrawEvent::Forget { place } => kept::forgotten(model, place),
         DrawEvent::Drop { place } => kept::dropped(model, place),
-        DrawEvent::Save => board::save(model),
+        DrawEvent::Save => saving::save(model),
         other => {
             edit(model, other);
             Vec::new()

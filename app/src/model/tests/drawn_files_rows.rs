@@ -1,6 +1,7 @@
 //! The board editor and files, by rows: what is drawn over them, made of it, kept in the store, and saved.
 
 use super::draw_rows::DrawnBoard;
+use crate::drawing::fields::FieldValue;
 use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
@@ -98,16 +99,146 @@ fn what_files_draw_is_taken_out_moved_and_added_to() {
     assert!(sheet.drawing().is_empty());
 }
 
+/// Where the copper and the holes of the files lie, copies with them.
+fn places(sheet: &DrawnBoard) -> Vec<(f64, f64)> {
+    let editor = &sheet.model.draw.editor;
+    let objects = (0..editor.finder().imported().len() as u32).map(Catch::Imported);
+    let copies = editor.drawing().things().map(|(id, _)| Catch::Drawn(id));
+    let there = |catch: &Catch| editor.finder().body(*catch).is_some();
+    let all = objects.chain(copies).filter(there).filter_map(|catch| editor.place_of(catch));
+    all.map(|at| (at.x.mm(), at.y.mm())).collect()
+}
+
 #[test]
-fn what_files_draw_is_not_cut_as_it_cannot_be_pasted() {
+fn what_files_draw_is_cut_and_pasted_with_what_is_drawn() {
     let mut sheet = over_files();
     for word in ["key:p", "at:20,20", "key:v", "key:Ctrl+a", "key:Ctrl+x"] {
         sheet.word(word);
     }
-    let editor = &sheet.model.draw.editor;
-    assert_eq!(editor.said, Some(Text::of("page.draw.not_copied")));
-    assert!(editor.clip.is_some(), "the pad is kept to be pasted");
-    assert_eq!([sheet.of("pad").len(), sheet.of("imported").len()], [0, 0], "what files draw stays");
+    assert_eq!((places(&sheet), sheet.of("pad").len()), (Vec::new(), 0));
+    for word in ["hover:11,21", "key:Ctrl+v"] {
+        sheet.word(word);
+    }
+    // The lowest and leftmost of it was at 1, 1.
+    let moved = [(11.0, 21.0), (15.0, 21.0), (11.0, 25.0), (11.0, 21.0), (15.0, 21.0)];
+    assert_eq!((places(&sheet).as_slice(), sheet.of("pad").len()), (moved.as_slice(), 1));
+    assert_eq!(sheet.model.draw.editor.chosen.len(), 7, "pad, its hole, five copies");
+    for word in ["key:Ctrl+z", "key:Ctrl+z"] {
+        sheet.word(word);
+    }
+    assert_eq!((places(&sheet).len(), sheet.of("pad").len()), (5, 1), "an edit each");
+}
+
+#[test]
+fn what_files_draw_is_turned_mirrored_lined_up_and_repeated_by_one_edit_each() {
+    use crate::drawing::Act;
+    use annulus_core::board::drawing::{Align, Sides};
+    use annulus_core::geometry::Point;
+    let mut sheet = over_files();
+    let first = places(&sheet);
+    let line = Act::Align(Align { x: false, sides: Sides::Low });
+    let array = Act::Array { columns: 2, rows: 1, step: Point::from_mm(30.0, 0.0) };
+    let rows: [(Act, &[(f64, f64)]); 5] = [
+        // All of it reaches from 0.5 to 5.5 in X and Y.
+        (Act::Turn { mdeg: 90_000 }, &[(5.0, 1.0), (5.0, 5.0), (1.0, 1.0), (5.0, 1.0), (5.0, 5.0)]),
+        (Act::Mirror { x: true }, &[(5.0, 1.0), (1.0, 1.0), (5.0, 5.0), (5.0, 1.0), (1.0, 1.0)]),
+        (line, &[(1.0, 1.0), (5.0, 1.0), (1.0, 1.0), (1.0, 0.75), (5.0, 0.75)]),
+        (array, &[]),
+        (Act::Duplicate, &[]),
+    ];
+    for (act, wanted) in rows {
+        sheet.word("key:Ctrl+a");
+        sheet.event(DrawEvent::Act { act });
+        let now = places(&sheet);
+        if wanted.is_empty() {
+            assert_eq!((now.len(), &now[..5]), (10, first.as_slice()), "{act:?}");
+        } else {
+            assert_eq!(now, wanted, "{act:?}");
+        }
+        sheet.word("key:Ctrl+z");
+        assert_eq!((places(&sheet), sheet.model.draw.editor.can_undo().0), (first.clone(), false), "{act:?}");
+    }
+}
+
+#[test]
+fn the_numbers_of_what_files_draw_are_shown_and_typed() {
+    let mut sheet = over_files();
+    let rows = |sheet: &DrawnBoard| {
+        let word = |row: &crate::drawing::fields::FieldRow| (row.field.word(), row.value.clone());
+        crate::drawing::fields::rows(&sheet.model.draw.editor).iter().map(word).collect::<Vec<_>>()
+    };
+    let length = |mm: f64| FieldValue::Length(Some(Length::from_mm(mm)));
+    sheet.event(DrawEvent::ChooseImported { of: 2 });
+    let angle = |mdeg| FieldValue::Turn(Some(mdeg));
+    let shown = [
+        ("x", length(1.0)),
+        ("y", length(5.0)),
+        ("by_x", length(0.0)),
+        ("by_y", length(0.0)),
+        ("turn", angle(0)),
+    ];
+    assert_eq!(rows(&sheet), shown);
+    for word in ["set:turn=30", "set:x=4"] {
+        sheet.word(word);
+    }
+    let now = rows(&sheet);
+    assert_eq!((&now[0], &now[4]), (&("x", length(4.0)), &("turn", angle(30_000))));
+    sheet.event(DrawEvent::ChooseImported { of: 0 });
+    assert_eq!(rows(&sheet).len(), 4, "what is round has no angle");
+    // A drawn pad and an object of a file: one box, one move.
+    for word in ["key:p", "at:20,20", "key:v", "key:Ctrl+a", "set:x=10"] {
+        sheet.word(word);
+    }
+    let low = sheet.model.draw.editor.selection().bounds().unwrap().min.x;
+    assert_eq!(low, Length::from_mm(10.0));
+}
+
+#[test]
+fn what_was_copied_of_files_that_are_not_open_is_left_out_and_that_is_said() {
+    let mut sheet = over_files();
+    for word in ["key:p", "at:20,20", "key:v", "key:Ctrl+a", "key:Ctrl+c"] {
+        sheet.word(word);
+    }
+    sheet.event(DrawEvent::New);
+    sheet.event(DrawEvent::Over { on: false });
+    sheet.word("key:Ctrl+v");
+    assert_eq!(sheet.model.draw.editor.said, Some(Text::of("page.draw.not_here")));
+    assert_eq!([sheet.of("pad").len(), sheet.of("imported").len()], [1, 0]);
+}
+
+#[test]
+fn what_lies_over_files_is_saved_with_the_files_that_it_changes() {
+    let mut sheet = over_files();
+    for word in ["key:p", "at:20,20", "key:v", "at:1,1.4", "key:Ctrl+d"] {
+        sheet.word(word);
+    }
+    let save = |sheet: &mut DrawnBoard, what| {
+        sheet.event(DrawEvent::Export { what });
+        let (number, request) = asked(&sheet.out).expect("the worker reads the files");
+        let answer = alone(request).map_err(Stopped::Refused);
+        sheet.event(Event::Answered { number, answer });
+        let saved = sheet.out.iter().find_map(|effect| match effect {
+            Effect::Save { name, bytes, .. } => Some((name.clone(), bytes.clone())),
+            _ => None,
+        });
+        saved.expect("a file")
+    };
+    let (name, zip) = save(&mut sheet, DrawingExport::Board);
+    assert_eq!(name, "board.zip");
+    let read = annulus_core::artwork::read_set(&[(name, zip)], &annulus_core::artwork::Overrides::default());
+    let own = |file: &annulus_core::artwork::FileRead| file.name.rsplit('/').next().unwrap().to_owned();
+    let mut names: Vec<String> = read.files.iter().map(own).filter(|own| own != "board.zip").collect();
+    names.sort();
+    assert_eq!(
+        names,
+        ["a.gbr", "board-plated.drl", "board-top.gbr"],
+        "the holes of the files are as they were"
+    );
+    let copper = read.files.iter().find(|file| own(file) == "a.gbr").unwrap().gerber.as_ref().unwrap();
+    assert_eq!(copper.pads().len(), 3);
+    let (name, picture) = save(&mut sheet, DrawingExport::Svg);
+    let picture = String::from_utf8(picture).unwrap();
+    assert_eq!((name.as_str(), picture.matches("<circle").count()), ("board.svg", 3), "all holes");
 }
 
 #[test]

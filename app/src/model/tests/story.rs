@@ -46,6 +46,7 @@ fn kind(request: &Request) -> &'static str {
         Request::Save(_) => "save",
         Request::Read(_) => "read",
         Request::Trace(_) => "trace",
+        Request::WriteOver(_) => "write-over",
         Request::Plan(_) => "plan",
         Request::Prove(_) => "prove",
         Request::Export(_) => "export",

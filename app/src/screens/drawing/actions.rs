@@ -17,10 +17,10 @@ use leptos::prelude::*;
 enum When {
     /// Something of the drawing is chosen.
     Drawn,
+    /// Anything is, also of files.
+    Any,
     /// More than one thing is.
     Several,
-    /// Anything is.
-    Any,
     /// Something was copied.
     Copied,
     /// Files are drawn over.
@@ -33,8 +33,8 @@ fn may(when: When) -> bool {
         || drawing.chosen.with(|chosen| chosen.iter().filter(|one| matches!(one, Catch::Drawn(_))).count());
     match when {
         When::Drawn => drawn() > 0,
-        When::Several => drawn() > 1,
         When::Any => drawing.chosen.with(|chosen| !chosen.is_empty()),
+        When::Several => drawing.chosen.with(|chosen| chosen.len() > 1),
         When::Copied => drawing.copied.get(),
         When::Files => drawing.over.get().0,
     }
@@ -61,18 +61,18 @@ fn row(name: &'static str, buttons: Vec<AnyView>) -> impl IntoView {
 /// The block.
 pub(super) fn actions() -> impl IntoView {
     let clip = vec![
-        button(When::Drawn, key!("page.draw.act.copy"), Act::Copy),
-        button(When::Drawn, key!("page.draw.act.cut"), Act::Cut),
+        button(When::Any, key!("page.draw.act.copy"), Act::Copy),
+        button(When::Any, key!("page.draw.act.cut"), Act::Cut),
         button(When::Copied, key!("page.draw.act.paste"), Act::Paste),
-        button(When::Drawn, key!("page.draw.act.duplicate"), Act::Duplicate),
+        button(When::Any, key!("page.draw.act.duplicate"), Act::Duplicate),
         button(When::Any, key!("page.draw.act.delete"), Act::Delete),
         button(When::Files, key!("page.draw.act.put_back"), Act::PutBack),
     ];
     let turn = vec![
-        button(When::Drawn, key!("page.draw.act.left"), Act::Turn { mdeg: QUARTER_MDEG }),
-        button(When::Drawn, key!("page.draw.act.right"), Act::Turn { mdeg: -QUARTER_MDEG }),
-        button(When::Drawn, key!("page.draw.act.mirror_x"), Act::Mirror { x: true }),
-        button(When::Drawn, key!("page.draw.act.mirror_y"), Act::Mirror { x: false }),
+        button(When::Any, key!("page.draw.act.left"), Act::Turn { mdeg: QUARTER_MDEG }),
+        button(When::Any, key!("page.draw.act.right"), Act::Turn { mdeg: -QUARTER_MDEG }),
+        button(When::Any, key!("page.draw.act.mirror_x"), Act::Mirror { x: true }),
+        button(When::Any, key!("page.draw.act.mirror_y"), Act::Mirror { x: false }),
     ];
     let lines = vec![
         align(true, Sides::Low, key!("page.draw.act.align_left")),
@@ -85,7 +85,7 @@ pub(super) fn actions() -> impl IntoView {
     let group =
         push_if("button small", || may(When::Drawn), t!("page.draw.act.group"), |_| send(DrawEvent::Group));
     let array =
-        push_if("button small", || may(When::Drawn), t!("page.draw.act.array"), |_| super::array::open());
+        push_if("button small", || may(When::Any), t!("page.draw.act.array"), |_| super::array::open());
     let groups = vec![
         group.into_any(),
         button(When::Drawn, key!("page.draw.act.ungroup"), Act::Ungroup),

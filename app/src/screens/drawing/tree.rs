@@ -136,8 +136,12 @@ fn words(row: &TreeRow) -> String {
         }
         Thing::Hole { diameter, .. } => say!("page.draw.line.hole", size = size(*diameter)),
         Thing::Node { .. } => say!("page.draw.line.node"),
-        Thing::Imported { file, by: Some(_), .. } => say!("page.draw.line.moved", file = file),
         Thing::Imported { file, by: None, .. } => say!("page.draw.line.taken_out", file = file),
+        Thing::Imported { file, copy: true, .. } => say!("page.draw.line.copy", file = file),
+        Thing::Imported { file, turn_mdeg: 0, mirror: false, .. } => {
+            say!("page.draw.line.moved", file = file)
+        }
+        Thing::Imported { file, .. } => say!("page.draw.line.turned", file = file),
     }
 }
 

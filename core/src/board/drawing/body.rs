@@ -61,6 +61,16 @@ impl Body {
         self
     }
 
+    /// The same, mirrored and turned about a place, then moved.
+    #[must_use]
+    pub fn placed(mut self, placement: Placement, about: Point) -> Self {
+        self.points.iter_mut().for_each(|point| *point = placed_about(*point, placement, about));
+        if placement.mirror && self.closed {
+            self.points.reverse();
+        }
+        self
+    }
+
     /// The box around it.
     pub fn bounds(&self) -> Bounds {
         let around = Bounds::around(self.points.iter().copied());
@@ -143,6 +153,17 @@ fn spot(point: Point) -> Spot {
 
 pub(super) fn shifted(point: Point, by: Point) -> Point {
     Point::new(point.x + by.x, point.y + by.y)
+}
+
+/// A place, mirrored and turned about another one, then moved.
+pub(super) fn placed_about(at: Point, placement: Placement, about: Point) -> Point {
+    shifted(placement.point(shifted(at, Point::new(-about.x, -about.y))), about)
+}
+
+/// A path, mirrored and turned about a place, then moved.
+pub(super) fn path_about(path: &Path, placement: Placement, about: Point) -> Path {
+    let home = Placement::shifted(Point::new(-about.x, -about.y)).path(path);
+    Placement::shifted(about).path(&placement.path(&home))
 }
 
 /// Distance of a place from a line with ends.

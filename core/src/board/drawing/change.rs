@@ -1,18 +1,18 @@
 //! What a person does to a drawing, each as one [`Edit`].
 //!
 //! ```text
-//!  moved · turned · mirrored (a placement about a point) · removed · grouped · aligned · array · one thing anew
+//!  moved · turned · mirrored (a placement about a point) · removed · grouped · one thing anew
 //! ```
 //!
 //! Comes in: a [`Drawing`], ids of things and groups, lengths. Goes out: edits; an empty one where there is nothing to do.
 //! Does not apply them.
 
-use super::body::{Body, shifted};
+use super::body::shifted;
 use super::edit::whole_turn;
-use super::{Drawing, Edit, Entry, Id, Layer, PadShape, Thing, clip};
-use crate::geometry::{Bounds, Placement, Point};
+use super::{Drawing, Edit, Entry, Id, Layer, PadShape, Thing};
+use crate::geometry::{Placement, Point};
 use crate::units::Length;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 /// The end of a track, the middle of a pad.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,26 +21,6 @@ pub enum TrackEnd {
     Node(Id),
     /// A place; the node that is exactly there, or a new one.
     At(Point),
-}
-
-/// Which edges, or middles, come into one line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sides {
-    /// The lower ends: left, or bottom.
-    Low,
-    /// The middles.
-    Middle,
-    /// The upper ends: right, or top.
-    High,
-}
-
-/// How things come into one line.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Align {
-    /// In X, else in Y.
-    pub x: bool,
-    /// With what.
-    pub sides: Sides,
 }
 
 /// An edit with the ids that it gives away.
@@ -151,15 +131,7 @@ pub fn placed(drawing: &Drawing, ids: &BTreeSet<Id>, placement: Placement, about
                 let turn_mdeg = whole_turn(shape, turn.saturating_add(placement.rotation_mdeg));
                 Thing::Pad { node, shape, size, turn_mdeg, layer }
             }
-            // What a file draws is moved and nothing else.
-            Thing::Imported { file, object, at, by: Some(by) } => {
-                let by = if placement == Placement::shifted(placement.shift) {
-                    shifted(by, placement.shift)
-                } else {
-                    by
-                };
-                Thing::Imported { file, object, at, by: Some(by) }
-            }
+            thing @ Thing::Imported { .. } => thing.placed(placement, place),
             other => other,
         };
         if thing != entry.thing {
@@ -174,28 +146,8 @@ pub fn moved(drawing: &Drawing, ids: &BTreeSet<Id>, by: Point) -> Edit {
     placed(drawing, ids, Placement::shifted(by), Point::default())
 }
 
-/// Everything of `ids` turned about the middle of it by thousandths of a degree, and mirrored before where that is wanted:
-/// left becomes right.
-pub fn turned(drawing: &Drawing, ids: &BTreeSet<Id>, rotation_mdeg: i32, mirror: bool) -> Edit {
-    let Some(bounds) = bounds(drawing, ids) else { return Edit::default() };
-    let middle = Point::new(middle(bounds.min.x, bounds.max.x), middle(bounds.min.y, bounds.max.y));
-    placed(drawing, ids, Placement { mirror, rotation_mdeg, shift: Point::default() }, middle)
-}
-
-fn middle(low: Length, high: Length) -> Length {
-    Length::from_nm((low.nm() + high.nm()).div_euclid(2))
-}
-
-/// The box around the bodies of `ids`.
-pub fn bounds(drawing: &Drawing, ids: &BTreeSet<Id>) -> Option<Bounds> {
-    let bodies = drawing.leaves(ids).into_iter().filter_map(|id| Body::of(drawing, drawing.get(id)?));
-    Bounds::around(bodies.flat_map(|body| {
-        let bounds = body.bounds();
-        [bounds.min, bounds.max]
-    }))
-}
-
-/// Everything of `ids` taken out, with the nodes that nothing hangs on after that and the groups that are empty.
+/// Everything of `ids` taken out, with the nodes that nothing hangs on after that and the groups that are empty. Objects of files
+/// are taken out of the board, their copies are gone.
 pub fn removed(drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
     let mut gone = drawing.leaves(ids);
     // What hangs on a node goes with it.
@@ -207,7 +159,31 @@ pub fn removed(drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
     let bare: Vec<Id> = nodes.into_iter().filter(bare).collect();
     gone.extend(bare);
     groups_below(drawing, ids, &mut gone);
-    // Groups that nothing is left in go too, the inner ones first.
+    let mut edit = emptied(drawing, gone);
+    for (id, becomes) in &mut edit.changes {
+        *becomes = drawing.thing(*id).and_then(taken_out).map(|thing| Entry { thing, group: None });
+    }
+    edit
+}
+
+/// What an object of a file becomes that is taken out; none for a copy of one and for all that is drawn.
+pub(super) fn taken_out(thing: &Thing) -> Option<Thing> {
+    match thing {
+        Thing::Imported { file, object, at, copy: false, .. } => Some(Thing::Imported {
+            file: file.clone(),
+            object: *object,
+            at: *at,
+            by: None,
+            turn_mdeg: 0,
+            mirror: false,
+            copy: false,
+        }),
+        _ => None,
+    }
+}
+
+/// `gone`, and the groups that nothing is left in then, the inner ones first.
+pub(super) fn emptied(drawing: &Drawing, mut gone: BTreeSet<Id>) -> Edit {
     let mut above: Vec<Id> = gone.iter().filter_map(|id| drawing.get(*id)?.group).collect();
     while let Some(group) = above.pop() {
         if drawing.hanging(group).all(|id| gone.contains(&id)) && gone.insert(group) {
@@ -273,58 +249,4 @@ pub fn regrouped(drawing: &Drawing, ids: &BTreeSet<Id>, group: Option<Id>) -> Ed
     let moved = entries.filter(|(id, entry)| entry.group != group && Some(*id) != group);
     let changes = moved.map(|(id, entry)| (id, Some(Entry { group, ..entry.clone() }))).collect();
     Edit { name: None, changes }
-}
-
-impl Align {
-    /// Brings `ids` into one line; each group among them goes as one. Nothing where it is one thing.
-    pub fn edit(self, drawing: &Drawing, ids: &BTreeSet<Id>) -> Edit {
-        let Some(all) = bounds(drawing, ids).filter(|_| ids.len() > 1) else { return Edit::default() };
-        let wanted = self.line(all);
-        let mut places: BTreeMap<Id, Point> = BTreeMap::new();
-        for id in ids {
-            let own = BTreeSet::from([*id]);
-            let Some(bounds) = bounds(drawing, &own) else { continue };
-            let by = wanted - self.line(bounds);
-            let by = if self.x { Point::new(by, Length::ZERO) } else { Point::new(Length::ZERO, by) };
-            for node in drawing.nodes_of(&own) {
-                // A node that two of them share goes with the first.
-                if let Some(at) = drawing.at(node) {
-                    places.entry(node).or_insert_with(|| shifted(at, by));
-                }
-            }
-        }
-        let entry = |(id, at): (Id, Point)| {
-            let group = drawing.get(id)?.group;
-            (drawing.at(id) != Some(at)).then_some((id, Some(Entry { thing: Thing::Node { at }, group })))
-        };
-        Edit { name: None, changes: places.into_iter().filter_map(entry).collect() }
-    }
-
-    fn line(self, bounds: Bounds) -> Length {
-        let (low, high) = if self.x { (bounds.min.x, bounds.max.x) } else { (bounds.min.y, bounds.max.y) };
-        match self.sides {
-            Sides::Low => low,
-            Sides::Middle => middle(low, high),
-            Sides::High => high,
-        }
-    }
-}
-
-/// Copies of `ids` in columns and rows, the first being what is there.
-pub fn array(drawing: &Drawing, ids: &BTreeSet<Id>, columns: u32, rows: u32, step: Point) -> Edit {
-    let copied = clip::copied(drawing, ids);
-    let mut edit = Edit::default();
-    let mut next = drawing.next_id();
-    for column in 0..columns {
-        for row in (0..rows).filter(|row| column + row > 0) {
-            if edit.changes.len() > super::MOST_THINGS {
-                return edit;
-            }
-            let by = Point::new(step.x * i64::from(column), step.y * i64::from(row));
-            let (pasted, _) = clip::pasted_from(next, &copied, by);
-            next = Id(next.0.saturating_add(pasted.changes.len() as u32));
-            edit = edit.then(pasted);
-        }
-    }
-    edit
 }

@@ -4,11 +4,11 @@
 
 use super::body::shifted;
 use super::{Drawing, Edit, Entry, Id, Thing};
-use crate::geometry::Point;
+use crate::geometry::{Placement, Point};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// `ids` with their nodes and the groups that are among them, and nothing else. What is imported stays with its file.
-pub fn copied(drawing: &Drawing, ids: &BTreeSet<Id>) -> Drawing {
+/// `ids` with their nodes and the groups that are among them, and nothing else. Objects of files become copies of these.
+pub(super) fn copied(drawing: &Drawing, ids: &BTreeSet<Id>) -> Drawing {
     let mut wanted: BTreeSet<Id> = drawing.leaves(ids);
     wanted.extend(drawing.nodes_of(ids));
     let mut open: Vec<Id> = ids.iter().copied().collect();
@@ -18,13 +18,24 @@ pub fn copied(drawing: &Drawing, ids: &BTreeSet<Id>) -> Drawing {
         }
     }
     let entries = wanted.iter().filter_map(|id| Some((*id, drawing.get(*id)?.clone())));
-    let own = entries.filter(|(_, entry)| !matches!(entry.thing, Thing::Imported { .. }));
+    let own = entries.filter_map(|(id, entry)| Some((id, Entry { thing: copy_of(entry.thing)?, ..entry })));
     let inside = |entry: Entry| Entry { group: entry.group.filter(|group| wanted.contains(group)), ..entry };
     let changes = own.map(|(id, entry)| (id, Some(inside(entry)))).collect();
     let mut copy = Drawing::default();
     // A part of what holds holds too: every tie leads to what was copied.
     let _ = copy.apply(&Edit { name: None, changes });
     copy
+}
+
+/// A copy of a thing; none of an object of a file that is taken out.
+pub(super) fn copy_of(thing: Thing) -> Option<Thing> {
+    match thing {
+        Thing::Imported { by: None, .. } => None,
+        Thing::Imported { file, object, at, by, turn_mdeg, mirror, .. } => {
+            Some(Thing::Imported { file, object, at, by, turn_mdeg, mirror, copy: true })
+        }
+        other => Some(other),
+    }
 }
 
 /// What adds `copy` to `drawing`, moved, and the ids of what lies at its top.
@@ -48,7 +59,8 @@ pub(super) fn pasted_from(next: Id, copy: &Drawing, by: Point) -> (Edit, BTreeSe
                 Thing::Pad { node: new(node), shape, size, turn_mdeg, layer }
             }
             Thing::Hole { node, diameter, plated } => Thing::Hole { node: new(node), diameter, plated },
-            other => other,
+            thing @ Thing::Imported { .. } => thing.placed(Placement::shifted(by), |at| shifted(at, by)),
+            group @ Thing::Group { .. } => group,
         };
         if entry.group.is_none() && (copy.at(id).is_none() || copy.hanging(id).next().is_none()) {
             top.insert(new(id));

@@ -8,7 +8,8 @@
 //! the edit names and what hangs on that, nothing else. Does not know why it was made.
 
 use super::{
-    Drawing, Entry, FURTHEST, Id, LONGEST_NAME, Layer, MOST_THINGS, NARROWEST, PadShape, Thing, WIDEST,
+    Drawing, Entry, FURTHEST, Id, LONGEST_NAME, Layer, MOST_THINGS, NARROWEST, PadShape, Thing,
+    WHOLE_TURN_MDEG, WIDEST,
 };
 use crate::diagnostic::Diagnostic;
 use crate::geometry::Point;
@@ -158,7 +159,10 @@ impl Drawing {
                     return Err(refuse("drawing.long_name", LONGEST_NAME));
                 }
             }
-            Thing::Imported { file, at, by, .. } => {
+            Thing::Imported { file, at, by, turn_mdeg, .. } => {
+                if !(0..WHOLE_TURN_MDEG).contains(turn_mdeg) {
+                    return Err(refuse("drawing.turn", turn_mdeg));
+                }
                 if file.len() > 4 * LONGEST_NAME {
                     return Err(refuse("drawing.long_name", LONGEST_NAME));
                 }

@@ -9,7 +9,6 @@
 //! Comes in: a [`Drawing`], what an edit touched, what is imported. Goes out: ids and places. Follows an edit by what it
 //! touched, whatever the size of the drawing. Does not know pixels.
 
-use super::body::shifted;
 use super::places::Places;
 use super::{Body, Drawing, Id, Imported, Layer, Thing};
 use crate::geometry::{Bounds, Point};
@@ -63,9 +62,9 @@ pub struct Finder {
     imported: Arc<Vec<Imported>>,
     /// The place in `imported` of a file's object.
     objects: BTreeMap<(String, u32), u32>,
-    /// Which imported thing a thing of the drawing speaks of.
+    /// Which imported thing a thing of the drawing speaks of, or is a copy of.
     spoken_of: BTreeMap<Id, u32>,
-    /// And the other way round.
+    /// And the other way round, without copies.
     spoken_by: BTreeMap<u32, Id>,
 }
 
@@ -97,6 +96,36 @@ impl Finder {
         self.spoken_by.get(&imported).copied()
     }
 
+    /// As what a thing of the drawing is caught: as an object of a file where it says where that is.
+    pub fn catch_of(&self, id: Id, thing: &Thing) -> Catch {
+        let of = match thing {
+            Thing::Imported { file, object, copy: false, .. } => self.imported_at(file, *object),
+            _ => None,
+        };
+        of.map_or(Catch::Drawn(id), Catch::Imported)
+    }
+
+    /// The object of a file that was caught, or of which that is a copy.
+    pub fn object_of(&self, catch: Catch) -> Option<u32> {
+        match catch {
+            Catch::Imported(of) => Some(of),
+            Catch::Drawn(id) => self.spoken_of.get(&id).copied(),
+        }
+    }
+
+    /// Where an object of a file is now, or its copy; none where it was taken out.
+    pub fn place_of(&self, drawing: &Drawing, catch: Catch) -> Option<Point> {
+        let said = match catch {
+            Catch::Drawn(id) => drawing.thing(id),
+            Catch::Imported(of) => self.said_of(of).and_then(|id| drawing.thing(id)),
+        };
+        match (said, catch) {
+            (Some(thing), _) => thing.place(),
+            (None, Catch::Imported(of)) => Some(self.imported.get(of as usize)?.at),
+            (None, Catch::Drawn(_)) => None,
+        }
+    }
+
     /// The body of what was caught, where it is now; none where it was taken out.
     pub fn body(&self, catch: Catch) -> Option<&Body> {
         self.bodies.get(&catch)
@@ -106,24 +135,31 @@ impl Finder {
     pub fn update(&mut self, drawing: &Drawing, touched: &BTreeSet<Id>) -> BTreeSet<Catch> {
         let mut moved = BTreeSet::new();
         for id in touched {
-            if let Some(of) = self.spoken_of.remove(id) {
+            if let Some(of) = self.spoken_of.remove(id)
+                && self.spoken_by.get(&of) == Some(id)
+            {
                 self.spoken_by.remove(&of);
                 let whole = self.imported.get(of as usize).map(|one| one.body.clone());
                 self.set(Catch::Imported(of), whole);
                 moved.insert(Catch::Imported(of));
             }
             let entry = drawing.get(*id);
-            if let Some(Thing::Imported { file, object, by, .. }) = entry.map(|entry| &entry.thing)
+            let mut body = entry.and_then(|entry| Body::of(drawing, entry));
+            if let Some(thing @ Thing::Imported { file, object, copy, .. }) = entry.map(|entry| &entry.thing)
                 && let Some(of) = self.imported_at(file, *object)
                 && let Some(one) = self.imported.get(of as usize)
             {
-                let body = by.map(|by| one.body.clone().moved(by));
-                self.set(Catch::Imported(of), body);
+                let placed = thing.placement().map(|placement| one.body.clone().placed(placement, one.at));
                 self.spoken_of.insert(*id, of);
-                self.spoken_by.insert(of, *id);
-                moved.insert(Catch::Imported(of));
+                if *copy {
+                    body = placed;
+                } else {
+                    self.set(Catch::Imported(of), placed);
+                    self.spoken_by.insert(of, *id);
+                    moved.insert(Catch::Imported(of));
+                }
             }
-            self.set(Catch::Drawn(*id), entry.and_then(|entry| Body::of(drawing, entry)));
+            self.set(Catch::Drawn(*id), body);
             moved.insert(Catch::Drawn(*id));
         }
         moved
@@ -139,10 +175,8 @@ impl Finder {
 
     /// Where its copper is; none for holes and nodes.
     pub fn layer(&self, drawing: &Drawing, catch: Catch) -> Option<Layer> {
-        match catch {
-            Catch::Drawn(id) => drawing.thing(id)?.layer(),
-            Catch::Imported(at) => self.imported.get(at as usize)?.layer,
-        }
+        let own = if let Catch::Drawn(id) = catch { drawing.thing(id)?.layer() } else { None };
+        own.or_else(|| self.imported.get(self.object_of(catch)? as usize)?.layer)
     }
 
     /// What has a point in common with `bounds`, by their boxes.
@@ -166,21 +200,22 @@ impl Finder {
     }
 
     fn rank(&self, drawing: &Drawing, catch: Catch) -> u8 {
-        match catch {
-            Catch::Drawn(id) => match drawing.thing(id) {
-                Some(Thing::Node { .. }) => {
-                    let bare = |id: Id| matches!(drawing.thing(id), Some(Thing::Track { .. }));
-                    if drawing.hanging(id).all(bare) { 2 } else { 4 }
-                }
-                Some(Thing::Hole { .. }) => 0,
-                Some(Thing::Pad { .. }) => 1,
-                _ => 3,
-            },
-            Catch::Imported(at) => match self.imported.get(at as usize) {
+        if let Some(of) = self.object_of(catch) {
+            return match self.imported.get(of as usize) {
                 Some(one) if one.layer.is_none() => 5,
                 Some(one) if !one.is_area => 6,
                 _ => 7,
-            },
+            };
+        }
+        let Catch::Drawn(id) = catch else { return 7 };
+        match drawing.thing(id) {
+            Some(Thing::Node { .. }) => {
+                let bare = |id: Id| matches!(drawing.thing(id), Some(Thing::Track { .. }));
+                if drawing.hanging(id).all(bare) { 2 } else { 4 }
+            }
+            Some(Thing::Hole { .. }) => 0,
+            Some(Thing::Pad { .. }) => 1,
+            _ => 3,
         }
     }
 
@@ -208,22 +243,17 @@ impl Finder {
         let (mut ends, mut middles) = (Vec::new(), Vec::new());
         for catch in self.meeting(Bounds::of(at).grown(reach)) {
             let Some(body) = self.bodies.get(&catch).filter(|_| !without.contains(&catch)) else { continue };
-            match catch {
-                Catch::Drawn(id) => match (drawing.thing(id), body.points.as_slice()) {
-                    (Some(Thing::Node { at }), _) => ends.push(Snap::Node(*at, id)),
-                    (Some(Thing::Track { .. }), [a, b]) => middles.push(Snap::Middle(halfway(*a, *b), id)),
-                    _ => {}
-                },
-                Catch::Imported(of) => {
-                    let spots = self.imported.get(of as usize).map(Imported::spots).unwrap_or_default();
-                    // The body may be elsewhere by now than its file says.
-                    let by = self.said_of(of).and_then(|id| match drawing.thing(id)? {
-                        Thing::Imported { by, .. } => *by,
-                        _ => None,
-                    });
-                    let by = by.unwrap_or_default();
-                    ends.extend(spots.into_iter().map(|spot| Snap::Imported(shifted(spot, by), of)));
-                }
+            if let Some(of) = self.object_of(catch) {
+                let place = self.place_of(drawing, catch);
+                let spots = self.imported.get(of as usize).zip(place).map(|(one, at)| one.spots(at, body));
+                ends.extend(spots.into_iter().flatten().map(|spot| Snap::Imported(spot, of)));
+                continue;
+            }
+            let Catch::Drawn(id) = catch else { continue };
+            match (drawing.thing(id), body.points.as_slice()) {
+                (Some(Thing::Node { at }), _) => ends.push(Snap::Node(*at, id)),
+                (Some(Thing::Track { .. }), [a, b]) => middles.push(Snap::Middle(halfway(*a, *b), id)),
+                _ => {}
             }
         }
         let nearest = |snaps: Vec<Snap>| {

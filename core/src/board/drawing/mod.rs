@@ -19,31 +19,37 @@ mod figures;
 mod files;
 mod find;
 mod history;
+mod holes_written;
 mod imported;
+mod over;
 mod places;
+mod selection;
 mod sizes;
 mod svg;
 #[cfg(test)]
 mod tests;
 mod text;
+mod written;
 
 pub use body::Body;
 pub use change::{
-    Align, Sides, TrackEnd, array, bounds, grouped, hole, moved, node, pad, placed, put, regrouped, removed,
-    renamed, track, turned, ungrouped,
+    TrackEnd, grouped, hole, moved, node, pad, placed, put, regrouped, removed, renamed, track, ungrouped,
 };
-pub use clip::{copied, pasted};
+pub use clip::pasted;
 pub use edit::{Edit, whole_turn};
 pub use figures::{DrawingFigures, Smallest, WINDOW};
 pub use files::{files, stem};
 pub use find::{Catch, Finder, Snap, whole};
 pub use history::History;
-pub use imported::{Imported, imported, lay_over, lay_over_all, read_under};
-pub use svg::svg;
+pub use imported::{Imported, imported};
+pub use over::{files_over, lay_over, lay_over_all, read_under};
+pub use selection::{Align, Selection, Sides, put_back};
+pub use svg::{board_svg, svg};
 pub use text::{is_one, read, write};
 
-use crate::geometry::Point;
+use crate::geometry::{Placement, Point};
 use crate::units::Length;
+use body::shifted;
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -57,6 +63,9 @@ pub const FURTHEST: Length = Length::from_um(1_000_000);
 pub const NARROWEST: Length = Length::from_um(10);
 /// The widest of them.
 pub const WIDEST: Length = Length::from_um(100_000);
+
+/// A whole turn in thousandths of a degree.
+const WHOLE_TURN_MDEG: i32 = 360_000;
 
 /// Tells one thing of a drawing from the others.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
@@ -184,7 +193,12 @@ pub enum Thing {
         /// What it is called.
         name: String,
     },
-    /// Something of an imported file that is not as the file says. The file itself is never changed.
+    /// Something of an imported file that is not as the file says, or a copy of it. The file itself is never changed.
+    ///
+    /// It stays an object of its file, with its aperture: mirrored and turned about the place where the file puts it, then moved.
+    /// An aperture is held so, as `%LM` and `%LR` of the format hold it; strokes and contours get their points anew. Quarter turns
+    /// and mirrors are exact; at any other angle every point is the nearest whole nanometre. However often it is turned, it is
+    /// turned once, from how the file draws it: no error adds up.
     Imported {
         /// The file, by its name as read.
         file: String,
@@ -194,6 +208,15 @@ pub enum Thing {
         at: Point,
         /// It is moved by so much; none where it is taken out.
         by: Option<Point>,
+        /// Rotation counter-clockwise in thousandths of a degree.
+        #[serde(default)]
+        turn_mdeg: i32,
+        /// Left becomes right before it is turned.
+        #[serde(default)]
+        mirror: bool,
+        /// It is there beside the one in the file.
+        #[serde(default)]
+        copy: bool,
     },
 }
 
@@ -229,6 +252,38 @@ impl Thing {
             Self::Node { .. } | Self::Group { .. } | Self::Imported { .. } => (None, None),
         };
         one.into_iter().chain(two)
+    }
+
+    /// How an object of a file lies, about the place where its file puts it; none where it is taken out, and for all others.
+    pub fn placement(&self) -> Option<Placement> {
+        match self {
+            Self::Imported { by: Some(shift), turn_mdeg, mirror, .. } => {
+                Some(Placement { mirror: *mirror, rotation_mdeg: *turn_mdeg, shift: *shift })
+            }
+            _ => None,
+        }
+    }
+
+    /// Where an object of a file lies; none where it is taken out, and for all others.
+    pub fn place(&self) -> Option<Point> {
+        match self {
+            Self::Imported { at, by: Some(by), .. } => Some(shifted(*at, *by)),
+            _ => None,
+        }
+    }
+
+    /// An object of a file placed anew: its place goes as `place` says, and it is mirrored and turned as `placement` does.
+    fn placed(self, placement: Placement, place: impl Fn(Point) -> Point) -> Self {
+        match (self.place(), self) {
+            (Some(now), Self::Imported { file, object, at, turn_mdeg, mirror, copy, .. }) => {
+                let next = place(now);
+                let by = Some(Point::new(next.x - at.x, next.y - at.y));
+                let turn = if placement.mirror { -turn_mdeg } else { turn_mdeg };
+                let turn_mdeg = turn.saturating_add(placement.rotation_mdeg).rem_euclid(WHOLE_TURN_MDEG);
+                Self::Imported { file, object, at, by, turn_mdeg, mirror: mirror != placement.mirror, copy }
+            }
+            (_, other) => other,
+        }
     }
 
     /// Where its copper is, if it is copper or an edge.
@@ -327,6 +382,13 @@ impl Drawing {
             }
         }
         leaves
+    }
+
+    /// The places of `ids` and of all in the groups among them: of their nodes, and of objects of files.
+    pub fn spots_of(&self, ids: &BTreeSet<Id>) -> Vec<Point> {
+        let nodes = self.nodes_of(ids).into_iter().filter_map(|node| self.at(node));
+        let objects = self.leaves(ids).into_iter().filter_map(|id| self.thing(id)?.place());
+        nodes.chain(objects).collect()
     }
 
     /// The nodes of `ids`, of all in the groups among them, and those among them that are nodes.

@@ -1,6 +1,7 @@
 //! The laws of drawings.
 
 mod near;
+mod over;
 
 use super::*;
 use crate::artwork::{self, Form, ObjectShape, Overrides};
@@ -19,6 +20,10 @@ fn um(um: i64) -> Length {
 
 fn set(ids: &[Id]) -> BTreeSet<Id> {
     ids.iter().copied().collect()
+}
+
+fn catches(ids: &[Id]) -> BTreeSet<Catch> {
+    ids.iter().copied().map(Catch::Drawn).collect()
 }
 
 /// What is of a kind, in order.
@@ -53,11 +58,18 @@ fn board_of(drawing: &Drawing) -> (Board, Vec<crate::diagnostic::Diagnostic>) {
     (board, diagnostics)
 }
 
-/// Some edit; not all of them can be.
-fn some_edit(drawing: &Drawing, chance: &mut Chance) -> Edit {
+/// Some edit of a drawing over files; not all of them can be.
+fn some_edit(drawing: &Drawing, imported: &Arc<Vec<Imported>>, chance: &mut Chance) -> Edit {
     let ids: Vec<Id> = drawing.things().map(|(id, _)| id).collect();
     let some = |chance: &mut Chance| -> BTreeSet<Id> {
         (0..chance.below(4)).filter_map(|_| ids.get(chance.below(ids.len().max(1))).copied()).collect()
+    };
+    let finder = Finder::new(drawing, imported.clone());
+    let chosen = |chance: &mut Chance| {
+        let drawn = some(chance).into_iter().map(Catch::Drawn).collect::<BTreeSet<_>>();
+        let objects = (0..chance.below(4)).map(|_| Catch::Imported(chance.below(imported.len()) as u32));
+        let all = drawn.into_iter().chain(objects.filter(|_| !imported.is_empty())).collect();
+        Selection::new(drawing, &finder, &all)
     };
     let place = |chance: &mut Chance| mm(chance.below(40) as f64 / 2.0, chance.below(40) as f64 / 2.0);
     let shape = PadShape::ALL[chance.below(3)];
@@ -67,14 +79,14 @@ fn some_edit(drawing: &Drawing, chance: &mut Chance) -> Edit {
         1 | 2 => track(drawing, (TrackEnd::At(place(chance)), TrackEnd::At(place(chance))), um(300), layer).0,
         3 => pad(drawing, TrackEnd::At(place(chance)), (shape, um(1_500)), Some(um(700)), layer),
         4 => hole(drawing, TrackEnd::At(place(chance)), um(900), chance.below(2) == 0),
-        5 => moved(drawing, &some(chance), place(chance)),
-        6 => turned(drawing, &some(chance), chance.below(360) as i32 * 1_000, chance.below(2) == 0),
-        7 => removed(drawing, &some(chance)),
+        5 => chosen(chance).moved(place(chance)),
+        6 => chosen(chance).turned(chance.below(360) as i32 * 1_000, chance.below(2) == 0),
+        7 => chosen(chance).removed(),
         8 => grouped(drawing, &some(chance), "group").0,
         9 => ungrouped(drawing, &some(chance)),
-        10 => Align { x: chance.below(2) == 0, sides: Sides::Middle }.edit(drawing, &some(chance)),
-        11 => array(drawing, &some(chance), 2, 2, place(chance)),
-        12 => pasted(drawing, &copied(drawing, &some(chance)), place(chance)).0,
+        10 => chosen(chance).aligned(Align { x: chance.below(2) == 0, sides: Sides::Middle }),
+        11 => chosen(chance).array(2, 2, place(chance)),
+        12 => pasted(drawing, &chosen(chance).copied(), place(chance)).0,
         13 => regrouped(drawing, &some(chance), ids.get(chance.below(ids.len().max(1))).copied()),
         14 => renamed(drawing, None, &format!("name {}", chance.below(9))),
         _ => Edit::one(Id(chance.below(60) as u32), None),
@@ -86,9 +98,11 @@ fn undone(seeds: std::ops::Range<u64>) {
     for seed in seeds {
         let mut chance = Chance::new(seed);
         let mut history = History::new(if chance.below(2) == 0 { small() } else { Drawing::named("") });
+        let objects = if chance.below(2) == 0 { imported(&given(), &[1]) } else { Vec::new() };
+        let objects = Arc::new(objects);
         let (first, mut refused) = (history.now().clone(), 0);
         for _ in 0..chance.below(30) {
-            let (edit, before) = (some_edit(history.now(), &mut chance), history.now().clone());
+            let (edit, before) = (some_edit(history.now(), &objects, &mut chance), history.now().clone());
             if history.make(&edit).is_err() {
                 assert_eq!(*history.now(), before, "seed {seed}: what is refused changes nothing");
                 refused += 1;
@@ -216,20 +230,28 @@ fn groups_lie_in_groups_to_any_depth_and_go_as_one() {
 fn copies_turn_align_and_stand_in_rows() {
     let mut drawing = small();
     let pads = all(&drawing, "pad");
-    let (edit, top) = pasted(&drawing, &copied(&drawing, &set(&[pads[0]])), mm(0.0, 20.0));
+    let finder = Finder::new(&drawing, Arc::default());
+    let copy = Selection::new(&drawing, &finder, &catches(&pads[..1])).copied();
+    let (edit, top) = pasted(&drawing, &copy, mm(0.0, 20.0));
     drawing.apply(&edit).unwrap();
     assert_eq!(top.len(), 1, "{top:?}");
     assert!(drawing.node_at(mm(5.0, 25.0)).is_some());
     let copy = *top.first().unwrap();
-    drawing.apply(&Align { x: true, sides: Sides::Low }.edit(&drawing, &set(&[pads[1], copy]))).unwrap();
+    let chosen = |drawing: &mut Drawing, ids: &[Id], edit: &dyn Fn(&Selection<'_>) -> Edit| {
+        let finder = Finder::new(drawing, Arc::default());
+        let edit = edit(&Selection::new(drawing, &finder, &catches(ids)));
+        drawing.apply(&edit).unwrap();
+        let finder = Finder::new(drawing, Arc::default());
+        Selection::new(drawing, &finder, &catches(ids)).bounds().unwrap()
+    };
+    let line = Align { x: true, sides: Sides::Low };
+    chosen(&mut drawing, &[pads[1], copy], &|both| both.aligned(line));
     assert!(drawing.node_at(mm(5.0, 5.0)).is_some(), "left edges in one line");
-    let edit = array(&drawing, &set(&[copy]), 3, 2, mm(2.54, 7.62));
-    drawing.apply(&edit).unwrap();
-    assert_eq!(all(&drawing, "pad").len(), 3 + 5);
-    let before = bounds(&drawing, &set(&all(&drawing, "pad"))).unwrap();
-    let quarter = turned(&drawing, &set(&all(&drawing, "pad")), 90_000, false);
-    drawing.apply(&quarter).unwrap();
-    let after = bounds(&drawing, &set(&all(&drawing, "pad"))).unwrap();
+    chosen(&mut drawing, &[copy], &|one| one.array(3, 2, mm(2.54, 7.62)));
+    let pads = all(&drawing, "pad");
+    assert_eq!(pads.len(), 3 + 5);
+    let before = chosen(&mut drawing, &pads, &|all| all.moved(mm(1.0, 0.0)));
+    let after = chosen(&mut drawing, &pads, &|all| all.turned(90_000, false));
     assert_eq!(before.max.x - before.min.x, after.max.y - after.min.y);
 }
 
@@ -318,8 +340,7 @@ fn imported_layers_are_taken_out_moved_and_added_to() {
     let found = imported(&artwork, &[1]);
     assert_eq!(found.len(), 5, "two pads, a track, two holes");
     let mut drawing = Drawing::default();
-    let about =
-        |one: &Imported, by| Thing::Imported { file: one.file.clone(), object: one.object, at: one.at, by };
+    let about = |one: &Imported, by| over::spoken((&one.file, one.object, one.at), by);
     let things =
         [about(&found[0], None), about(&found[2], Some(mm(0.0, 2.0))), about(&found[4], Some(mm(0.0, 4.0)))];
     for thing in things {
@@ -346,7 +367,7 @@ fn imported_layers_are_taken_out_moved_and_added_to() {
     }
     assert_eq!(copper.islands.len(), 1);
     assert_eq!(given(), artwork, "the files are as they were");
-    let lost = Thing::Imported { file: "a.gbr".into(), object: 0, at: mm(2.0, 2.0), by: None };
+    let lost = over::spoken(("a.gbr", 0, mm(2.0, 2.0)), None);
     let mut other = Drawing::default();
     other.apply(&Edit::one(Id(1), Some(Entry { thing: lost, group: None }))).unwrap();
     let said = lay_over(&other, &mut given(), &mut vec![1]);

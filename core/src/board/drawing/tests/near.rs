@@ -52,7 +52,7 @@ fn the_smallest_figures_follow_every_edit() {
         let edit = if chance.below(3) == 0 {
             moved(history.now(), &set(&[node]), mm(chance.between(-0.3, 0.3), chance.between(-0.3, 0.3)))
         } else {
-            some_edit(history.now(), &mut chance)
+            some_edit(history.now(), &Arc::default(), &mut chance)
         };
         let touched = if chance.below(4) == 0 {
             history.step(true).unwrap_or_default()

@@ -1,0 +1,33 @@
+//! A drawing over files, written: the files that it changes with what is drawn beside them, or a picture of all of it.
+//!
+//! Comes in: files with the drawing among them. Goes out: one file to save. Does not know who saves it.
+
+use super::board_files;
+use super::messages::{ToWriteOver, WrittenOver};
+use annulus_core::artwork;
+use annulus_core::board::drawing;
+use annulus_core::diagnostic::Diagnostic;
+
+/// Writes it.
+pub(super) fn write(wanted: &ToWriteOver) -> Result<WrittenOver, Diagnostic> {
+    let read = &wanted.read;
+    let under = board_files::as_said(read, board_files::artwork(read));
+    let drawn = read.files.iter().find(|(_, bytes)| drawing::is_one(bytes));
+    let history = match drawn {
+        Some((name, bytes)) => drawing::read(name, &String::from_utf8_lossy(bytes))?,
+        None => drawing::History::default(),
+    };
+    let name = history.now().name();
+    let stem = drawing::stem(name);
+    if wanted.picture {
+        let (.., board, mut lost) = board_files::board(read, under);
+        // Nothing else is asked of the board here.
+        lost.retain(|one| one.code == "drawing.file_is_another");
+        let bytes = drawing::board_svg(&board, name).into_bytes();
+        return Ok(WrittenOver { name: format!("{stem}.svg"), bytes, is_picture: true, lost });
+    }
+    let (texts, lost) = drawing::files_over(history.now(), under);
+    let files: Vec<_> = texts.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
+    let bytes = artwork::packed(&files)?;
+    Ok(WrittenOver { name: format!("{stem}.zip"), bytes, is_picture: false, lost })
+}

@@ -1,0 +1,273 @@
+//! Drawn over files: what they draw is moved, turned, copied and taken out, and what is drawn is added. The files are never changed:
+//! what was read of them is, before the board is made.
+//!
+//! ```text
+//!  files ─ read ─▶ Artwork ─ lay_over(drawing) ─▶ Artwork ─▶ Board ─▶ plan, proof, simulation, like any other
+//!  object 7 ─┬─ as the drawing says, in its own place of the file      apertures are held mirrored and turned,
+//!            └─ its copies, right behind it                            paths get their points anew
+//! ```
+//!
+//! Comes in: an [`Artwork`] and a [`Drawing`]. Goes out: the same artwork, changed; diagnostics where a file is not as it was.
+//! What lies in blocks and repeats stays as it is.
+
+use super::body::{path_about, shifted};
+use super::holes_written::excellon_text;
+use super::imported::{place_of, taken};
+use super::text::{is_one, read};
+use super::written::gerber_text;
+use super::{Drawing, Thing, files};
+use crate::artwork::{
+    self, Artwork, DrillFile, FileRead, Gerber, Hit, Object, ObjectShape, Overrides, Transform,
+};
+use crate::diagnostic::Diagnostic;
+use crate::geometry::{Path, Placement, Point};
+use std::collections::{BTreeMap, BTreeSet};
+
+/// Lays the drawings among `files`, which are no artwork, over the artwork of the others.
+pub fn lay_over_all(
+    files: &[(String, Vec<u8>)],
+    artwork: &mut Artwork,
+    used: &mut Vec<usize>,
+) -> Vec<Diagnostic> {
+    let drawings = files.iter().filter(|(_, bytes)| is_one(bytes));
+    let each = |(name, bytes): &(String, Vec<u8>)| match read(name, &String::from_utf8_lossy(bytes)) {
+        Ok(history) => lay_over(history.now(), artwork, used),
+        Err(why) => vec![why],
+    };
+    drawings.flat_map(each).collect()
+}
+
+/// The artwork of what is no drawing among `files`.
+pub fn read_under(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
+    let under: Vec<_> = files.iter().filter(|(_, bytes)| !is_one(bytes)).cloned().collect();
+    artwork::read_set(&under, overrides)
+}
+
+/// Makes the artwork what the drawing says it is: takes out, moves, adds. `used` follows.
+pub fn lay_over(drawing: &Drawing, artwork: &mut Artwork, used: &mut Vec<usize>) -> Vec<Diagnostic> {
+    let (_, mut diagnostics) = changed(drawing, artwork);
+    let texts = files(drawing);
+    if texts.is_empty() {
+        return diagnostics;
+    }
+    let board = used.iter().filter_map(|row| artwork.files.get(*row)).map(|file| file.board.clone()).next();
+    let texts: Vec<(String, Vec<u8>)> =
+        texts.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
+    for mut file in artwork::read_set(&texts, &Overrides::default()).files {
+        // Its numbers are as they are written, wherever its holes lie.
+        file.evidence = None;
+        file.board = board.clone().unwrap_or_default();
+        diagnostics.append(&mut file.diagnostics);
+        add(artwork, used, file);
+    }
+    diagnostics
+}
+
+/// The files that a drawing makes of those it is drawn over: of each in which it moves, turns, copies or takes out something the
+/// whole, as it is then, by the name that it has; and [`files`] of what is drawn. Files that it does not speak of are as they were.
+pub fn files_over(drawing: &Drawing, mut artwork: Artwork) -> (Vec<(String, String)>, Vec<Diagnostic>) {
+    let (rows, lost) = changed(drawing, &mut artwork);
+    let mut texts = files(drawing);
+    for file in rows.into_iter().filter_map(|row| artwork.files.get(row)) {
+        let text = match (&file.drill, &file.gerber) {
+            (Some(drill), _) => excellon_text(drill, file.plated),
+            (None, Some(gerber)) => gerber_text(gerber),
+            (None, None) => continue,
+        };
+        let own = file.name.rsplit(['/', '\\']).next().unwrap_or_default();
+        let taken = |name: &str| texts.iter().any(|(other, _)| other == name);
+        let again = (2..).map(|count| format!("{count}-{own}"));
+        let name = std::iter::once(own.to_owned()).chain(again).find(|name| !taken(name));
+        texts.extend(name.map(|name| (name, text)));
+    }
+    (texts, lost)
+}
+
+/// What is drawn goes into the layer that the board takes; where there is none, it is that layer.
+fn add(artwork: &mut Artwork, used: &mut Vec<usize>, file: FileRead) {
+    let row = file.gerber.as_ref().and_then(|_| taken(artwork, used, file.role, file.side));
+    let into = row.and_then(|row| artwork.files.get_mut(row)?.gerber.as_mut());
+    match (into, file.gerber) {
+        (Some(into), Some(drawn)) => graft(into, drawn),
+        (_, gerber) => {
+            if file.drill.is_some() {
+                used.push(artwork.files.len());
+            }
+            artwork.files.push(FileRead { gerber, ..file });
+        }
+    }
+}
+
+fn graft(into: &mut Gerber, drawn: Gerber) {
+    let (apertures, transforms) = (into.apertures.len() as u32, into.transforms.len() as u32);
+    let (tags, negative) = (into.tags.len() as u32, into.negative_image);
+    into.apertures.extend(drawn.apertures);
+    into.transforms.extend(drawn.transforms);
+    into.tags.extend(drawn.tags);
+    into.objects.extend(drawn.objects.into_iter().map(|object| Object {
+        aperture: object.aperture + apertures,
+        transform: object.transform + transforms,
+        tag: object.tag + tags,
+        // What is drawn on a negative layer is no copper; what is taken away from it is.
+        clear: object.clear != negative,
+        ..object
+    }));
+}
+
+/// What becomes of an object of a file.
+struct Change {
+    object: u32,
+    /// Where its file puts it.
+    at: Point,
+    /// How it lies about that place; none where it goes.
+    becomes: Option<Placement>,
+    /// A copy of it does, and it stays.
+    copy: bool,
+}
+
+/// Takes out, places anew and copies what the drawing says. Gives the rows of the files, and what there is to say.
+fn changed(drawing: &Drawing, artwork: &mut Artwork) -> (BTreeSet<usize>, Vec<Diagnostic>) {
+    let mut wanted: BTreeMap<&str, Vec<Change>> = BTreeMap::new();
+    for (_, entry) in drawing.things() {
+        if let Thing::Imported { file, object, at, copy, .. } = &entry.thing {
+            let becomes = entry.thing.placement();
+            let change = Change { object: *object, at: *at, becomes, copy: *copy };
+            wanted.entry(file).or_default().push(change);
+        }
+    }
+    let (mut rows, mut lost) = (BTreeSet::new(), Vec::new());
+    for (name, changes) in wanted {
+        let row = artwork.files.iter().position(|file| is_called(&file.name, name));
+        rows.extend(row);
+        let file = row.and_then(|row| artwork.files.get_mut(row));
+        let missed = match file.map(|file| (&mut file.gerber, &mut file.drill)) {
+            Some((Some(gerber), None)) => of_layer(gerber, &changes),
+            Some((_, Some(drill))) => of_drill(drill, &changes),
+            _ => changes.iter().map(|change| change.at).collect(),
+        };
+        if let Some(first) = missed.first() {
+            let warning = Diagnostic::warning("drawing.file_is_another").at(name, 0, 0);
+            let warning = warning.with("count", missed.len());
+            lost.push(warning.with("x", first.x.mm()).with("y", first.y.mm()));
+        }
+    }
+    (rows, lost)
+}
+
+/// Whether a file that was read is the one that a drawing names: by the whole of its name, or by its end, as a file has
+/// another folder before its name where another reads it.
+fn is_called(name: &str, wanted: &str) -> bool {
+    let ends = |long: &str, short: &str| {
+        long.strip_suffix(short).is_some_and(|rest| rest.is_empty() || rest.ends_with('/'))
+    };
+    ends(name, wanted) || ends(wanted, name)
+}
+
+/// The place of the object that is meant: by its number where it lies there, else the first that does.
+fn meant(places: &[Option<Point>], object: u32, at: Point) -> Option<usize> {
+    let by_number = Some(object as usize).filter(|index| places.get(*index) == Some(&Some(at)));
+    by_number.or_else(|| places.iter().position(|place| *place == Some(at)))
+}
+
+fn of_layer(gerber: &mut Gerber, changes: &[Change]) -> Vec<Point> {
+    let mut held = Held { transforms: &mut gerber.transforms, known: BTreeMap::new() };
+    let objects = std::mem::take(&mut gerber.objects);
+    let place = |object: &Object| place_of(&object.shape);
+    let made = made(objects, changes, place, |object, placement| held.placed(object, placement));
+    gerber.objects = made.objects;
+    made.missed
+}
+
+fn of_drill(drill: &mut DrillFile, changes: &[Change]) -> Vec<Point> {
+    let hits = std::mem::take(&mut drill.hits);
+    let place = |hit: &Hit| Some(hit.at);
+    let made =
+        made(hits, changes, place, |hit, placement| Hit { at: shifted(hit.at, placement.shift), ..*hit });
+    for slot in &mut drill.slots {
+        let begins = made.begins.get(slot.after_hits as usize).copied();
+        slot.after_hits = begins.unwrap_or(made.objects.len()) as u32;
+    }
+    drill.hits = made.objects;
+    made.missed
+}
+
+/// Objects of a file after changes.
+struct Made<T> {
+    objects: Vec<T>,
+    /// Where each that was there, or what is behind it, is now.
+    begins: Vec<usize>,
+    /// The places at which none lies.
+    missed: Vec<Point>,
+}
+
+/// Makes `changes` of `objects`, in their order: copies come right behind what they are copies of.
+fn made<T: Clone>(
+    objects: Vec<T>,
+    changes: &[Change],
+    place: impl Fn(&T) -> Option<Point>,
+    mut placed: impl FnMut(&T, Placement) -> T,
+) -> Made<T> {
+    let places: Vec<_> = objects.iter().map(place).collect();
+    let mut becomes: BTreeMap<usize, Option<Placement>> = BTreeMap::new();
+    let mut copies: BTreeMap<usize, Vec<Placement>> = BTreeMap::new();
+    let mut made = Made { objects: Vec::new(), begins: Vec::new(), missed: Vec::new() };
+    for change in changes {
+        match meant(&places, change.object, change.at) {
+            None => made.missed.push(change.at),
+            Some(index) if change.copy => copies.entry(index).or_default().extend(change.becomes),
+            Some(index) => drop(becomes.insert(index, change.becomes)),
+        }
+    }
+    for (index, object) in objects.into_iter().enumerate() {
+        made.begins.push(made.objects.len());
+        let beside: Vec<T> =
+            copies.get(&index).into_iter().flatten().map(|copy| placed(&object, *copy)).collect();
+        match becomes.get(&index) {
+            None => made.objects.push(object),
+            Some(None) => {}
+            Some(Some(placement)) => made.objects.push(placed(&object, *placement)),
+        }
+        made.objects.extend(beside);
+    }
+    made
+}
+
+/// How the apertures of a layer are held, with what is turned.
+struct Held<'a> {
+    transforms: &'a mut Vec<Transform>,
+    /// By what they were held in, mirror and turn.
+    known: BTreeMap<(u32, bool, i32), u32>,
+}
+
+impl Held<'_> {
+    /// An object placed about its place.
+    fn placed(&mut self, object: &Object, placement: Placement) -> Object {
+        let mut object = object.clone();
+        match &mut object.shape {
+            ObjectShape::Flash { at } => *at = shifted(*at, placement.shift),
+            ObjectShape::Stroke { from, segment } => {
+                let path = Path { start: *from, segments: vec![*segment] };
+                let placed = path_about(&path, placement, *from);
+                *from = placed.start;
+                placed.segments.into_iter().for_each(|now| *segment = now);
+            }
+            ObjectShape::Contour(path) => *path = path_about(path, placement, path.start),
+            ObjectShape::Repeat { .. } => {}
+        }
+        if placement.mirror || placement.rotation_mdeg != 0 {
+            object.transform = self.turned(object.transform, placement);
+        }
+        object
+    }
+
+    fn turned(&mut self, transform: u32, Placement { mirror, rotation_mdeg, .. }: Placement) -> u32 {
+        let transforms = &mut *self.transforms;
+        *self.known.entry((transform, mirror, rotation_mdeg)).or_insert_with(|| {
+            let turn_deg = f64::from(rotation_mdeg) / 1_000.0;
+            let inner = transforms.get(transform as usize).copied().unwrap_or(Transform::PLAIN);
+            let next = transforms.len() as u32;
+            transforms.push(Transform { mirrored: mirror, turn_deg, scale: 1.0 }.over(inner));
+            next
+        })
+    }
+}
