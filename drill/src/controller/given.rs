@@ -25,4 +25,6 @@ pub struct JobGiven {
     pub changer: Option<ToolMacro>,
     /// What opening the port may do to the board.
     pub reset_on_open: Option<ResetOnOpen>,
+    /// The name of the mill that the controller was said to be.
+    pub mill: Option<String>,
 }

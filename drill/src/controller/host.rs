@@ -1,5 +1,5 @@
-//! Whether the computer itself stood still: a page whose dialog was open carries no bytes, a computer that slept has no time. What is not
-//! heard then is no silence of the board.
+//! Whether the computer itself stood still: a page whose dialog was open carries no bytes, a computer that slept has no time, nor has a
+//! command that was suspended. What is not heard then is no silence of the board.
 //!
 //! ```text
 //! turn ── 10 ms ── turn ─────────── 6 s ─────────── turn        the clock of the engine has a second of it
@@ -14,11 +14,11 @@ use std::time::Duration;
 /// Between two turns, and between writing and carrying: what takes longer is a computer that stands still.
 const STANDS: Duration = Duration::from_secs(1);
 /// Whoever stands at the machine takes it for held after so long: it does not go on unasked.
-pub(super) const HELD_AFTER: Duration = Duration::from_secs(4);
+pub const HELD_AFTER: Duration = Duration::from_secs(4);
 
 /// What a look brought to light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum HostNews {
+pub enum HostNews {
     /// It stands still, or stood: how long anything takes says nothing.
     Late,
     /// It did so for too long.
@@ -27,7 +27,7 @@ pub(super) enum HostNews {
 
 /// What is known of the computer.
 #[derive(Debug)]
-pub(super) struct Host {
+pub struct Host {
     /// What takes longer than this is late.
     late: Duration,
     looked: Duration,
@@ -43,30 +43,30 @@ pub(super) struct Host {
 
 impl Host {
     /// A computer at whose port a board runs `speed` times faster than life.
-    pub(super) fn new(now: Duration, speed: f64) -> Self {
+    pub fn new(now: Duration, speed: f64) -> Self {
         let late = STANDS.div_f64(speed.max(1.0));
         Self { late, looked: now, waits: None, written: 0, carried: 0, stood: Duration::ZERO, told: None }
     }
 
     /// Time in which nobody could be heard.
-    pub(super) fn stood(&self) -> Duration {
+    pub fn stood(&self) -> Duration {
         self.stood
     }
 
     /// Bytes are on their way to the port.
-    pub(super) fn is_written(&mut self, now: Duration) {
+    pub fn is_written(&mut self, now: Duration) {
         self.written += 1;
         self.waits.get_or_insert(now);
     }
 
     /// The oldest of them are there.
-    pub(super) fn is_carried(&mut self, now: Duration) {
+    pub fn is_carried(&mut self, now: Duration) {
         self.carried = self.written.min(self.carried + 1);
         self.waits = (self.carried < self.written).then_some(now);
     }
 
     /// Looks at the time. Gives what is to be said, each once of every time that it stood still.
-    pub(super) fn look(&mut self, now: Duration) -> Option<HostNews> {
+    pub fn look(&mut self, now: Duration) -> Option<HostNews> {
         let passed = now.saturating_sub(self.looked);
         self.looked = now;
         let waits = self.waits.map_or(Duration::ZERO, |since| now.saturating_sub(since));

@@ -31,5 +31,6 @@ mod tools;
 pub use attended::{Attended, AttendedJob, ControllerGlimpse, Due, Told};
 pub use expected::unlike_mill;
 pub use given::JobGiven;
+pub use host::{HELD_AFTER, Host, HostNews};
 pub use job_tools::{JobTools, SectionWear};
 pub use station::Station;
