@@ -106,8 +106,8 @@ impl CheckRun {
         Self { routine, pen, at: 0, lines, stage, line: 0, done: 0, of, refused: 0, why }
     }
 
-    /// The next line, with the line of the program that it is of.
-    fn next(&mut self) -> Option<(String, u32)> {
+    /// The next line, with the section and the line of the program that it is of.
+    fn next(&mut self) -> Option<(String, usize, u32)> {
         while self.lines.is_empty() && self.at < self.routine.sections.len() {
             self.lines = lines_of(&self.routine, self.at, &mut self.pen).into();
             self.at += 1;
@@ -117,7 +117,7 @@ impl CheckRun {
         let mut sources = std::iter::once(&next).chain(&self.lines).map(|line| line.source);
         let line = sources.find(|line| *line > 0).unwrap_or(self.line);
         self.line = line;
-        Some((next.text, self.line))
+        Some((next.text, self.at.saturating_sub(1), self.line))
     }
 
     fn over(&self, why: Option<Diagnostic>) -> EngineAction {
@@ -191,8 +191,8 @@ impl Controller {
         let Some(check) = self.check.as_mut().filter(|check| check.stage == CheckStage::Reading) else {
             return false;
         };
-        if let Some((text, line)) = check.next() {
-            self.send(&text, Meaning::Check { text: text.clone(), line });
+        if let Some((text, section, line)) = check.next() {
+            self.send(&text, Meaning::Check { text: text.clone(), section, line });
             return true;
         }
         if is_idle {
@@ -202,7 +202,7 @@ impl Controller {
     }
 
     /// A line was answered.
-    pub(super) fn check_answered(&mut self, text: &str, line: u32, error: Option<u16>) {
+    pub(super) fn check_answered(&mut self, text: &str, (section, line): (usize, u32), error: Option<u16>) {
         let Some(check) = &mut self.check else { return };
         check.done += 1;
         let (done, of) = (check.done, check.of);
@@ -210,7 +210,7 @@ impl Controller {
             check.refused += 1;
             if check.refused <= MOST_TOLD {
                 let why = Diagnostic::error(&settings::error_code(number)).with("number", number);
-                let why = why.with("line", text).at(&check.routine.name, line, 1);
+                let why = why.with("line", text).at(check.routine.program_of(section), line, 1);
                 self.out.push(EngineAction::Check(CheckNews::Refused { why }));
             }
         }
@@ -309,9 +309,9 @@ impl Controller {
 
     /// The line of the program that is being read, and its text: the oldest without an answer.
     pub(super) fn checked_line(&self) -> Option<(String, u32)> {
-        let name = &self.check.as_ref()?.routine.name;
+        let routine = &self.check.as_ref()?.routine;
         self.buffer.waiting().find_map(|sent| match &sent.meaning {
-            Meaning::Check { line, .. } => Some((name.clone(), *line)),
+            Meaning::Check { section, line, .. } => Some((routine.program_of(*section).to_owned(), *line)),
             _ => None,
         })
     }

@@ -86,9 +86,10 @@ pub(super) enum Meaning {
     Changer(ChangerLine),
     /// `$C`, into check mode.
     CheckMode,
-    /// A line of a job that is read in check mode: its text, and the line of the program.
+    /// A line of a job that is read in check mode: its text, and the section and the line of the program.
     Check {
         text: String,
+        section: usize,
         line: u32,
     },
     /// A line of a job: its text, how long it may wait.
@@ -453,7 +454,9 @@ impl Controller {
             (Meaning::Job { .. }, None) => self.answered_lines += 1,
             (Meaning::Changer(line), error) => self.changer_answered(line, error),
             (Meaning::CheckMode, error) => self.check_mode_answered(error),
-            (Meaning::Check { text, line }, error) => self.check_answered(&text, line, error),
+            (Meaning::Check { text, section, line }, error) => {
+                self.check_answered(&text, (section, line), error);
+            }
             (Meaning::Greeting(last), _) => {
                 if last && self.is_known() {
                     self.is_met();

@@ -95,6 +95,7 @@ pub fn read(name: &str, files: &[(String, String)]) -> Result<Routine, Diagnosti
             change.kind = SectionKind::Change(tool);
             routine.sections.push(change);
         }
+        routine.programs.push((routine.sections.len(), file.clone()));
         routine = one(file, text, routine)?;
     }
     for byte in digest.finalize() {

@@ -152,9 +152,18 @@ pub struct Routine {
     pub safe: Length,
     /// Its depth follows the surface of this map already ([`crate::level::HeightMap::key`]).
     pub levelled: Option<String>,
+    /// The programs that it was read from, in order: with which section each begins, and what it is called.
+    pub programs: Vec<(usize, String)>,
 }
 
 impl Routine {
+    /// Of which program a section is: of several, its own name; of one, that of the job.
+    pub fn program_of(&self, section: usize) -> &str {
+        let several = self.programs.iter().filter(|_| self.programs.len() > 1);
+        let last = several.take_while(|(first, _)| *first <= section).last();
+        last.map_or(&self.name, |(_, name)| name)
+    }
+
     /// Holes and toolpaths in it.
     pub fn cuts(&self) -> (u32, u32) {
         self.counted(self.sections.len())

@@ -109,6 +109,25 @@ fn every_line_that_is_refused_is_told_with_its_line_of_the_program() {
 }
 
 #[test]
+fn a_refused_line_of_several_programs_is_told_with_its_program() {
+    let mut bench = Bench::new(1, Faults::default());
+    bench.board.has_mist = false;
+    assert!(bench.ready());
+    let program = |line: &str| format!("G21 G90\nG0 Z2\nG0 X1 Y1\n{line}\nG1 Z-0.5 F600\nG0 Z2\nM9\nM2\n");
+    let files = [("a.nc", "M8"), ("b.nc", "M7"), ("c.nc", "M7")];
+    let files = files.map(|(name, line)| (name.to_owned(), program(line)));
+    bench.check(Arc::new(read("board", &files).unwrap()));
+    assert!(bench.until(30_000, |bench| bench.over().is_some()));
+    let places = bench.told.iter().filter_map(|action| match action {
+        EngineAction::Check(CheckNews::Refused { why }) => why.place.as_ref(),
+        _ => None,
+    });
+    let mut places: Vec<(String, u32)> = places.map(|place| (place.file.clone(), place.line)).collect();
+    places.dedup();
+    assert_eq!(places, [("b.nc".to_owned(), 4), ("c.nc".to_owned(), 4)]);
+}
+
+#[test]
 fn no_line_is_sent_to_a_controller_that_does_not_say_that_it_is_in_check_mode() {
     // It has none; what was asked for was changed on the way, and answered with `ok`.
     for (checks, instead) in [(false, None), (true, Some("$G\n")), (true, Some("\n")), (true, Some("$X\n"))] {
