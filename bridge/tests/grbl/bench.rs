@@ -4,7 +4,7 @@
 
 use super::firmware::{Board, Instrument, STEPS, settings};
 use super::jobs::Job;
-use super::judge::{self, Verdict};
+use super::judge::{self, Log, Verdict};
 use super::sender::Desk;
 use serde_json::Value;
 
@@ -44,11 +44,18 @@ impl Bench {
 
     /// Turns the machine off: what was made of the job, and the last report.
     pub(crate) fn judged(&mut self) -> (Verdict, Value) {
+        let (_, verdict, report) = self.read();
+        (verdict, report)
+    }
+
+    /// The same, with everything that the pins did.
+    pub(crate) fn read(&mut self) -> (Log, Verdict, Value) {
         let report = self.board.end();
         let zero = self.board.steps_at(ZERO);
         let log = judge::read(&self.board.edges(), zero[2] - (0.05 * STEPS) as i64);
         assert_eq!(report["crash_steps"], serde_json::json!([0, 0, 0]), "{report}");
         assert_eq!(report["uart"]["overrun"], 0, "{report}");
-        (judge::compare(&log, &self.job.wanted(zero), TOLERANCE), report)
+        let verdict = judge::compare(&log, &self.job.wanted(zero), TOLERANCE);
+        (log, verdict, report)
     }
 }

@@ -1,10 +1,10 @@
 //! A machine that changes tools by the lines of its owner, as far as stock GRBL can: moves in machine coordinates. And a board that is not to
 //! begin anew when its port is opened.
 
-use super::bench::{Bench, START, ZERO_AT};
-use super::firmware::{Board, eventually, instrument, settings, steps};
+use super::bench::{Bench, START, ZERO, ZERO_AT};
+use super::firmware::{Board, STEPS, eventually, instrument, settings, steps};
 use super::jobs;
-use super::judge::Verdict;
+use super::judge::{self, Verdict};
 use super::sender::{Desk, MOST};
 use std::fs;
 use std::time::Duration;
@@ -52,7 +52,7 @@ fn lines_that_are_refused_or_move_the_zero_end_the_job_before_the_spindle_turns(
 }
 
 #[test]
-fn one_signal_ends_a_change_in_its_middle_and_the_job_is_taken_up_with_its_changer() {
+fn one_signal_ends_a_change_in_its_middle_and_the_machine_is_at_rest() {
     let Some(instrument) = instrument() else { return };
     let mut bench = bench(instrument, "G53 G0 Z-2\nG53 G1 X-199 F400\nG4 P0.1\n");
     let sender = bench.desk.start(&bench.board, &format!("run job.nc {ZERO_AT} --changer changer.txt"));
@@ -66,6 +66,52 @@ fn one_signal_ends_a_change_in_its_middle_and_the_job_is_taken_up_with_its_chang
     std::thread::sleep(Duration::from_millis(300));
     assert_eq!(now["edges_total"], bench.board.snapshot()["edges_total"], "nothing moves after a stop");
     assert_eq!(bench.board.end()["spindle"]["starts"], 0);
+}
+
+#[test]
+fn a_job_whose_changer_leaves_lengths_in_offsets_is_taken_up_as_deep_as_it_was_begun() {
+    let Some(instrument) = instrument() else { return };
+    // By its T word each tool is a tenth of a millimetre longer than the one before.
+    let mut job = jobs::board();
+    for (number, name) in (1..).zip(["0.8 mm", "1.0 mm", "V 30"]) {
+        let change = format!("(MSG, put in {name})\n");
+        job.text = job.text.replace(&change, &format!("{change}T{number}\n"));
+    }
+    let mut bench = Bench::new(instrument, job, &[]);
+    fs::write(bench.desk.path().join("changer.txt"), "G53 G0 Z-2\nG43.1 Z0.{tool}\n").unwrap();
+    // Stopped with the first tool, stopped in the change to the second one, and killed with that.
+    let mut words = format!("run job.nc {ZERO_AT} --changer changer.txt");
+    for (sections, stops) in [(4, true), (8, true), (11, false)] {
+        let mut sender = bench.desk.start(&bench.board, &words);
+        let done = || bench.desk.journal()["done"].as_u64();
+        eventually("so many sections", MOST, || done() >= Some(sections));
+        if stops {
+            sender.stop();
+            let (exit, object) = bench.desk.answer(sender);
+            assert_eq!((exit, &object["position_trust"]), (130, &"trusted".into()), "{object}");
+        } else {
+            sender.kill();
+        }
+        bench.board.rests();
+        words = "resume".to_owned();
+    }
+    let (exit, object) = bench.desk.run(&bench.board, &words);
+    assert_eq!((exit, &object["holes_done"]), (0, &12.into()), "{object} {}", bench.desk.said());
+    bench.board.end();
+    let zero = bench.board.steps_at(ZERO);
+    let mut wanted = bench.job.wanted(zero);
+    let tenths = |tool: i64| (tool as f64 * 0.1 * STEPS) as i64;
+    for (index, hole) in wanted.holes.iter_mut().enumerate() {
+        hole[2] += tenths(if index < 7 { 1 } else { 2 });
+    }
+    wanted.cuts.iter_mut().for_each(|(_, bottom)| *bottom += tenths(3));
+    let log = judge::read(&bench.board.edges(), zero[2] + tenths(3) - (0.05 * STEPS) as i64);
+    let verdict = judge::compare(&log, &wanted, 7);
+    assert!(
+        verdict.left_out.is_empty() && verdict.wrong.is_empty() && verdict.repeated <= 3,
+        "{verdict:?} {}",
+        bench.desk.said()
+    );
 }
 
 #[test]

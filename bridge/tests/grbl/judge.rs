@@ -20,6 +20,8 @@ pub(crate) struct Dip {
     pub(crate) lowest: i64,
     /// Every place in the plane that it came to while it was there; none if it stood still.
     pub(crate) path: Vec<[i64; 2]>,
+    /// The edge with which it went in, counted from 1 over all axes.
+    pub(crate) edge: u64,
 }
 
 /// What the log holds.
@@ -48,7 +50,8 @@ pub(crate) fn read(edges: &Path, surface: i64) -> Log {
             log.dips.extend(dip.take());
             continue;
         }
-        let dip = dip.get_or_insert(Dip { at: [x, y], lowest: z, path: Vec::new() });
+        let edge = log.seconds.len() as u64;
+        let dip = dip.get_or_insert(Dip { at: [x, y], lowest: z, path: Vec::new(), edge });
         dip.lowest = dip.lowest.min(z);
         if axis != 2 {
             dip.path.push([x, y]);
