@@ -15,8 +15,14 @@ mod provoked;
 #[cfg(target_os = "linux")]
 mod pty;
 mod queue;
+#[cfg(target_os = "linux")]
+mod refused;
 mod run;
 mod server;
+#[cfg(target_os = "linux")]
+mod stood;
+#[cfg(target_os = "linux")]
+mod stopped;
 #[cfg(target_os = "linux")]
 mod swallowed;
 mod tools;

@@ -8,6 +8,7 @@
 //!
 //! Comes in: asks. Goes out: what the engine tells, with a glimpse of where it is. Does not know what a program says.
 
+mod clock;
 pub(crate) mod ledger;
 pub(crate) mod maps;
 mod owner;

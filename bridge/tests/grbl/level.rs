@@ -157,7 +157,7 @@ fn a_board_that_is_not_there_and_a_person_who_stops_leave_no_map() {
     desk.says("4 of ");
     sender.stop();
     let (exit, object) = desk.answer(sender);
-    assert_eq!((exit, &object["error"]["code"]), (1, &"level.stopped".into()), "{object} {}", desk.said());
+    assert_eq!((exit, &object["error"]["code"]), (130, &"level.stopped".into()), "{object} {}", desk.said());
     let rest = board.rests();
     std::thread::sleep(std::time::Duration::from_millis(500));
     assert_eq!(board.rests(), rest);

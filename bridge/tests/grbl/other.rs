@@ -65,7 +65,7 @@ fn a_board_that_follows_its_height_map_is_taken_up_with_it() {
     desk.says("4 of ");
     sender.stop();
     let (exit, object) = desk.answer(sender);
-    assert_eq!((exit, &object["error"]["code"]), (1, &"level.stopped".into()), "{object} {}", desk.said());
+    assert_eq!((exit, &object["error"]["code"]), (130, &"level.stopped".into()), "{object} {}", desk.said());
     board.rests();
     let (exit, object) = desk.run(&board, "resume --same-length --confirm-tools 0.1");
     assert_eq!((exit, &object["holes_done"]), (0, &6.into()), "{object} {}", desk.said());

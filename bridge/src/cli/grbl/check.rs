@@ -27,6 +27,8 @@ struct Reader {
     over: Option<Over>,
     /// The controller has begun to read.
     begun: bool,
+    /// There are several programs: of which one a line is, is said.
+    several: bool,
     gone: bool,
     interrupted: bool,
 }
@@ -48,11 +50,21 @@ pub(super) fn run(args: &CheckArgs) -> Result<Answer, Refusal> {
     listen(sends, Typing::Nothing);
     let (info, now, worst, over) = (None, None, None, None);
     let (refused, begun, gone, interrupted) = (Vec::new(), false, false, false);
-    let mut reader = Reader { owner, words, info, now, worst, refused, over, begun, gone, interrupted };
-    reader.meets()?;
-    reader.gets_ready(args.home)?;
+    let several = programs.files.len() > 1;
+    let mut reader =
+        Reader { owner, words, info, now, worst, refused, over, begun, several, gone, interrupted };
+    let ready = reader.meets().and_then(|()| reader.gets_ready(args.home));
+    if reader.interrupted {
+        reader.comes_to_rest();
+        let why = Refusal::content(Diagnostic::error("grbl.check_stopped"));
+        return Err(Refusal { exit: Exit::Interrupted, ..why });
+    }
+    ready?;
     reader.owner.ask(EngineAsk::Check { routine: Arc::clone(&programs.routine) });
     reader.until(|reader| reader.over.is_some() || (reader.worst.is_some() && !reader.begun));
+    if reader.interrupted {
+        reader.comes_to_rest();
+    }
     Ok(reader.answer(bits_per_s))
 }
 
@@ -68,8 +80,11 @@ impl Reader {
         })
     }
 
-    fn next(&mut self) {
-        match self.owner.next() {
+    /// Takes what is told next, if anything is, and what came from outside.
+    fn next(&mut self) -> bool {
+        let told = self.owner.next();
+        let is_told = told.is_some();
+        match told {
             Some(Told::Greeted(info)) => self.info = Some(*info),
             Some(Told::Now(now)) => {
                 self.begun |= now.phase == EnginePhase::Checking;
@@ -90,13 +105,14 @@ impl Reader {
             say("Stopping.");
             self.owner.ask(EngineAsk::Stop);
         }
+        is_told
     }
 
     fn hears(&mut self, news: CheckNews) {
         match news {
             CheckNews::Read { done, of } => say(format_args!("{done} of {of} lines read.")),
             CheckNews::Refused { why } => {
-                say(told_at(&why));
+                say(self.told_at(&why));
                 self.refused.push(why);
             }
             CheckNews::Over { done, of, refused, why } => self.over = Some(Over { done, of, refused, why }),
@@ -107,6 +123,17 @@ impl Reader {
     fn until(&mut self, so: impl Fn(&Self) -> bool) {
         while !so(self) && !self.gone {
             self.next();
+        }
+    }
+
+    /// After Ctrl-C: until the engine has brought the board to rest, or nobody is there.
+    fn comes_to_rest(&mut self) {
+        let since = Instant::now();
+        while !self.gone && since.elapsed() < GREETING {
+            let has_heard = self.owner.has_heard_all();
+            if !self.next() && has_heard && self.rests() {
+                return;
+            }
         }
     }
 
@@ -129,7 +156,7 @@ impl Reader {
     fn gets_ready(&mut self, homes: bool) -> Result<(), Refusal> {
         let has_switches = self.info.as_ref().is_some_and(|info| settings::on(&info.values, 22));
         self.worst = None;
-        if homes && has_switches {
+        if homes && has_switches && !self.interrupted {
             self.owner.ask(EngineAsk::Home);
             self.until(|reader| reader.phase() == Some(EnginePhase::Homing) || reader.worst.is_some());
             self.until(|reader| reader.phase() != Some(EnginePhase::Homing) && reader.rests());
@@ -146,10 +173,11 @@ impl Reader {
     fn answer(&self, bits_per_s: u32) -> Answer {
         let none = Over { done: 0, of: 0, refused: 0, why: None };
         let over = self.over.as_ref().unwrap_or(&none);
-        let line = self.refused.first().and_then(|why| why.place.as_ref()).map_or(0, |at| at.line);
+        let first = self.refused.first().and_then(|why| why.place.clone());
         let refused = (over.refused > 0).then(|| {
+            let line = first.as_ref().map_or(0, |at| at.line);
             let why = Diagnostic::error("grbl.check_refused").with("refused", over.refused);
-            why.with("of", over.of).with("line", line)
+            Diagnostic { place: first.filter(|_| self.several), ..why.with("of", over.of).with("line", line) }
         });
         let unread = || self.worst.clone().unwrap_or_else(|| Diagnostic::error("grbl.check_unplugged"));
         let why = over.why.clone().or(refused).or_else(|| self.over.is_none().then(unread));
@@ -168,7 +196,7 @@ impl Reader {
             "refused": diagnostic_objects(&self.refused),
         });
         let mut text = format!("{} read, {} refused.\n", counted(over.done, "line"), over.refused);
-        self.refused.iter().for_each(|why| text += &format!("{}\n", told_at(why)));
+        self.refused.iter().for_each(|why| text += &format!("{}\n", self.told_at(why)));
         if let Some(why) = why {
             let refusal = Refusal::content(why);
             object["error"] = refusal.object()["error"].clone();
@@ -176,10 +204,11 @@ impl Reader {
         }
         Answer { object, text, exit }
     }
-}
 
-/// A line that was refused, with its number.
-fn told_at(why: &Diagnostic) -> String {
-    let line = why.place.as_ref().map_or(0, |at| at.line);
-    format!("Line {line}: {}", why.message("en"))
+    /// A line that was refused, with its number, and its program where there are several.
+    fn told_at(&self, why: &Diagnostic) -> String {
+        let (file, line) = why.place.as_ref().map_or(("", 0), |at| (at.file.as_str(), at.line));
+        let at = if self.several { format!("{file}, line {line}") } else { format!("Line {line}") };
+        format!("{at}: {}", why.message("en"))
+    }
 }

@@ -8,6 +8,7 @@ use annulus_core::controller::{Changer, ResetOnOpen, Routine, SectionKind, ToolM
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
+use annulus_core::machine::{MillProfile, mill, preset_name};
 use annulus_drill::controller::{AttendedJob, JobGiven, JobTools};
 use std::time::Duration;
 
@@ -54,9 +55,17 @@ pub(super) struct How {
     /// Thickness of the plate on the board while probing, in mm; 0, as without it, for bare copper.
     #[arg(long, value_name = "MM")]
     plate: Option<f64>,
+    /// The mill as it is sold that the controller was said to be.
+    #[arg(skip)]
+    pub(super) mill: Option<&'static MillProfile>,
 }
 
 impl How {
+    /// The same, on this mill.
+    pub(super) fn on(&self, mill: Option<&'static MillProfile>) -> Self {
+        Self { mill, ..self.clone() }
+    }
+
     /// Seconds that the spindle takes to come up to speed.
     pub(super) fn spin_up_s(&self) -> f64 {
         self.spin_up.unwrap_or(SPIN_UP_S)
@@ -82,6 +91,7 @@ impl How {
             found: self.found.clone(),
             changer: self.changer.clone(),
             reset_on_open: self.port.reset_on_open.map(ResetOnOpen::from),
+            mill: self.mill.map(|mill| mill.name.to_owned()),
         }
     }
 
@@ -97,6 +107,7 @@ impl How {
             found: given.found.clone(),
             changer: given.changer.clone(),
             port: self.port_for(given.reset_on_open),
+            mill: given.mill.as_deref().and_then(mill),
             ..self.clone()
         };
         let alike = self.same_length || (given.same_length && self.probe.is_none() && self.setter.is_none());
@@ -110,6 +121,7 @@ impl How {
             changer: self.changer.clone().or_else(|| given.changer.clone()),
             found: if self.found.is_empty() { as_before.found.clone() } else { self.found.clone() },
             port: self.port_for(self.port.reset_on_open.map(ResetOnOpen::from).or(given.reset_on_open)),
+            mill: self.mill.or(as_before.mill),
             ..self.clone()
         };
         let rows = how.words().into_iter().zip(as_before.words());
@@ -146,7 +158,7 @@ impl How {
     }
 
     /// What is kept, by its flags.
-    fn words(&self) -> [(&'static str, Option<String>); 8] {
+    fn words(&self) -> [(&'static str, Option<String>); 9] {
         let number = |value: Option<f64>| value.map(|value| value.to_string());
         let holes = self.found.iter().map(|hole| {
             let [planned, found] =
@@ -165,6 +177,7 @@ impl How {
             ("--found", (!holes.is_empty()).then(|| holes.join(" "))),
             ("--changer", self.changer.as_ref().map(|lines| lines.lines().join(" / "))),
             ("--reset-on-open", reset.map(|reset| reset.word().to_owned())),
+            ("--machine", self.mill.map(|mill| mill.name.to_owned())),
         ]
     }
 
@@ -193,6 +206,17 @@ fn place(text: &str) -> Result<Place, String> {
         text.split(',').map(|word| word.trim().parse().ok().filter(|mm: &f64| mm.abs() <= 5_000.0)).collect();
     let place = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
     place.map(Place).ok_or_else(|| locale::text("en", "grbl.bad_place", &[]))
+}
+
+/// A mill as it is sold, of the command line.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Sold(pub(super) &'static MillProfile);
+
+/// The mill of this name.
+pub(super) fn sold_mill(name: &str) -> Result<Sold, String> {
+    let unknown = || Diagnostic::error("grbl.no_such_mill").with("name", name);
+    let found = mill(preset_name(name)).map(Sold);
+    found.ok_or_else(|| format!("{} {}", unknown().message("en"), unknown().advice("en")))
 }
 
 /// Three numbers of a tool setter, four of them, or all six.
@@ -233,13 +257,16 @@ mod tests {
 
     #[derive(Debug, Parser)]
     struct Words {
+        #[arg(long, value_parser = sold_mill)]
+        machine: Option<Sold>,
         #[command(flatten)]
         how: How,
     }
 
     fn how(words: &str) -> How {
         let words = ["resume", "--port", "P"].into_iter().chain(words.split_whitespace());
-        Words::try_parse_from(words).unwrap().how
+        let words = Words::try_parse_from(words).unwrap();
+        words.how.on(words.machine.map(|sold| sold.0))
     }
 
     /// What a run of `before` is resumed with by `now`, and the codes and flags that are told.
@@ -297,6 +324,8 @@ mod tests {
                 vec![format!("{other} --reset-on-open")],
             ),
             ("--found 5,5=5.3,4.8", "", "--found 5,5=5.3,4.8", vec![format!("{again} --found")]),
+            ("--machine shapeoko-3", "", "--machine shapeoko-3", vec![format!("{again} --machine")]),
+            ("--machine shapeoko-3", "--machine 3018", "--machine 3018", vec![format!("{other} --machine")]),
         ];
         for (before, now, wanted, told) in rows {
             assert_eq!(resumed(before, now), (wanted.to_owned(), told), "{before} then {now}");

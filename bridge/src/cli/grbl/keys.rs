@@ -4,12 +4,14 @@
 //! pipe      ─ lines ─▶ Word::Line                       no key: what stands in a pipe was written before anything moved
 //! terminal  ─ signs ─▶ Word::Key ─┬─ a job runs ─▶ override, pause, resume
 //!                                 └─ a tool is changed ─▶ a line, with its echo
+//!           ─ another program is in front of it ─▶ nothing: whoever reads there is stopped
 //! ```
 //!
 //! Comes in: standard input, signals. Goes out: words. Does not know what a key is for.
 
 use crate::signals::Signals;
-use std::io::{self, BufRead, Read, Write};
+use std::io::{self, BufRead, Write};
+use std::sync::Arc;
 use std::sync::mpsc::Sender;
 
 /// The longest line that is typed.
@@ -35,7 +37,7 @@ pub(super) enum Typing {
 
 /// The keys of a terminal, which is as it was before once this is gone.
 pub(super) struct Keys {
-    _terminal: terminal::Terminal,
+    terminal: Arc<terminal::Terminal>,
     /// What was typed of a line; none while keys are meant.
     line: Option<String>,
     /// Percent that were asked for and are not reported yet: feed, rapids, spindle.
@@ -56,6 +58,12 @@ impl Keys {
     /// Whether lines are wanted.
     pub(super) fn types(&self) -> bool {
         self.line.is_some()
+    }
+}
+
+impl Drop for Keys {
+    fn drop(&mut self) {
+        self.terminal.give_back();
     }
 }
 
@@ -97,11 +105,12 @@ pub(super) fn listen(sends: Sender<Word>, typing: Typing) -> Option<Keys> {
         });
     });
     let terminal = if typing == Typing::Nothing { None } else { terminal::Terminal::of_keys() };
-    let keys = terminal.map(|terminal| Keys { _terminal: terminal, line: None, wanted: [None; 3] });
-    if keys.is_some() {
+    let keys = terminal.map(|terminal| Keys { terminal: Arc::new(terminal), line: None, wanted: [None; 3] });
+    if let Some(keys) = &keys {
+        let terminal = Arc::clone(&keys.terminal);
         let _ = std::thread::Builder::new().name("keys".to_owned()).spawn(move || {
-            for key in io::stdin().lock().bytes().map_while(Result::ok) {
-                if sends.send(Word::Key(key)).is_err() {
+            while let Some(pressed) = terminal.pressed() {
+                if pressed.into_iter().any(|key| sends.send(Word::Key(key)).is_err()) {
                     return;
                 }
             }
@@ -120,38 +129,101 @@ pub(super) fn listen(sends: Sender<Word>, typing: Typing) -> Option<Keys> {
 
 #[cfg(unix)]
 mod terminal {
+    use rustix::event::{PollFd, PollFlags, Timespec, poll};
+    use rustix::io::{Errno, read};
     use rustix::process::getpgrp;
     use rustix::termios::{
         LocalModes, OptionalActions, SpecialCodeIndex, Termios, tcgetattr, tcgetpgrp, tcsetattr,
     };
     use std::io::{IsTerminal, stdin};
+    use std::sync::{Mutex, PoisonError};
+    use std::thread::sleep;
+    use std::time::Duration;
 
-    /// A terminal that gives each key as it is pressed, until this is dropped.
-    pub(super) struct Terminal {
-        before: Termios,
+    /// How long it waits for a key, and between two looks whether it is in front.
+    const TURN_MS: u32 = 100;
+
+    /// A terminal that gives each key as it is pressed, while this program is in front of it.
+    pub(super) struct Terminal(Mutex<Hold>);
+
+    /// Whether it is still wanted, and how it was before.
+    #[derive(Default)]
+    struct Hold {
+        is_over: bool,
+        before: Option<Termios>,
+    }
+
+    /// Whether no other program has it. What touches it from behind is stopped.
+    fn is_in_front() -> bool {
+        tcgetpgrp(stdin()).map_or(true, |front| front == getpgrp())
+    }
+
+    /// Its modes as they are, and as they are to be; none where they are so.
+    fn modes() -> Option<(Termios, Termios)> {
+        let before = tcgetattr(stdin()).ok()?;
+        let mut now = before.clone();
+        // Ctrl-C stays a signal.
+        now.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
+        now.special_codes[SpecialCodeIndex::VMIN] = 1;
+        now.special_codes[SpecialCodeIndex::VTIME] = 0;
+        let is_so = now.local_modes == before.local_modes
+            && [SpecialCodeIndex::VMIN, SpecialCodeIndex::VTIME]
+                .iter()
+                .all(|code| now.special_codes[*code] == before.special_codes[*code]);
+        (!is_so).then_some((before, now))
     }
 
     impl Terminal {
-        /// None where standard input is no terminal, or where another program has it: one behind is stopped when it touches it.
+        /// None where standard input is no terminal.
         pub(super) fn of_keys() -> Option<Self> {
-            let input = stdin();
-            if !input.is_terminal() || tcgetpgrp(&input).is_ok_and(|front| front != getpgrp()) {
-                return None;
-            }
-            let before = tcgetattr(&input).ok()?;
-            let mut now = before.clone();
-            // Ctrl-C stays a signal.
-            now.local_modes.remove(LocalModes::ICANON | LocalModes::ECHO);
-            now.special_codes[SpecialCodeIndex::VMIN] = 1;
-            now.special_codes[SpecialCodeIndex::VTIME] = 0;
-            tcsetattr(&input, OptionalActions::Now, &now).ok()?;
-            Some(Self { before })
+            let terminal = stdin().is_terminal().then(|| Self(Mutex::default()))?;
+            terminal.is_held();
+            Some(terminal)
         }
-    }
 
-    impl Drop for Terminal {
-        fn drop(&mut self) {
-            let _ = tcsetattr(stdin(), OptionalActions::Now, &self.before);
+        /// Whether it is in front. A shell that was there meanwhile has set the terminal as it wants it: that is undone, until it is given
+        /// back.
+        fn is_held(&self) -> bool {
+            let mut hold = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            if hold.is_over || !is_in_front() {
+                return false;
+            }
+            if let Some((before, now)) = modes()
+                && tcsetattr(stdin(), OptionalActions::Now, &now).is_ok()
+            {
+                hold.before = Some(before);
+            }
+            true
+        }
+
+        /// The keys that are pressed within a short time; none where the terminal is gone.
+        pub(super) fn pressed(&self) -> Option<Vec<u8>> {
+            if !self.is_held() {
+                sleep(Duration::from_millis(TURN_MS.into()));
+                return Some(Vec::new());
+            }
+            let input = stdin();
+            let mut asked = [PollFd::new(&input, PollFlags::IN)];
+            let wait = Timespec { tv_sec: 0, tv_nsec: i64::from(TURN_MS) * 1_000_000 };
+            let ready = poll(&mut asked, Some(&wait)).is_ok_and(|ready| ready > 0);
+            if !ready || !is_in_front() {
+                return Some(Vec::new());
+            }
+            let mut keys = [0; 64];
+            match read(&input, &mut keys) {
+                Ok(count) if count > 0 => Some(keys[..count].to_vec()),
+                Err(Errno::INTR) => Some(Vec::new()),
+                _ => None,
+            }
+        }
+
+        /// As it was before, where nobody else has it.
+        pub(super) fn give_back(&self) {
+            let mut hold = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+            hold.is_over = true;
+            if let Some(before) = hold.before.take().filter(|_| is_in_front()) {
+                let _ = tcsetattr(stdin(), OptionalActions::Now, &before);
+            }
         }
     }
 }
@@ -166,6 +238,14 @@ mod terminal {
         pub(super) fn of_keys() -> Option<Self> {
             None
         }
+
+        /// None.
+        pub(super) fn pressed(&self) -> Option<Vec<u8>> {
+            None
+        }
+
+        /// There is nothing to give back.
+        pub(super) fn give_back(&self) {}
     }
 }
 

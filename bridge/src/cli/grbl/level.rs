@@ -23,10 +23,9 @@ use std::time::SystemTime;
 /// Touches a board and keeps its map.
 pub(super) fn run(args: &BoardArgs, json: bool) -> Result<Answer, Refusal> {
     let programs = super::aligned(program::read(&args.job, &args.more, &ledger())?, &args.how)?;
-    let mut operator = Operator::new(&args.how, &ledger(), (AttendedJob::default(), None), json)?;
-    operator.mill = super::mill(&args.job);
-    operator.meets()?;
-    let map = operator.measure_board(&programs, &args.touches)?;
+    let mut operator = Operator::new(&args.how(), &ledger(), (AttendedJob::default(), None), json)?;
+    let map = operator.meets().and_then(|()| operator.measure_board(&programs, &args.touches));
+    let map = operator.leaves(map, "level.stopped")?;
     Ok(Answer { object: height_map::object(&map), text: height_map::text(&map), exit: Exit::Done })
 }
 
@@ -115,6 +114,7 @@ impl Operator {
         if let Some(depth) = self.how.probe_mm() {
             self.find_board(depth)?;
         }
+        self.is_wanted()?;
         self.worst = None;
         let start = SurveyStart::usual(grid, touches.clear, touches.depth);
         self.owner.ask(EngineAsk::Survey(start));

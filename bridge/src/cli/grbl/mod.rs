@@ -19,9 +19,9 @@ use annulus_core::align::BoardFit;
 use annulus_core::controller::{Info, ResetOnOpen, aligned_routine, estimate_s, settings};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::locale;
-use annulus_core::machine::{self, MillProfile};
+use annulus_core::machine;
 use annulus_drill::controller::{AttendedJob, Told};
-use how::How;
+use how::{How, Sold, sold_mill};
 use operator::Operator;
 use program::Programs;
 use serde_json::{Value, json};
@@ -179,6 +179,9 @@ struct ResumeArgs {
     /// Use nothing again that the interrupted run was given: only what is given here.
     #[arg(long)]
     anew: bool,
+    /// Which mill it is, as it is sold: what the controller's settings are compared with.
+    #[arg(long, value_name = "NAME", value_parser = sold_mill)]
+    machine: Option<Sold>,
     #[command(flatten)]
     how: How,
 }
@@ -284,25 +287,29 @@ fn run_job(args: &RunArgs, json: bool) -> Result<Answer, Refusal> {
         let why = why.with("holes", entry.holes).with("toolpaths", entry.toolpaths);
         return Err(Refusal::content(why));
     }
-    let (files, given) = (programs.files.clone(), board.how.given());
+    let how = board.how();
+    let (files, given) = (programs.files.clone(), how.given());
     let entry = AttendedJob { files, given, ..AttendedJob::default() };
     let tools = programs.tools(&ledger);
-    let mut operator = Operator::new(&board.how, &ledger, (entry, tools), json)?;
-    operator.mill = mill(&board.job);
+    let mut operator = Operator::new(&how, &ledger, (entry, tools), json)?;
     let level = args.level.map(|which| (which, &board.touches));
     operator.run(&programs, None, &board.job.accept, level)
 }
 
-/// The mill as it is sold that was named as the machine.
-fn mill(args: &super::JobArgs) -> Option<&'static MillProfile> {
-    args.on.machine.as_deref().and_then(|name| machine::mill(machine::preset_name(name)))
+impl BoardArgs {
+    /// How it is run, on the mill as it is sold that was named as the machine.
+    fn how(&self) -> How {
+        let name = self.job.on.machine.as_deref();
+        self.how.on(name.and_then(|name| machine::mill(machine::preset_name(name))))
+    }
 }
 
 fn resume(args: &ResumeArgs, json: bool) -> Result<Answer, Refusal> {
     let ledger = ledger();
     let none = || Refusal::content(Diagnostic::error("grbl.nothing_interrupted"));
     let before = ledger.interrupted().ok_or_else(none)?;
-    let (how, told) = if args.anew { (args.how.clone(), Vec::new()) } else { args.how.as_before(&before) };
+    let how = args.how.on(args.machine.map(|sold| sold.0));
+    let (how, told) = if args.anew { (how, Vec::new()) } else { how.as_before(&before) };
     let entry = AttendedJob { given: how.given(), ..before };
     let programs = aligned(program::read_again(&entry.files)?, &how)?;
     if programs.routine.key != entry.key {

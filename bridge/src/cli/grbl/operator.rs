@@ -14,7 +14,7 @@ use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settin
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::level::{Correction, HeightMap};
 use annulus_core::locale;
-use annulus_core::machine::{MillProfile, RackTool, ToolWear};
+use annulus_core::machine::{RackTool, ToolWear};
 use annulus_drill::controller::{AttendedJob, ControllerGlimpse, JobTools, Told, unlike_mill};
 use serde_json::json;
 use std::collections::VecDeque;
@@ -32,6 +32,10 @@ const TRIES: u32 = 3;
 const RESET: Duration = Duration::from_secs(1);
 /// How long it may take to come to rest, and to say so.
 const REST: Duration = Duration::from_secs(30);
+/// The same of a board that did not say who it is.
+const UNMET: Duration = Duration::from_secs(6);
+/// What is said of a job that a person ended before it began.
+const NOT_BEGUN: &str = "grbl.not_begun";
 /// Most lines that wait to be done.
 pub(super) const MOST_LINES: usize = 64;
 
@@ -58,8 +62,6 @@ pub(super) struct Operator {
     quiet: bool,
     /// The board's surface, where depth follows it.
     pub(super) map: Option<HeightMap>,
-    /// The mill that it was said to be.
-    pub(super) mill: Option<&'static MillProfile>,
     /// By how much depth was corrected to that.
     pub(super) corrected: Option<Correction>,
     ledger: Ledger,
@@ -109,7 +111,6 @@ impl Operator {
             interrupted: false,
             quiet,
             map: None,
-            mill: None,
             corrected: None,
             ledger: ledger.clone(),
             ended: None,
@@ -120,6 +121,17 @@ impl Operator {
 
     /// Runs the job, from where `before` says.
     pub(super) fn run(
+        &mut self,
+        programs: &Programs,
+        before: Option<&AttendedJob>,
+        accept: &[String],
+        level: Option<(WhichMap, &TouchArgs)>,
+    ) -> Result<Answer, Refusal> {
+        let answer = self.run_from(programs, before, accept, level);
+        self.leaves(answer, NOT_BEGUN)
+    }
+
+    fn run_from(
         &mut self,
         programs: &Programs,
         before: Option<&AttendedJob>,
@@ -148,6 +160,8 @@ impl Operator {
         if let (Some(seconds), false) = (seconds, self.quiet) {
             say(format_args!("About {:.0} min {:02.0} s.", (seconds / 60.0).floor(), seconds % 60.0));
         }
+        self.hear();
+        self.is_wanted()?;
         (self.worst, self.ended, self.begun) = (None, None, false);
         self.wanted.clear();
         let (routine, accepted) = (Arc::clone(&programs.routine), accept.to_vec());
@@ -168,7 +182,8 @@ impl Operator {
             let greeted = operator.phase().is_some_and(|phase| phase != EnginePhase::Greeting);
             (operator.info.is_some() && greeted) || since.elapsed() > GREETING
         });
-        if self.gone || (self.info.is_none() && !self.interrupted) {
+        self.is_wanted()?;
+        if self.gone || self.info.is_none() {
             let busy = self.said.iter().find(|found| found.code == "grbl.busy_at_opening").cloned();
             return Err(Refusal::surroundings(busy.unwrap_or_else(|| self.why("grbl.no_answer"))));
         }
@@ -178,7 +193,7 @@ impl Operator {
 
     /// Says where the controller is not as the mill that it was said to be.
     fn compare_with_mill(&mut self) {
-        let (Some(mill), Some(info)) = (self.mill, &self.info) else { return };
+        let (Some(mill), Some(info)) = (self.how.mill, &self.info) else { return };
         self.tells(unlike_mill(mill, info.flavour(), &info.values));
     }
 
@@ -257,6 +272,7 @@ impl Operator {
                 break;
             }
             self.rests();
+            self.is_wanted()?;
             let before = self.worst.take();
             let said = self.said.len();
             self.owner.ask(EngineAsk::Home);
@@ -269,6 +285,7 @@ impl Operator {
             let why = before.or_else(|| self.worst.take());
             self.worst = why.filter(|_| !self.trusted());
         }
+        self.is_wanted()?;
         if homes && !self.trusted() {
             return Err(Refusal::content(self.why("grbl.not_homed")));
         }
@@ -298,11 +315,43 @@ impl Operator {
                 });
             }
             self.rests();
+            self.is_wanted()?;
             if self.zero_set && self.worst.is_none() {
                 return Ok(());
             }
         }
         Err(Refusal::content(self.why("grbl.zero_not_taken")))
+    }
+
+    /// Nobody has ended it: what comes next may be asked for. Why it is not, whoever leaves says.
+    pub(super) fn is_wanted(&self) -> Result<(), Refusal> {
+        if self.interrupted { Err(Refusal::content(Diagnostic::error(NOT_BEGUN))) } else { Ok(()) }
+    }
+
+    /// Ends with that. What a person ended before it came to something is said to be so, once the board is at rest.
+    pub(super) fn leaves<T>(&mut self, came: Result<T, Refusal>, code: &str) -> Result<T, Refusal> {
+        self.hear();
+        if self.interrupted && came.is_err() {
+            self.comes_to_rest();
+            return Err(Refusal { exit: Exit::Interrupted, ..Refusal::content(Diagnostic::error(code)) });
+        }
+        came
+    }
+
+    /// After Ctrl-C: until the engine has brought the board to rest and it has greeted, or nobody is there. A board that is held stays so
+    /// when its port is closed.
+    fn comes_to_rest(&mut self) {
+        let since = Instant::now();
+        let most = if self.info.is_some() { REST } else { UNMET };
+        loop {
+            let has_heard = self.owner.has_heard_all();
+            let told = self.next();
+            self.hear();
+            let rests = matches!(self.phase(), Some(EnginePhase::Ready | EnginePhase::Locked));
+            if self.gone || since.elapsed() > most || (has_heard && told.is_none() && rests) {
+                return;
+            }
+        }
     }
 
     fn trusted(&self) -> bool {
@@ -335,7 +384,10 @@ impl Operator {
                     say(format_args!("{}: put in by the machine.", tool_name(programs, tool)));
                 }
                 // A refusal: nothing was begun.
-                _ if !self.begun && self.interrupted => break,
+                _ if !self.begun && self.interrupted => {
+                    self.comes_to_rest();
+                    break;
+                }
                 _ if !self.begun && self.worst.is_some() && asked.elapsed() > Duration::from_secs(1) => break,
                 _ => {}
             }
@@ -373,6 +425,7 @@ impl Operator {
             self.hear();
             let Some(line) = self.lines.pop_front() else { continue };
             self.worst = None;
+            self.owner.attend();
             self.do_typed(&line);
             // What was typed behind something that was refused counted on it.
             if self.worst.is_some() {
@@ -466,7 +519,7 @@ impl Operator {
         self.probe(depth_mm);
         self.until(|operator| operator.zero_set || operator.said.len() > said);
         self.rests();
-        if !self.zero_set && self.worst.is_none() && !self.interrupted {
+        if !self.zero_set && self.worst.is_none() {
             return Err(Diagnostic::error("grbl.zero_not_taken"));
         }
         self.worst.clone().map_or(Ok(()), Err)

@@ -1,0 +1,220 @@
+//! The command is suspended in the middle of a job, or sent behind another: it does not go on unasked after a while, and it does not
+//! freeze.
+
+use super::pty::Board;
+use rustix::process::{Pid, Signal, kill_process};
+use rustix::termios::{LocalModes, OptionalActions, tcgetattr, tcsetattr};
+use serde_json::Value;
+use serialport::{SerialPort, TTYPort};
+use std::fmt::Write as _;
+use std::fs::{self, File, OpenOptions};
+use std::io::Write;
+use std::os::unix::fs::OpenOptionsExt;
+use std::path::Path;
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+/// So that a terminal that is opened does not become the one of this process.
+const NOT_MINE: i32 = 0o400;
+/// The longest that anything here takes.
+const MOST: Duration = Duration::from_secs(90);
+
+/// A person at a terminal, a board, and a job of a dozen holes.
+struct Desk {
+    board: Board,
+    folder: tempfile::TempDir,
+    hand: TTYPort,
+    terminal: File,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let mut job = "G21 G17 G90 G94\nM5\nG0 Z2\nG0 X1 Y1\n(MSG, tool 1)\nM0\nM3 S9000\n".to_owned();
+        for hole in 0..12 {
+            let _ = write!(job, "G0 X{} Y{}\nG0 Z0.5\nG1 Z-0.5 F120\nG0 Z2\n", hole % 4 * 9, hole / 4 * 9);
+        }
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("job.nc"), job + "M5\nM2\n").unwrap();
+        let (hand, slave) = TTYPort::pair().unwrap();
+        let name = slave.name().unwrap();
+        let terminal = OpenOptions::new().read(true).write(true).custom_flags(NOT_MINE).open(&name).unwrap();
+        let mut modes = tcgetattr(&terminal).unwrap();
+        modes.local_modes |= LocalModes::ICANON | LocalModes::ECHO | LocalModes::ISIG;
+        tcsetattr(&terminal, OptionalActions::Now, &modes).unwrap();
+        Self { board: Board::at(115_200), folder, hand, terminal }
+    }
+
+    fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// The words of the command line that run the job.
+    fn run(&self) -> String {
+        let annulus = env!("CARGO_BIN_EXE_annulus");
+        format!(
+            "{annulus} grbl run job.nc --json --port {} --spin-up 0 --zero-at -100,-100,-20",
+            self.board.port
+        )
+    }
+
+    /// Starts these words of a shell; `own` where the terminal is to be its own, with jobs before and behind.
+    fn starts(&self, words: &str, own: bool) -> Child {
+        let mut command = Command::new(if own { "setsid" } else { "sh" });
+        if own {
+            command.args(["--ctty", "--wait", "sh"]);
+        }
+        let at = |name: &str| File::create(self.path().join(name)).unwrap();
+        command.args(["-c", words]).current_dir(self.path()).env("ANNULUS_HOME", self.path().join("home"));
+        command.stdin(Stdio::from(self.terminal.try_clone().unwrap()));
+        command.stdout(at("answer.json")).stderr(at("said.txt")).spawn().unwrap()
+    }
+
+    fn said(&self) -> String {
+        fs::read_to_string(self.path().join("said.txt")).unwrap_or_default()
+    }
+
+    fn until(&self, what: &str, mut so: impl FnMut() -> bool) {
+        let since = Instant::now();
+        while !so() {
+            assert!(since.elapsed() < MOST, "{what}: never, but {} {}", self.said(), self.board.report());
+            sleep(Duration::from_millis(10));
+        }
+    }
+
+    fn says(&self, text: &str) {
+        self.until(text, || self.said().contains(text));
+    }
+
+    fn types(&mut self, text: &str) {
+        self.hand.write_all(text.as_bytes()).unwrap();
+    }
+
+    /// Waits until so many holes are there.
+    fn drills(&self, holes: u64) {
+        let journal = || {
+            let text = fs::read(self.path().join("home/controller.json")).unwrap_or_default();
+            serde_json::from_slice::<Value>(&text).unwrap_or_default()
+        };
+        self.until("so many holes", || journal()["holes"].as_u64() >= Some(holes));
+    }
+
+    /// It is held, and nothing moves.
+    fn is_held(&self) {
+        let report = self.board.report();
+        sleep(Duration::from_millis(700));
+        assert!(report.contains("<Hold:0|"), "{report}");
+        assert_eq!(self.board.report().split('|').nth(1), report.split('|').nth(1));
+    }
+
+    /// The exit of the shell is that of the command: done, and every hole made.
+    fn is_done(&self, mut child: Child) {
+        let mut exit = None;
+        self.until("its end", || {
+            exit = child.try_wait().unwrap();
+            exit.is_some()
+        });
+        let answer = fs::read_to_string(self.path().join("answer.json")).unwrap();
+        let line = answer.lines().find(|line| line.starts_with('{')).unwrap_or_default();
+        let object: Value = serde_json::from_str(line).unwrap_or_default();
+        assert_eq!(
+            (exit.and_then(|exit| exit.code()), &object["holes_done"]),
+            (Some(0), &12.into()),
+            "{answer} {}",
+            self.said()
+        );
+    }
+}
+
+#[test]
+fn a_command_that_stood_still_for_long_holds_its_job_until_a_person_goes_on() {
+    let mut desk = Desk::new();
+    let words = format!("exec {} --same-length --confirm-tools 0", desk.run());
+    let child = desk.starts(&words, false);
+    desk.drills(2);
+    let process = Pid::from_child(&child);
+    kill_process(process, Signal::STOP).unwrap();
+    sleep(Duration::from_secs(5));
+    kill_process(process, Signal::CONT).unwrap();
+    desk.says("(grbl.command_stood)");
+    desk.until("a hold", || desk.board.report().contains("<Hold:0|"));
+    desk.is_held();
+    desk.types(" ");
+    desk.says("Resume.");
+    desk.is_done(child);
+    assert_eq!(desk.said().matches("(grbl.command_stood)").count(), 1);
+}
+
+#[test]
+fn a_tool_change_that_nobody_answers_is_not_gone_on_from_unasked() {
+    let mut desk = Desk::new();
+    let words = format!("exec {} --same-length --confirm-tools 2", desk.run());
+    let child = desk.starts(&words, false);
+    desk.says("Tool 1: tool 1");
+    let process = Pid::from_child(&child);
+    kill_process(process, Signal::STOP).unwrap();
+    sleep(Duration::from_secs(5));
+    kill_process(process, Signal::CONT).unwrap();
+    desk.says("(grbl.command_stood)");
+    desk.until("a hold", || desk.board.report().contains("<Hold:0|"));
+    desk.is_held();
+    desk.types(" ");
+    desk.is_done(child);
+}
+
+#[test]
+fn a_person_who_was_away_in_a_tool_change_goes_on_by_go_alone() {
+    let mut desk = Desk::new();
+    let child = desk.starts(&format!("exec {} --same-length", desk.run()), false);
+    desk.says("Type: ");
+    let process = Pid::from_child(&child);
+    kill_process(process, Signal::STOP).unwrap();
+    sleep(Duration::from_secs(5));
+    kill_process(process, Signal::CONT).unwrap();
+    desk.types("go\n");
+    desk.is_done(child);
+    assert!(!desk.said().contains("(grbl.command_stood)"), "{}", desk.said());
+}
+
+#[test]
+fn a_command_that_goes_on_behind_another_does_not_freeze() {
+    let mut desk = Desk::new();
+    let words = format!("set -m; {} --same-length --confirm-tools 0; stty sane; bg %1; wait %1", desk.run());
+    let child = desk.starts(&words, true);
+    desk.drills(2);
+    desk.types("\x1a");
+    desk.is_done(child);
+}
+
+#[test]
+fn a_command_that_comes_to_the_front_again_hears_its_keys() {
+    let mut desk = Desk::new();
+    let waits = "while [ ! -f go ]; do sleep 0.1; done";
+    let words =
+        format!("set -m; {} --same-length --confirm-tools 0; stty sane; bg %1; {waits}; fg %1", desk.run());
+    let child = desk.starts(&words, true);
+    desk.drills(2);
+    desk.types("\x1a");
+    sleep(Duration::from_secs(2));
+    fs::write(desk.path().join("go"), "").unwrap();
+    sleep(Duration::from_secs(1));
+    desk.types(" ");
+    desk.says("Pause.");
+    desk.until("a hold", || desk.board.report().contains("<Hold:0|"));
+    desk.is_held();
+    desk.types(" ");
+    desk.is_done(child);
+}
+
+#[test]
+fn a_command_that_is_begun_behind_another_does_not_freeze_and_is_answered_in_front() {
+    let mut desk = Desk::new();
+    let waits = "while [ ! -f go ]; do sleep 0.1; done";
+    let words = format!("set -m; {} --same-length & {waits}; fg %1", desk.run());
+    let child = desk.starts(&words, true);
+    desk.says("Type: ");
+    fs::write(desk.path().join("go"), "").unwrap();
+    sleep(Duration::from_secs(1));
+    desk.types("go\n");
+    desk.is_done(child);
+}
