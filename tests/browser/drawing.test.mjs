@@ -313,6 +313,54 @@ test("what the open files draw is chosen by keys from a list, by kind, and a loc
   }
 });
 
+test("what the open files draw is copied, turned, lined up and saved, and there after a reload", async () => {
+  const { page, context } = await opened();
+  try {
+    await show(page, "Draw");
+    const block = page.getByRole("region", { name: "Objects of the files" });
+    await block.waitFor();
+    const list = (name) => block.getByRole("listbox", { name });
+    const line = (words) => page.getByRole("listbox", { name: "Objects", exact: true }).getByRole("option", { name: words });
+    const lines = (words, count, what) => until(async () => (await line(words).count()) === count, what);
+    await block.getByRole("combobox", { name: "Which of them" }).selectOption({ label: "Pads" });
+    await list("Pads").focus();
+    await page.keyboard.press("ArrowDown");
+    await page.getByRole("heading", { name: "1 selected" }).waitFor();
+    const push = (name) => page.getByRole("button", { name, exact: true }).click();
+    await push("Duplicate");
+    await lines(/Copy from: /, 1, "a copy in the tree");
+    // The copy is chosen: it is put where it is typed to be.
+    await field(page, "X").fill("12.5");
+    await page.keyboard.press("Enter");
+    await line(/Copy from: .* 12.5 /).waitFor();
+    // The one in the file and its copy together.
+    await list("Pads").focus();
+    await page.keyboard.press("ArrowDown");
+    await page.keyboard.press("ArrowUp");
+    await line(/Copy from: /).click({ modifiers: ["Shift"] });
+    await page.getByRole("heading", { name: "2 selected" }).waitFor();
+    await page.getByRole("group", { name: "Align" }).getByRole("button", { name: "Left", exact: true }).click();
+    await lines(/Moved: |Copy from: /, 2, "one of them moved to the other");
+    await page.keyboard.press("Control+z");
+    await lines(/Moved: /, 0, "back by one step");
+    await page.locator("canvas").first().focus();
+    await page.keyboard.press("r");
+    await lines(/Turned: |Copy from: /, 2, "both turned by a key");
+    assert.deepEqual(await findings(page), [], "Draw");
+    const files = await downloaded(page, page.getByRole("button", { name: "Gerber and Excellon" }));
+    assert.equal(files.size, 1, [...files.keys()].join());
+    assert.match([...files.values()][0].toString(), /%LR90\*%/);
+    await page.waitForTimeout(1500);
+    await page.reload();
+    await show(page, "Draw");
+    await lines(/Turned: |Copy from: /, 2, "both after a reload");
+    await page.keyboard.press("Control+z");
+    await lines(/Turned: /, 0, "an edit from before the reload is taken back");
+  } finally {
+    await context.close();
+  }
+});
+
 for (const [width, height] of [[390, 844], [820, 1180], [1440, 900]]) {
   test(`the editor at ${width} is accessible and no wider than the window`, async () => {
     const { page, context } = await draw({ width, height, scheme: "light" });

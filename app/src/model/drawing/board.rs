@@ -8,7 +8,7 @@
 //! Comes in: the open document, as it changes; wishes. Goes out: requests, files to save. Does not know how a drawing is read:
 //! the worker writes it as Gerber and Excellon and reads these.
 
-use super::lying::over_files;
+use super::lying::{over_files, plain};
 use super::{Draw, Editor, kept, saving};
 use crate::drawing::Locked;
 use crate::engine::Stopped;
@@ -48,11 +48,6 @@ pub(super) struct WithBoard {
     pub(super) used: Option<u32>,
     /// The screen seen last.
     tab: Tab,
-}
-
-/// The files of a document that are no drawings.
-pub(super) fn plain(document: &Document) -> impl Iterator<Item = &(String, Vec<u8>)> {
-    document.files.iter().filter(|(_, bytes)| !drawing::is_one(bytes))
 }
 
 /// The drawing among the files of a document.

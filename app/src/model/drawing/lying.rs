@@ -4,7 +4,8 @@
 //! drawings.
 
 use super::Draw;
-use annulus_core::board::drawing::{Drawing, History, Thing};
+use crate::model::Document;
+use annulus_core::board::drawing::{self, Drawing, History, Thing};
 
 /// How a drawing lies to the open board.
 #[derive(Clone, Copy, Debug)]
@@ -34,6 +35,11 @@ pub(super) fn lie_by_itself(draw: &mut Draw, next: &History) {
     if !draw.with_board.over {
         draw.forget_files();
     }
+}
+
+/// The files of a document that are no drawings.
+pub(super) fn plain(document: &Document) -> impl Iterator<Item = &(String, Vec<u8>)> {
+    document.files.iter().filter(|(_, bytes)| !drawing::is_one(bytes))
 }
 
 /// Whether it speaks of things that open files draw.

@@ -7,7 +7,7 @@
 //!
 //! Comes in: wishes, an answer of the worker. Goes out: a request, files to save. Does not know how files are written.
 
-use super::board::plain;
+use super::lying::{over_files, plain};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, Request, ToRead, ToWriteOver, WrittenOver};
 use crate::model::{Effect, Lane, Model, export, frame};
@@ -49,7 +49,7 @@ pub(super) fn export(model: &mut Model, what: DrawingExport) -> Vec<Effect> {
         DrawingExport::Svg => {
             saved(format!("{stem}.svg"), "image/svg+xml", drawing::svg(drawing).into_bytes())
         }
-        DrawingExport::Board if over && super::lying::over_files(drawing) => ask(model, false),
+        DrawingExport::Board if over && over_files(drawing) => ask(model, false),
         DrawingExport::Board => {
             let files = drawing::files(drawing).into_iter();
             let files: Vec<(String, Vec<u8>)> = files.map(|(name, text)| (name, text.into_bytes())).collect();
