@@ -14,7 +14,7 @@ const SLACK_MM: f64 = 0.02;
 /// How much above the fastest of an axis its part of a feed may be before it is worth a word.
 const FEED_SLACK_FACTOR: f64 = 1.01;
 /// Cuts that come to no more than this part of their feed are not those that were planned.
-const LEAST_SHARE_OF_FEED: f64 = 0.5;
+const LEAST_FEED_SHARE: f64 = 0.5;
 const AXES: [char; 3] = ['X', 'Y', 'Z'];
 
 /// What the job is compared with.
@@ -139,7 +139,7 @@ fn accelerations(routine: &Routine, machine: &MachineRange<'_>) -> Vec<Diagnosti
     let slower = usize::from(all[1] < all[0]);
     for (axis, down) in [(slower, false), (2, true)] {
         let Some((feed, reached)) = quickest_cut(routine, all[axis], down) else { continue };
-        if reached < feed * LEAST_SHARE_OF_FEED {
+        if reached < feed * LEAST_FEED_SHARE {
             let slow = Diagnostic::warning("grbl.slow_to_speed").with("axis", AXES[axis]);
             let slow = slow.with("number", 120 + axis).with("value", round(all[axis]));
             found.push(slow.with("feed", round(feed)).with("reached", libm::round(reached)));
