@@ -126,10 +126,10 @@ fn clocks() -> Done<Command> {
     Ok(clocks)
 }
 
-/// Jobs on the GRBL firmware: four boards at a time, which mostly wait for their own seconds; or those of these names, one at a time.
+/// Jobs on the GRBL firmware: three boards at a time, which mostly wait for their own seconds; or those of these names, one at a time.
 fn controllers(names: &[String]) -> Done<Command> {
     grbl::ensure()?;
-    let threads = if names.is_empty() { "--test-threads=4" } else { "--test-threads=1" };
+    let threads = if names.is_empty() { "--test-threads=3" } else { "--test-threads=1" };
     let mut controllers = cargo("test", &["--test", "grbl", "--", threads, "--show-output"]);
     if !names.is_empty() {
         controllers.arg("--exact").args(names);
