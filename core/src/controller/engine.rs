@@ -163,7 +163,7 @@ pub struct Controller {
     pub(super) idle_reports: u32,
     /// Reports of rest since an answer is overdue, to questions of then.
     pub(super) rests_overdue: u32,
-    /// Reports that something at the board itself holds it.
+    /// Reports in this phase, each asked for, that something holds it.
     pub(super) stand_reports: u32,
     /// When a person said that the tool is in, while that waits for a zero to be taken.
     pub(super) ready_asked_ms: Option<u64>,
@@ -296,7 +296,7 @@ impl Controller {
     pub(super) fn set(&mut self, phase: EnginePhase) {
         if self.phase != phase {
             (self.phase, self.since_ms, self.jog_end) = (phase, self.now_ms, JogEnd::NotYet);
-            self.ready_asked_ms = None;
+            (self.ready_asked_ms, self.stand_reports) = (None, 0);
         }
         if phase != EnginePhase::Jogging {
             (self.jog, self.park) = (None, None);

@@ -26,6 +26,8 @@ const LEAD_S: f64 = 0.06;
 const FEED_ROUNDED_SHARE: f64 = 0.5;
 /// A batch that takes less of its time than this, and so many seconds less, was not what was planned.
 const QUICKEST: (f64, f64) = (0.75, 0.15);
+/// Reports of a hold, each asked for, before it is believed.
+const HOLD_REPORTS: u32 = 3;
 /// A report of a hold so soon after going on is an old one.
 const OLD_REPORT_MS: u64 = 500;
 /// Pieces in which a report is looked for.
@@ -43,8 +45,10 @@ impl Controller {
             run.batch.disturbed |= overridden || self.phase != EnginePhase::Running;
         }
         match (self.phase, doing) {
+            // On its way, or where the page stood still, the sign that leads on may be as late as the questions behind it: of three that
+            // were asked for one after the other the last was asked behind it, and answered behind what it does.
             (EnginePhase::Running, ReportedState::Hold { .. })
-                if self.now_ms < self.since_ms + OLD_REPORT_MS => {}
+                if self.now_ms < self.since_ms + OLD_REPORT_MS || self.stand_reports < HOLD_REPORTS => {}
             (EnginePhase::Running, ReportedState::Hold { .. }) => {
                 self.trouble(Diagnostic::error("grbl.held_by_itself"));
             }

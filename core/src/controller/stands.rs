@@ -18,7 +18,7 @@ const REPORTS: u32 = 2;
 impl Controller {
     /// Whether something at the board itself holds what is in work, or keeps anything from being begun: it waits for Resume.
     pub fn stands(&self) -> bool {
-        self.stand_reports >= REPORTS
+        self.stand_reports >= REPORTS && self.may_stand()
     }
 
     /// Whether it is none of ours that it stands: no job is on its path, and nothing was told to come to rest.
@@ -41,11 +41,9 @@ impl Controller {
                 return;
             }
         };
-        if !self.may_stand() {
-            self.stand_reports = 0;
-        } else if fresh {
+        if fresh {
             self.stand_reports = self.stand_reports.saturating_add(1);
-            if self.stand_reports == REPORTS {
+            if self.stand_reports == REPORTS && self.may_stand() {
                 self.found(Diagnostic::warning(code));
             }
         }

@@ -71,6 +71,7 @@ pub(super) struct Automaton {
     modal: Modal,
     /// Why nothing goes on, as it reports it: by a hold, or by what a person does at the board.
     pub(super) held: Option<&'static str>,
+    goes_on: bool,
     lock: Lock,
     check: bool,
     dwell_ms: f64,
@@ -156,6 +157,7 @@ impl Automaton {
             zeros: [[0.0; 3]; 6],
             modal: Modal::default(),
             held: None,
+            goes_on: false,
             lock: Lock::Alarm,
             check: false,
             dwell_ms: 0.0,
@@ -241,7 +243,7 @@ impl Automaton {
         self.queue.clear();
         (self.planned, self.modal) = (self.at, Modal::default());
         (self.held, self.check, self.dwell_ms, self.pending) = (None, false, 0.0, None);
-        self.probing = None;
+        (self.probing, self.goes_on) = (None, false);
         (self.waits_for_reset, self.zero_due) = (false, 0);
         self.pressed.clear();
         self.length = 0.0;
@@ -328,7 +330,7 @@ impl Automaton {
                 // In check mode there is nothing to be held.
                 b'!' if self.check || self.held.is_some() => {}
                 b'!' => self.held = Some("Hold:0"),
-                b'~' if self.held != Some("Sleep") => self.held = None,
+                b'~' => self.goes_on = self.held != Some("Sleep"),
                 0x18 => self.soft_reset(),
                 _ if self.waits_for_reset => {}
                 0x85 if self.jogs() => {
@@ -348,6 +350,10 @@ impl Automaton {
         self.see_to_overrides();
         if std::mem::take(&mut self.asked) && (!self.waits_for_reset || self.reports_waiting) {
             self.report();
+        }
+        // Behind the report, as GRBL does it.
+        if std::mem::take(&mut self.goes_on) {
+            self.held = None;
         }
         if self.waits_for_reset {
             return;

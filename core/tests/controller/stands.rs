@@ -79,8 +79,8 @@ fn what_a_door_or_a_button_holds_is_told_once_and_goes_on_by_resume() {
                 "{way:?} {word}"
             );
             bench.asked(EngineAsk::Resume);
-            assert_eq!((found(&bench), bench.board.held), (Vec::new(), None), "{way:?} {word}");
             bench.until(1_000, |_| false);
+            assert_eq!((found(&bench), bench.board.held), (NOTHING, None), "{way:?} {word}");
             assert!(!bench.engine().stands(), "{way:?} {word}");
             match way.1 {
                 EnginePhase::Measuring | EnginePhase::ToolChange => {
@@ -168,4 +168,24 @@ fn a_board_that_sleeps_knows_no_place_and_says_so() {
     bench.board.held = Some("Sleep");
     bench.until(3_000, |_| false);
     assert_eq!(bench.engine().trust, Trust::Lost, "{:?}", bench.words());
+}
+
+#[test]
+fn a_job_that_goes_on_while_its_link_stands_still_is_not_taken_for_one_that_was_held_there() {
+    for late_ms in (200..3_000).step_by(140) {
+        let mut bench = ready();
+        bench.start_as(job(0));
+        bench.phases(EnginePhase::ToolChange);
+        bench.tool_ready();
+        bench.phases(EnginePhase::Running);
+        bench.until(1_500, |_| false);
+        bench.event(EngineEvent::Ask(EngineAsk::Hold));
+        bench.phases(EnginePhase::Held);
+        bench.event(EngineEvent::Ask(EngineAsk::Resume));
+        // What is written waits on its way, and so do the answers.
+        bench.asleep_until_ms = bench.now_ms + late_ms;
+        bench.until(late_ms + 2_000, |_| false);
+        assert_eq!(found(&bench), NOTHING, "{late_ms} ms");
+        assert!(bench.ended().is_none() || bench.ended() == Some(Ending::Done), "{late_ms} ms");
+    }
 }
