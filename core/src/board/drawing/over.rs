@@ -64,7 +64,7 @@ pub fn lay_over(drawing: &Drawing, artwork: &mut Artwork, used: &mut Vec<usize>)
 }
 
 /// The files that a drawing makes of those it is drawn over: of each in which it moves, turns, copies or takes out something the
-/// whole, as it is then, by the name that it has; and [`files`] of what is drawn. Files that it does not speak of are as they were.
+/// whole, as it is then, by the name that it has; and [`files()`] of what is drawn. Files that it does not speak of are as they were.
 pub fn files_over(drawing: &Drawing, mut artwork: Artwork) -> (Vec<(String, String)>, Vec<Diagnostic>) {
     let (rows, lost) = changed(drawing, &mut artwork);
     let mut texts = files(drawing);
