@@ -126,16 +126,21 @@ impl Desk {
     }
 }
 
+/// Suspends a command for longer than it may go on by itself behind.
+fn stands_still(child: &Child) {
+    let process = Pid::from_child(child);
+    kill_process(process, Signal::STOP).unwrap();
+    sleep(Duration::from_secs(5));
+    kill_process(process, Signal::CONT).unwrap();
+}
+
 #[test]
 fn a_command_that_stood_still_for_long_holds_its_job_until_a_person_goes_on() {
     let mut desk = Desk::new();
     let words = format!("exec {} --same-length --confirm-tools 0", desk.run());
     let child = desk.starts(&words, false);
     desk.drills(2);
-    let process = Pid::from_child(&child);
-    kill_process(process, Signal::STOP).unwrap();
-    sleep(Duration::from_secs(5));
-    kill_process(process, Signal::CONT).unwrap();
+    stands_still(&child);
     desk.says("(grbl.command_stood)");
     desk.until("a hold", || desk.board.report().contains("<Hold:0|"));
     desk.is_held();
@@ -151,10 +156,7 @@ fn a_tool_change_that_nobody_answers_is_not_gone_on_from_unasked() {
     let words = format!("exec {} --same-length --confirm-tools 2", desk.run());
     let child = desk.starts(&words, false);
     desk.says("Tool 1: tool 1");
-    let process = Pid::from_child(&child);
-    kill_process(process, Signal::STOP).unwrap();
-    sleep(Duration::from_secs(5));
-    kill_process(process, Signal::CONT).unwrap();
+    stands_still(&child);
     desk.says("(grbl.command_stood)");
     desk.until("a hold", || desk.board.report().contains("<Hold:0|"));
     desk.is_held();
@@ -167,10 +169,7 @@ fn a_person_who_was_away_in_a_tool_change_goes_on_by_go_alone() {
     let mut desk = Desk::new();
     let child = desk.starts(&format!("exec {} --same-length", desk.run()), false);
     desk.says("Type: ");
-    let process = Pid::from_child(&child);
-    kill_process(process, Signal::STOP).unwrap();
-    sleep(Duration::from_secs(5));
-    kill_process(process, Signal::CONT).unwrap();
+    stands_still(&child);
     desk.types("go\n");
     desk.is_done(child);
     assert!(!desk.said().contains("(grbl.command_stood)"), "{}", desk.said());

@@ -211,9 +211,13 @@ mod tests {
     use super::super::gcode::read;
     use super::*;
 
-    /// What is said of a job's feeds where Z goes at 300 mm/min at most, X at 1,000 and Y at 2,000.
-    fn said(text: &str) -> Vec<String> {
-        let values: Values = [(110, 1_000.0), (111, 2_000.0), (112, 300.0)].into_iter().collect();
+    /// What a comparison says of a job on a machine with these settings, by its numbers.
+    fn said(
+        compares: fn(&Routine, &MachineRange<'_>) -> Vec<Diagnostic>,
+        text: &str,
+        values: &[(u16, f64)],
+    ) -> Vec<String> {
+        let values: Values = values.iter().copied().collect();
         let routine =
             read("a", &[("a.nc".to_owned(), format!("G21 G90 G94\nG0 Z2\nM3 S1\n{text}\nG0 Z2\nM2\n"))]);
         let machine = MachineRange {
@@ -223,7 +227,7 @@ mod tests {
             ends_mm: [None; 3],
             small: false,
         };
-        let found = feeds(&routine.unwrap(), &machine).into_iter();
+        let found = compares(&routine.unwrap(), &machine).into_iter();
         found
             .map(|found| found.args.into_iter().map(|(_, value)| value).collect::<Vec<_>>().join(" "))
             .collect()
@@ -231,6 +235,7 @@ mod tests {
 
     #[test]
     fn each_axis_is_asked_for_its_own_part_of_a_feed() {
+        let fastest = [(110, 1_000.0), (111, 2_000.0), (112, 300.0)];
         for (text, expected) in [
             ("G0 X1 Y1\nG1 Z-1 F300", vec![]),
             // A plunge that only X and Y could do.
@@ -243,7 +248,7 @@ mod tests {
             // A helix that is steep.
             ("G0 X1 Y1\nG1 Z-0.1 F300\nG1 X2 Z-1.1 F600", vec!["Z 424.26 112 300"]),
         ] {
-            assert_eq!(said(text), expected, "{text}");
+            assert_eq!(said(feeds, text, &fastest), expected, "{text}");
         }
     }
 
@@ -260,20 +265,8 @@ mod tests {
             (milled, [0.4, 100.0, 100.0], vec!["X 120 0.4 300 137"]),
             (drilled, [100.0, 0.0, -1.0], vec!["Y 121", "Z 122"]),
         ] {
-            let values: Values = [(120, x), (121, y), (122, z)].into_iter().collect();
-            let routine =
-                read("a", &[("a.nc".to_owned(), format!("G21 G90 G94\nG0 Z2\nM3 S1\n{text}\nG0 Z2\nM2\n"))]);
-            let machine = MachineRange {
-                values: &values,
-                zero_mm: [0.0; 3],
-                homed: false,
-                ends_mm: [None; 3],
-                small: false,
-            };
-            let found = accelerations(&routine.unwrap(), &machine).into_iter();
-            let words = found
-                .map(|found| found.args.into_iter().map(|(_, value)| value).collect::<Vec<_>>().join(" "));
-            assert_eq!(words.collect::<Vec<_>>(), expected, "{text} {x} {y} {z}");
+            let settings = [(120, x), (121, y), (122, z)];
+            assert_eq!(said(accelerations, text, &settings), expected, "{text} {x} {y} {z}");
         }
     }
 }
