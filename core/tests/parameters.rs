@@ -58,6 +58,16 @@ fn stroke(machine: &Machine) -> String {
     format!("{:?}", cycles::stroke(machine, from, bottom, None).unwrap())
 }
 
+/// The tip on its way down to a board whose height is looked for.
+fn touch(machine: &Machine) -> String {
+    let mut to = Steps::default();
+    to[2] = machine.z.scale.steps(machine.process.surface);
+    format!(
+        "{:?}",
+        cycles::touch(machine, (Steps::default(), to), Some(annulus_core::job::Otherwise::Alarm)).unwrap()
+    )
+}
+
 /// The program that is planned for a board of three holes.
 fn plan(machine: &Machine) -> String {
     let hole = |x: f64, size_um: i64| Hole {
@@ -190,6 +200,7 @@ fn rows() -> Vec<Row> {
         ("parking", "park.x", number(40.0), parked_apart, parking),
         ("parking", "park.y", number(180.0), parked_apart, parking),
         ("depth detection", "stroke.contact_tolerance", number(0.3), virtual_drill, executor),
+        ("depth-detection speed", "stroke.touch_speed", number(0.4), virtual_drill, touch),
         ("broken-bit tolerance", "stroke.contact_tolerance", number(0.1), virtual_drill, executor),
         ("feed", "stroke.feed", number(6.0), virtual_drill, plan),
         ("lift speed", "z.max_speed", number(30.0), virtual_drill, stream),

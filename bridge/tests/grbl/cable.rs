@@ -1,7 +1,7 @@
 //! The cable is pulled in the middle of a job, and plugged in again.
 
 use super::bench::{Bench, ZERO_AT};
-use super::firmware::{Board, eventually, instrument, settings};
+use super::firmware::{Board, eventually, instrument, long_instrument, settings};
 use super::jobs;
 use super::judge::{self, Verdict};
 use super::sender::{Desk, MOST};
@@ -31,7 +31,7 @@ fn a_pulled_cable_is_told_written_down_and_the_job_goes_on_after_homing() {
 
 #[test]
 fn without_switches_nothing_goes_on_before_zero_was_set_again() {
-    let Some(instrument) = instrument() else { return };
+    let Some(instrument) = long_instrument() else { return };
     let (job, here) = (jobs::board(), [-100.0, -100.0, -60.0]);
     // Plugged in again, this board does not begin anew: it stands where it came to rest, and says nothing by itself.
     let mut board = Board::new(instrument, &settings(false), here, &["--no-dtr-reset"]);

@@ -9,7 +9,7 @@ use annulus_core::chance::Chance;
 use std::time::{Duration, Instant};
 
 /// Interruptions on every push, and with `cargo xtask test --long`.
-const COUNT: [u64; 2] = [6, 200];
+const COUNT: [u64; 2] = [4, 200];
 /// Interruptions until a job is left in peace.
 const A_JOB: u64 = 4;
 /// About what a job takes, seconds of the board: homing, holes, three changes.

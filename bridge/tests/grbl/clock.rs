@@ -1,16 +1,18 @@
 //! The time that is told before a job, beside the time between the first edge of a pin and the last.
 
-use super::firmware::{Board, instrument, settings};
+use super::firmware::{Board, instrument, long, settings};
 use super::jobs;
 use super::judge;
 use super::sender::Desk;
 
 #[test]
-fn two_thousand_lines_take_the_time_that_was_told() {
+fn a_job_takes_the_time_that_was_told() {
     let Some(instrument) = instrument() else { return };
-    let job = jobs::long();
+    // 2,000 lines, or 500.
+    let (toolpaths, wanted) = if long() { (28, 1_950..=2_100) } else { (7, 490..=600) };
+    let job = jobs::winding(toolpaths);
     let lines = job.text.lines().count();
-    assert!((1_950..=2_100).contains(&lines), "{lines} lines");
+    assert!(wanted.contains(&lines), "{lines} lines");
     let mut board = Board::new(instrument, &settings(false), [-100.0, -100.0, -60.0], &[]);
     let desk = Desk::new(&job.text);
     let (exit, object) = desk.run(&board, "run job.nc --zero-here");

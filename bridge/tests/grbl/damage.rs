@@ -2,7 +2,7 @@
 //! the same run, before anything else was cut: a job that says that it is done has cut nothing but what was wanted.
 
 use super::bench::Bench;
-use super::firmware::{Board, instrument, long, settings};
+use super::firmware::{Board, instrument, long, long_instrument, settings};
 use super::jobs;
 use super::judge::{Dip, Log, Verdict};
 use super::sender::Desk;
@@ -88,7 +88,7 @@ fn a_damaged_line_stops_the_job_and_nothing_is_left_out() {
 
 #[test]
 fn a_line_of_noise_is_nobody_and_is_not_waited_for_without_end() {
-    let Some(instrument) = instrument() else { return };
+    let Some(instrument) = long_instrument() else { return };
     let job = jobs::board();
     // As at a wrong speed: half of all characters are others.
     let faults = ["--garble", "0.5", "--tx-faults", "--seed", "5"];

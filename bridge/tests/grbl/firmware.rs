@@ -40,6 +40,16 @@ pub(crate) fn instrument() -> Option<&'static Instrument> {
     }
 }
 
+/// The instrument where tests go to their full length: what the engine's own tests in `core` and `drill` show on every push is seen on the
+/// firmware then, as four minutes of it are enough for a push.
+pub(crate) fn long_instrument() -> Option<&'static Instrument> {
+    if !long() {
+        println!("skipped: a long test, which ANNULUS_LONG runs");
+        return None;
+    }
+    instrument()
+}
+
 /// The simulator, and the firmware that it runs.
 pub(crate) struct Instrument {
     simulator: PathBuf,

@@ -51,11 +51,11 @@ pub(crate) fn board() -> Job {
     Job { text, holes, cuts, end: [0.0, 0.0, 8.0] }
 }
 
-/// Some 2,000 lines: toolpaths of short lines and arcs in every direction at changing feeds, and holes.
-pub(crate) fn long() -> Job {
+/// Some 70 lines for each of the toolpaths: short lines and arcs in every direction at changing feeds, and holes.
+pub(crate) fn winding(toolpaths: u8) -> Job {
     let mut chance = Chance::new(19);
     let mut text = "G21 G17 G90 G94\nG0 Z3\nG0 X0 Y0\nM3 S9000\n".to_owned();
-    for toolpath in 0..28 {
+    for toolpath in 0..toolpaths {
         let (mut x, mut y) = (f64::from(toolpath % 7) * 8.0, f64::from(toolpath / 7) * 8.0);
         text += &format!("G0 X{x:.3} Y{y:.3}\nG0 Z0.3\nG1 Z-0.1 F300\n");
         for piece in 0..64 {

@@ -2,7 +2,7 @@
 //! how deep the tip was below the surface that the instrument has, not the one that was measured.
 
 use super::bench::{ZERO, ZERO_AT};
-use super::firmware::{Board, STEPS, instrument, settings};
+use super::firmware::{Board, STEPS, instrument, long_instrument, settings};
 use super::jobs;
 use super::judge;
 use super::sender::Desk;
@@ -125,7 +125,7 @@ fn a_board_that_lies_askew_is_touched_once_and_followed_by_every_hole_and_cut() 
 
 #[test]
 fn a_machine_without_switches_touches_and_runs_in_one_go() {
-    let Some(instrument) = instrument() else { return };
+    let Some(instrument) = long_instrument() else { return };
     let here = [-100.0, -100.0, -60.0];
     // The tip stands on the board: what it touches is the zero.
     let surface = Surface([-60.0 + 100.0 * 0.015 + 100.0 * 0.012, 0.015, 0.012]);
@@ -144,7 +144,7 @@ fn a_machine_without_switches_touches_and_runs_in_one_go() {
 
 #[test]
 fn a_board_that_is_not_there_and_a_person_who_stops_leave_no_map() {
-    let Some(instrument) = instrument() else { return };
+    let Some(instrument) = long_instrument() else { return };
     let mut board = Board::new(instrument, &settings(true), START, &[]);
     let desk = Desk::new(&jobs::board().text);
     let (exit, object) = desk.run(&board, &format!("level job.nc {ZERO_AT}"));

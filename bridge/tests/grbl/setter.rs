@@ -2,7 +2,7 @@
 //! knows no tool lengths, its plane is the pin where the setter stands: other lengths are those of `core/tests/controller/setter.rs`.
 
 use super::bench::{Bench, START, ZERO_AT};
-use super::firmware::{STEPS, instrument};
+use super::firmware::{STEPS, instrument, long_instrument};
 use super::jobs;
 use super::judge::{self, Verdict};
 use std::fs::File;
@@ -32,7 +32,7 @@ fn visits(bench: &Bench) -> (usize, f64) {
 
 #[test]
 fn every_tool_goes_to_the_setter_and_every_hole_is_as_deep_as_planned() {
-    let Some(instrument) = instrument() else { return };
+    let Some(instrument) = long_instrument() else { return };
     let mut bench = Bench::new(instrument, jobs::board(), &PLANE);
     let words = format!("run job.nc {ZERO_AT} {SETTER} --confirm-tools 0.1");
     let (exit, object) = bench.desk.run(&bench.board, &words);

@@ -297,6 +297,8 @@ pub struct Process {
     pub breakthrough: Length,
     /// How far below the surface the tip may be at most before the contact tells of it; 0 where that is not looked at.
     pub contact_tolerance: Length,
+    /// Speed of the tip where it is to touch the board or a plate, mm/s.
+    pub touch_mm_per_s: f64,
     /// Speed down through the board, mm/s.
     pub feed_mm_per_s: f64,
     /// Pause at the bottom, in ms.

@@ -112,6 +112,7 @@ fn virtual_process() -> Process {
         board_thickness: mm(1.6),
         breakthrough: mm(0.5),
         contact_tolerance: Length::ZERO,
+        touch_mm_per_s: 1.0,
         feed_mm_per_s: 12.0,
         dwell_bottom_ms: 0.0,
         spindle_rpm: 30_000,

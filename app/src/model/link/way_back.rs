@@ -4,9 +4,9 @@
 //! read the alarm ─▶ bit out of the board ─▶ homed again, where the position is not trusted ─▶ tool checked ─▶ resume
 //! ```
 //!
-//! Ticked is what was seen alone: that the bit is out of the board is seen where the place is known.
+//! Ticked is what was seen alone: that the bit is out of the board where the place is known, what the bit looks like by a person.
 //!
-//! Comes in: the status, and whether a job was broken off. Goes out: the steps, each done, to be done now, or later. Moves nothing.
+//! Comes in: the status, whether a job was broken off, whether somebody looked at the bit. Goes out: the steps, each done, to be done now, or later. Moves nothing.
 
 use annulus_core::control::Trust;
 use annulus_core::wire::Status;
@@ -37,8 +37,8 @@ pub enum BackMark {
     Later,
 }
 
-/// The way back from how things stand; a job `is_broken_off` where one can be taken up.
-pub fn way_back(status: &Status, is_broken_off: bool) -> Vec<(BackStep, BackMark)> {
+/// The way back from how things stand; a job `is_broken_off` where one can be taken up. Somebody `has_looked` at the bit.
+pub fn way_back(status: &Status, is_broken_off: bool, has_looked: bool) -> Vec<(BackStep, BackMark)> {
     let (is_over, is_known) = (status.work_mm[2] > 0.0, status.trust == Trust::Trusted);
     let mut steps = vec![
         (BackStep::Read, status.alarm.is_none()),
@@ -46,7 +46,7 @@ pub fn way_back(status: &Status, is_broken_off: bool) -> Vec<(BackStep, BackMark
         (BackStep::Home, is_known),
     ];
     if is_broken_off {
-        steps.extend([(BackStep::Tool, false), (BackStep::Resume, false)]);
+        steps.extend([(BackStep::Tool, has_looked), (BackStep::Resume, false)]);
     }
     let mut open = true;
     let mark = |(step, done): (BackStep, bool)| {
@@ -55,9 +55,9 @@ pub fn way_back(status: &Status, is_broken_off: bool) -> Vec<(BackStep, BackMark
             (false, true) => BackMark::Now,
             (false, false) => BackMark::Later,
         };
-        // Where the place is lost only a person sees where the bit is, and homing takes it up first. The tool is checked while Resume is
-        // offered: its pre-flight asks once more.
-        let is_seen_by_eye = step == BackStep::Lift && (is_over || status.trust == Trust::Lost);
+        // Where the place is not trusted only a person sees where the bit is, and homing takes it up first. The tool is checked while
+        // Resume is offered: its pre-flight asks once more.
+        let is_seen_by_eye = step == BackStep::Lift && !is_known;
         open &= done || is_seen_by_eye || step == BackStep::Tool;
         (step, mark)
     };

@@ -19,7 +19,13 @@ use web_sys::{HtmlElement, KeyboardEvent, Node, PointerEvent};
 /// The pad, for whoever puts the focus there.
 const PAD: &str = "jog-pad";
 
-fn jog_button(line: Link, way: JogDirection, word: &'static str, name: &'static str) -> impl IntoView {
+/// The button of one direction, which `listen` of the pad belongs to.
+pub(super) fn jog_button(
+    line: Link,
+    way: JogDirection,
+    word: &'static str,
+    name: &'static str,
+) -> impl IntoView {
     let (axis, up) = way;
     let place =
         format!("button jog-{}{}", ["x", "y", "z"][usize::from(axis)], if up { "-plus" } else { "-minus" });

@@ -1,11 +1,13 @@
 //! The way back after an alarm, as a list of steps: which are done, which one is next, and the button for it (A12).
 //!
-//! Comes in: how things stand. Goes out: asks that acknowledge and home. Nothing moves without a press.
+//! Comes in: how things stand. Goes out: asks that acknowledge, lift and home. Nothing moves without a press, and Z goes up only while it is
+//! pressed. That somebody looked at the bit is remembered for this way back alone.
 
+use super::jog;
 use crate::i18n::{key, t};
 use crate::model::link::way_back::{BackMark, BackStep, way_back};
 use crate::page::link::{self, Link};
-use crate::widgets::push_if;
+use crate::widgets::{push, push_if};
 use annulus_core::control::{Ending, State};
 use annulus_core::wire::Ask;
 use leptos::html::{li, ol, section, span, strong};
@@ -21,8 +23,8 @@ fn word(step: BackStep) -> &'static str {
     }
 }
 
-/// The button of a step, where a press does it.
-fn button(step: BackStep, line: Link) -> AnyView {
+/// The button of a step, where a press does it; one sets `has_looked`.
+fn button(step: BackStep, line: Link, has_looked: RwSignal<bool>) -> AnyView {
     match step {
         BackStep::Read => {
             let mine = move || line.control.get().yours;
@@ -36,21 +38,34 @@ fn button(step: BackStep, line: Link) -> AnyView {
             |_| link::ask(Ask::Home),
         )
         .into_any(),
+        // The one of the pad, as it is there: a short press is one step, a long one goes on until it is let go.
+        BackStep::Lift => jog::jog_button(line, (2, true), "Z+", key!("page.jog.z_plus")).into_any(),
+        BackStep::Tool => {
+            push("button small", t!("page.back.looked"), move |_| has_looked.set(true)).into_any()
+        }
         // Going on is offered by the bar over the list.
-        BackStep::Lift | BackStep::Tool | BackStep::Resume => ().into_any(),
+        BackStep::Resume => ().into_any(),
     }
 }
 
 /// The list; nothing where no alarm is on show, nor a job that ended with one.
 pub(super) fn steps() -> impl IntoView {
     let line = link::link();
+    let has_looked = RwSignal::new(false);
     let steps = Memo::new(move |_| {
         let status = line.status.get()?;
-        let moves = !matches!(status.state, State::Alarm | State::Ready | State::NotHomed);
+        // A move by hand is part of it.
+        let moves = !matches!(status.state, State::Alarm | State::Ready | State::NotHomed | State::Jogging);
         let ended = line.ended.with(|ended| ended.as_ref().is_some_and(|end| end.ending == Ending::Alarm));
         let is_broken_off = line.interrupted.with(Option::is_some);
         let wanted = status.alarm.is_some() || ended && is_broken_off;
-        (wanted && !moves).then(|| way_back(&status, is_broken_off))
+        (wanted && !moves).then(|| way_back(&status, is_broken_off, has_looked.get()))
+    });
+    // The bit of another alarm was not looked at.
+    Effect::new(move |_| {
+        if line.status.with(|status| status.as_ref().is_some_and(|status| status.alarm.is_some())) {
+            has_looked.set(false);
+        }
     });
     move || {
         let steps = steps.get()?;
@@ -63,7 +78,7 @@ pub(super) fn steps() -> impl IntoView {
                 BackMark::Later => "later",
             };
             let current = (next == Some(step)).then_some("step");
-            let button = (mark == BackMark::Now).then(|| button(step, line));
+            let button = (mark == BackMark::Now).then(|| button(step, line, has_looked));
             li().class(class)
                 .attr("aria-current", current)
                 .child((span().child(move || crate::i18n::text(word(step), &[])), button))

@@ -32,9 +32,6 @@ use annulus_core::steps::{Segment, Stage, Switching, TICK_HZ};
 use annulus_core::units::Length;
 use annulus_core::wire::Tell;
 
-/// How fast the tip goes where it is to touch, and where it may already, mm/s.
-const TOUCH_MM_PER_S: f64 = 1.0;
-const NEAR_MM_PER_S: f64 = 5.0;
 /// How long it rests before the contact is looked at, ticks: 20 ms.
 const LOOK_TICKS: u64 = TICK_HZ / 50;
 /// The furthest it looks for something, µm, the thickest plate and tool, µm, and how far it goes off an edge again.
@@ -188,8 +185,8 @@ impl Owner {
             cycles::together(machine, 2).for_each(|axis| to[axis] = z);
             (from, to)
         };
-        let touch = |ways: (Steps, Steps), mm_per_s: f64, otherwise: Option<Otherwise>| {
-            Ok(segments(&cycles::touch(machine, ways, mm_per_s, otherwise)?, machine))
+        let touch = |ways: (Steps, Steps), otherwise: Option<Otherwise>| {
+            Ok(segments(&cycles::touch(machine, ways, otherwise)?, machine))
         };
         match (step, &touching.what) {
             (TouchStep::Rise, _) => {
@@ -207,7 +204,7 @@ impl Owner {
                 moves.push(rest(Stage::Dwell, Switching::None, settle_ticks, to));
                 Ok(moves)
             }
-            (TouchStep::Near, _) => touch(down_to(self.clear_steps()), NEAR_MM_PER_S, Some(Otherwise::GoOn)),
+            (TouchStep::Near, _) => touch(down_to(self.clear_steps()), Some(Otherwise::GoOn)),
             (TouchStep::Look, _) => Ok(vec![look(from)]),
             (TouchStep::Down, what) => {
                 let lowest = match what {
@@ -218,14 +215,12 @@ impl Owner {
                     TouchFor::Edge { .. } => from[2],
                 };
                 let lowest = lowest.max(*self.travel_steps(2).start());
-                touch(down_to(lowest), TOUCH_MM_PER_S, Some(Otherwise::Alarm))
+                touch(down_to(lowest), Some(Otherwise::Alarm))
             }
             (TouchStep::Side, TouchFor::Edge { axis, up, reach, .. }) => {
-                touch(self.aside(*axis, *up, *reach), TOUCH_MM_PER_S, Some(Otherwise::Alarm))
+                touch(self.aside(*axis, *up, *reach), Some(Otherwise::Alarm))
             }
-            (TouchStep::Back, TouchFor::Edge { axis, up, .. }) => {
-                touch(self.aside(*axis, !*up, BACK), TOUCH_MM_PER_S, None)
-            }
+            (TouchStep::Back, TouchFor::Edge { axis, up, .. }) => touch(self.aside(*axis, !*up, BACK), None),
             (TouchStep::Side | TouchStep::Back, _) => Ok(Vec::new()),
         }
     }
