@@ -282,6 +282,14 @@ export function picture(name) {
   return join(folder, `${name}.png`);
 }
 
+/** Pictures of what is on show on a desk, a tablet upright and a phone; the page is as wide as on a desk again afterwards. */
+export async function pictures(page, name) {
+  for (const [width, height] of [[820, 1180], [390, 844], [1440, 900]]) {
+    await page.setViewportSize({ width, height });
+    await page.screenshot({ path: picture(`${name}-${width}`) });
+  }
+}
+
 /** `error` with what the page said then, and a picture of it called `name`: elsewhere only the text of a failure is kept. */
 export async function failed(page, name, error) {
   await page.screenshot({ path: picture(name) });

@@ -5,7 +5,7 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { data, drillOnly, failed, openBrowser, openLinked, openPage, picture, press, settled, startBridge, startJob, tab, until } from "./harness.mjs";
+import { data, drillOnly, failed, openBrowser, openLinked, openPage, picture, pictures, press, settled, startBridge, startJob, tab, until } from "./harness.mjs";
 
 /** A small window: few pixels to paint in software beside a machine that runs in real time. */
 const SMALL = { width: 1024, height: 768 };
@@ -209,7 +209,7 @@ test("holes are taken under the crosshair of a camera; without one it is said, a
     await page.getByText("At rest, position known.").waitFor();
     await side.getByRole("button", { name: "Crosshair on the dot" }).click();
     await side.getByText(/^The crosshair is X -/).waitFor();
-    await page.screenshot({ path: picture("second-side") });
+    await pictures(page, "second-side");
     // By the picture, then by the keyboard: both holes at one place, which no board does.
     await side.locator("button.camera").click();
     await side.getByText(/: found/).first().waitFor();

@@ -98,6 +98,45 @@ test("an alarm in mid-job is one bar on every screen, with no other word and no 
   }
 });
 
+test("the way back leads from an alarm to Resume by its own buttons; a bit that is low again is out before the job goes on", async () => {
+  const { page, problems, end } = await at("[stroke]\ncontact_tolerance = 0.1\n", ["contact-early@3"], 60);
+  try {
+    await sample(page);
+    await drillOnly(page);
+    const { start } = await startJob(page);
+    await start.click();
+    await fetching(page, () => page.locator(".alarm-bar").isVisible(), "the alarm");
+    const way = page.getByRole("region", { name: "The way back" });
+    const step = (words) => way.getByRole("listitem").filter({ hasText: words });
+    const mark = (words) => step(words).getAttribute("class");
+    await step("Read the alarm").getByRole("button", { name: "I have read it" }).click();
+    const tool = step("Look at the bit");
+    await tool.getByRole("button", { name: "I have looked at it" }).waitFor();
+    assert.deepEqual([await mark("Read the alarm"), await mark("Bring the bit out"), await mark("Go on with the job")], ["done", "done", "now"]);
+    // Somebody moves the tip down: it has to come up before anything else.
+    const hand = page.getByRole("region", { name: "Move by hand" });
+    await hand.getByRole("button", { name: "10", exact: true }).click();
+    const up = step("Bring the bit out").getByRole("button", { name: "Move Z up" });
+    await until(async () => {
+      if (await up.isVisible()) return true;
+      await hand.getByRole("button", { name: "Move Z down" }).click({ timeout: 2000 }).catch(() => {});
+      return false;
+    }, "the tip in the board");
+    assert.equal(await mark("Go on with the job"), "later");
+    await page.screenshot({ path: picture("way-back-1024") });
+    await press(page, up);
+    await until(async () => (await mark("Bring the bit out")) === "done", "the bit out of the board");
+    await press(page, tool.getByRole("button", { name: "I have looked at it" }));
+    await until(async () => (await mark("Look at the bit")) === "done", "the bit looked at");
+    assert.equal(await mark("Go on with the job"), "now");
+    assert.deepEqual(problems, []);
+  } catch (error) {
+    throw await failed(page, "way-back-failed", error);
+  } finally {
+    await end();
+  }
+});
+
 /** What is said of the job in work: the part, the hole or toolpath of it, and the stage that is marked. */
 const IN_WORK = `
   const text = (what) => document.querySelector(what)?.textContent ?? "";

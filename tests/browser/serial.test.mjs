@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { firmware, renumbered, startAdapter } from "./adapter.mjs";
 import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
-import { PATIENCE_MS, failed, openBrowser, openPage, picture, planned, press, serveFiles, startBridge, tab, until } from "./harness.mjs";
+import { PATIENCE_MS, failed, openBrowser, openPage, picture, pictures, planned, press, serveFiles, startBridge, tab, until } from "./harness.mjs";
 import { HOLES, SPEED, begin, connect, digits, drillFile, home, isZero, moveTo, opened, shown, touchOff } from "./mill.mjs";
 
 /** Two sizes of tools: six holes each. */
@@ -37,7 +37,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
     await until(async () => isZero(await digits(page, "Z")), "zero of Z");
     const zero = await board.steps();
-    await page.screenshot({ path: picture("serial-ready-1440") });
+    await pictures(page, "serial-ready");
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");
     assert.ok(rows.some((row) => /plans its own motion/.test(row)) && rows.some((row) => /Keep this page open/.test(row)), rows.join("\n"));
@@ -69,7 +69,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     // The browser would ask before the page is left now.
     await board.replug();
     await shown(page, /The cable was pulled/);
-    await page.screenshot({ path: picture("serial-pulled-1440") });
+    await pictures(page, "serial-pulled");
     await board.replug();
     await page.evaluate(() => navigator.serial.dispatchEvent(new Event("connect")));
     await shown(page, "The position is not known. Home first.");
@@ -79,7 +79,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await begin(page, "Resume the job");
     await touchOff(page);
     await shown(page, /^The job is done\./);
-    await page.screenshot({ path: picture("serial-done-1440") });
+    await pictures(page, "serial-done");
     // Let go of, the page has its virtual drill again; the port is known.
     await press(page, page.getByRole("button", { name: "Disconnect" }));
     await page.getByRole("button", { name: "Connect the one used before" }).waitFor();
@@ -136,11 +136,7 @@ test("a board that lies askew is touched from the page, its map is seen, and the
     await map.getByText(/^From .* mm; the largest correction is 0\.(1|2)/).waitFor();
     assert.equal(await map.locator("circle.touched").count(), 6);
     assert.equal(await map.locator("rect").count(), 2);
-    for (const [width, height] of [[1440, 900], [820, 1180], [390, 844]]) {
-      await page.setViewportSize({ width, height });
-      await page.screenshot({ path: picture(`level-${width}`) });
-    }
-    await page.setViewportSize({ width: 1440, height: 900 });
+    await pictures(page, "level");
     await map.getByRole("button", { name: "Close", exact: true }).click();
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");

@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { after, before, test } from "node:test";
 import { STEPS, instrument, startBoard } from "./grbl.mjs";
-import { failed, openBrowser, picture, planned, press, serveFiles, tab, until } from "./harness.mjs";
+import { failed, openBrowser, picture, pictures, planned, press, serveFiles, tab, until } from "./harness.mjs";
 import { HOLES, SPEED, begin, connect, drillFile, home, opened, ready, shown } from "./mill.mjs";
 
 const tools = instrument();
@@ -25,7 +25,7 @@ async function measured(page) {
   const change = page.getByRole("alertdialog");
   await press(page, change.getByRole("button", { name: /^Continue/ }));
   await goesDown(page);
-  await page.screenshot({ path: picture("setter-measures") });
+  await pictures(page, "setter-measures");
   await change.waitFor({ state: "hidden" });
 }
 
@@ -51,7 +51,7 @@ test("a tool setter is chosen once, said before the start, and measures each too
     await shown(page, /^These numbers make no tool setter/);
     await field("How far down at most").fill("15");
     await field("How far down at most").press("Enter");
-    await page.screenshot({ path: picture("setter-settings") });
+    await pictures(page, "setter-settings");
     await tab(page, "Machine").click();
     const zero = await ready(page, board);
     await planned(page);
