@@ -37,6 +37,9 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
     await until(async () => isZero(await digits(page, "Z")), "zero of Z");
     const zero = await board.steps();
+    // Nothing is said that such a board does not tell.
+    assert.deepEqual(await page.getByRole("region", { name: "Sensors" }).getByRole("listitem").locator("span:first-of-type").allInnerTexts(), ["X switch", "Y switch", "Z switch", "Contact"]);
+    assert.equal(await page.getByText(/^(Lower dead point|X and Y go on|Phases)$/).count(), 0);
     await pictures(page, "serial-ready");
     await press(page, page.getByRole("button", { name: "Start…" }));
     const rows = await begin(page, "Start the job");

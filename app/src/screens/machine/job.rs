@@ -2,7 +2,7 @@
 //!
 //! Comes in: the latest status. Goes out: Start… (opens the pre-flight), Pause, Resume, Stop after hole.
 
-use super::{ended, spindles, words};
+use super::{controller, ended, spindles, words};
 use crate::format::duration;
 use crate::i18n::{key, language, say, sentence, t};
 use crate::model::{StartEvent, Unseen};
@@ -328,6 +328,7 @@ fn reason(line: Link) -> Option<String> {
 }
 
 fn facts(line: Link) -> impl IntoView {
+    let plans = controller::plans(line);
     let text =
         move |get: fn(&Status) -> Option<String>| move || from(line, get).unwrap_or_else(|| "–".to_owned());
     let bit = move || {
@@ -370,8 +371,12 @@ fn facts(line: Link) -> impl IntoView {
         fact(t!("page.job.spindle"), move || {
             say!("page.job.rpm", rpm = from(line, |status| status.spindle_rpm))
         }),
-        fact(t!("page.job.lower_dead_point"), lowest),
-        fact(t!("page.job.release"), release),
+        // A controller that plans its own motion has a bottom and goes on aside by its program alone.
+        move || {
+            let both =
+                || (fact(t!("page.job.lower_dead_point"), lowest), fact(t!("page.job.release"), release));
+            (!plans.get()).then(both)
+        },
         fact(t!("page.job.delay"), move || {
             line.delay_ms
                 .get()

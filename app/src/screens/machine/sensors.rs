@@ -2,7 +2,7 @@
 //!
 //! Comes in: input bits, phase bytes, slips. Goes out: lamps, each with its word; the shape tells, not the colour alone.
 
-use super::words;
+use super::{controller, words};
 use crate::i18n::{key, say, t};
 use crate::page::link;
 use crate::widgets::{shape, unseen};
@@ -12,9 +12,16 @@ use annulus_core::wire::SlipReport;
 use leptos::html::{div, h3, li, section, span, ul};
 use leptos::prelude::*;
 
-fn lamp(input: Input, on: Memo<u32>) -> impl IntoView {
+/// What a controller that plans its own motion tells of, with its words: which end a switch stands at it does not say.
+const OF_CONTROLLER: [(Input, &str); 4] = [
+    (Input::XMax, key!("page.sensor.x_switch")),
+    (Input::YMax, key!("page.sensor.y_switch")),
+    (Input::ZTop, key!("page.sensor.z_switch")),
+    (Input::Contact, key!("page.sensor.contact")),
+];
+
+fn lamp(input: Input, word: &'static str, on: Memo<u32>) -> impl IntoView + use<> {
     let lit = move || on.get() & input.bit() != 0;
-    let word = words::sensor(input);
     div().class(move || if lit() { "lamp on" } else { "lamp" }).attr("role", "listitem").child((
         shape(""),
         span().child(move || crate::i18n::text(word, &[])),
@@ -63,7 +70,15 @@ pub(crate) fn sensors() -> impl IntoView {
     let line = link::link();
     let inputs =
         Memo::new(move |_| line.status.with(|status| status.as_ref().map_or(0, |status| status.inputs)));
-    let more = Memo::new(move |_| line.settings.with(|settings| further(settings)));
+    let plans = controller::plans(line);
+    let lamps = Memo::new(move |_| {
+        if plans.get() {
+            return Vec::from(OF_CONTROLLER);
+        }
+        let more = line.settings.with(|settings| further(settings));
+        let all = Input::OF_AXES.into_iter().chain(more);
+        all.map(|input| (input, words::sensor(input))).collect()
+    });
     let phases =
         Memo::new(move |_| line.status.with(|status| status.as_ref().map_or([0; 3], |status| status.phases)));
     let bits = move || {
@@ -79,14 +94,18 @@ pub(crate) fn sensors() -> impl IntoView {
     };
     section().class("block sensors").attr("aria-label", t!("page.sensor.title")).child((
         h3().child(t!("page.sensor.title")),
-        div()
-            .class("lamps")
-            .attr("role", "list")
-            .child((Vec::from(Input::OF_AXES.map(|input| lamp(input, inputs))), move || {
-                more.get().into_iter().map(|input| lamp(input, inputs)).collect::<Vec<_>>()
-            })),
-        h3().class("phases-title").child(t!("page.sensor.phases")),
-        div().class("phase-bits").child(bits),
+        div().class("lamps").attr("role", "list").child(move || {
+            lamps.get().into_iter().map(|(input, word)| lamp(input, word, inputs)).collect::<Vec<_>>()
+        }),
+        move || {
+            let phases = || {
+                (
+                    h3().class("phases-title").child(t!("page.sensor.phases")),
+                    div().class("phase-bits").child(bits),
+                )
+            };
+            (!plans.get()).then(phases)
+        },
         lost,
     ))
 }
