@@ -7,7 +7,7 @@ use annulus_core::cam::toolpaths::{Means, lower_work, plan_work};
 use annulus_core::cam::work::Work;
 use annulus_core::cam::{HoleOrder, PlanOptions};
 use annulus_core::geometry::Point;
-use annulus_core::job::{Command, Leg, Mark};
+use annulus_core::job::{Command, Leg, Mark, Otherwise};
 use annulus_core::machine::{self, Machine, Steps, Value, preset, six_spindles, virtual_drill};
 use annulus_core::magazine::{Change, Held, StockedTool, ToolStock, change_s};
 use annulus_core::motion::cycles;
@@ -58,14 +58,15 @@ fn stroke(machine: &Machine) -> String {
     format!("{:?}", cycles::stroke(machine, from, bottom, None).unwrap())
 }
 
-/// The tip on its way down to a board whose height is looked for.
+/// The tip on its way down to a board whose height is looked for, and to just above it, which takes less time.
 fn touch(machine: &Machine) -> String {
     let mut to = Steps::default();
     to[2] = machine.z.scale.steps(machine.process.surface);
-    format!(
-        "{:?}",
-        cycles::touch(machine, (Steps::default(), to), Some(annulus_core::job::Otherwise::Alarm)).unwrap()
-    )
+    let down = |otherwise| cycles::touch(machine, (Steps::default(), to), Some(otherwise)).unwrap();
+    let (touches, nears) = (down(Otherwise::Alarm), down(Otherwise::GoOn));
+    let ticks = |timeline: &motion::Timeline| timeline.moves[0].duration_ticks;
+    assert!(ticks(&nears) < ticks(&touches) && 6 * ticks(&nears) > ticks(&touches));
+    format!("{touches:?} {nears:?}")
 }
 
 /// The program that is planned for a board of three holes.
@@ -226,6 +227,15 @@ fn every_parameter_acts() {
         let after = machine::apply(&before, &changes).unwrap_or_else(|why| panic!("{name}, {key}: {why:?}"));
         assert_ne!(look(&before), look(&after), "{name}: {key} = {value} does nothing");
     }
+}
+
+#[test]
+fn what_touches_is_at_rest_soon_behind_the_contact() {
+    let mill = machine::hobby_3018();
+    let at = |mm_per_s| machine::apply(&mill, &[("stroke.touch_speed".to_owned(), Value::Number(mm_per_s))]);
+    // 0.1 mm by 30 mm/s²: 2.44 mm/s.
+    assert!(at(2.4).is_ok());
+    assert_eq!(at(2.5).unwrap_err()[0].code, "machine.touch_too_fast");
 }
 
 #[test]

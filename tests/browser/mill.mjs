@@ -35,7 +35,7 @@ export async function moveTo(page, axis, to) {
       const way = to - (await settled(() => digits(page, axis), axis, 400));
       if (Math.abs(way) < 0.005) return;
       if (Math.abs(way) < size - 1e-6) break;
-      await press(page, page.getByRole("button", { name: WAYS[axis][way > 0 ? 1 : 0], exact: true }));
+      await press(page, page.getByRole("region", { name: "Move by hand" }).getByRole("button", { name: WAYS[axis][way > 0 ? 1 : 0], exact: true }));
     }
   }
 }

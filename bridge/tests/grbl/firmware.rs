@@ -22,7 +22,7 @@ pub(crate) const SPEED: f64 = 2.0;
 /// After so long a board ends by itself, whatever became of its test.
 const MOST: &str = "900";
 
-/// Whether the tests of chance go to their full length.
+/// Whether the tests go to their full length.
 pub(crate) fn long() -> bool {
     env::var_os("ANNULUS_LONG").is_some()
 }
@@ -40,8 +40,8 @@ pub(crate) fn instrument() -> Option<&'static Instrument> {
     }
 }
 
-/// The instrument where tests go to their full length: what the engine's own tests in `core` and `drill` show on every push is seen on the
-/// firmware then, as four minutes of it are enough for a push.
+/// The instrument where tests go to their full length: four minutes of it are enough for a push. On every push the same is shown of the
+/// engine by tests of `core` and `drill`, though not of every word of the command line.
 pub(crate) fn long_instrument() -> Option<&'static Instrument> {
     if !long() {
         println!("skipped: a long test, which ANNULUS_LONG runs");

@@ -2,7 +2,7 @@
 //! map is taken up with it.
 
 use super::bench::{START, ZERO_AT};
-use super::firmware::{Board, eventually, long_instrument, settings};
+use super::firmware::{Board, eventually, instrument, long_instrument, settings};
 use super::sender::{Desk, MOST};
 use std::fs;
 
@@ -24,7 +24,7 @@ fn broken_off(desk: &Desk, board: &Board, words: &str) {
 
 #[test]
 fn another_board_that_is_touched_or_refused_leaves_the_one_that_was_broken_off_as_it_is() {
-    let Some(instrument) = long_instrument() else { return };
+    let Some(instrument) = instrument() else { return };
     let desk = Desk::new("");
     write(&desk, "board.drl", 6);
     write(&desk, "other.drl", 9);

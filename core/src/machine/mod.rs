@@ -342,6 +342,12 @@ impl Machine {
         }
     }
 
+    /// How hard an axis brakes where nobody knows beforehand that it has to, mm/s²; not where it is driven by the table.
+    pub fn braking_mm_per_s2(&self, axis: usize) -> f64 {
+        let own = self.axis(axis).max_acceleration_mm_per_s2;
+        if axis < 2 { own } else { own.min(self.down.max_acceleration_mm_per_s2) }
+    }
+
     /// Its spindles, one bit each: bit 0 is Z1.
     pub fn installed(&self) -> u8 {
         u8::MAX >> (u8::BITS - self.spindles.clamp(1, AXES as u32 - 2))

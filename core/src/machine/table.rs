@@ -205,13 +205,7 @@ pub const SECTIONS: &[(&str, &[Setting])] = &[
                 false,
                 process.contact_tolerance
             ),
-            plain!(
-                "stroke.touch_speed",
-                "mm/s",
-                ValueKind::Number(0.05, 10.0),
-                false,
-                process.touch_mm_per_s
-            ),
+            plain!("stroke.touch_speed", "mm/s", ValueKind::Number(0.2, 10.0), false, process.touch_mm_per_s),
             plain!("stroke.feed", "mm/s", ValueKind::Number(0.01, 500.0), true, process.feed_mm_per_s),
             plain!(
                 "stroke.dwell_bottom",

@@ -79,7 +79,8 @@ pub(super) fn refusals(machine: &Machine) -> Vec<Diagnostic> {
         Diagnostic::error(code).with("key", key).with("value", value).with("bound", bound)
     };
     let feed = ("stroke.feed", &machine.z, machine.process.feed_mm_per_s);
-    let slow = speeds(machine).into_iter().chain([feed]).filter_map(|(key, axis, speed)| {
+    let touch = ("stroke.touch_speed", &machine.z, machine.process.touch_mm_per_s);
+    let slow = speeds(machine).into_iter().chain([feed, touch]).filter_map(|(key, axis, speed)| {
         let slowest = machine.step_hz(0) / axis.scale.steps_per_mm();
         let said = libm::ceil(slowest * SAID_PARTS) / SAID_PARTS;
         (speed < slowest * (1.0 - ROUNDING_SHARE))

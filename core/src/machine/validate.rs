@@ -12,6 +12,9 @@ use crate::diagnostic::Diagnostic;
 use crate::job::Input;
 use crate::units::Length;
 
+/// So far behind a contact what touches may be at rest, in mm.
+const BEHIND_CONTACT_MM: f64 = 0.1;
+
 /// The most outputs with a name.
 const MOST_OUTPUTS: usize = 16;
 
@@ -57,6 +60,7 @@ pub fn validate(machine: &Machine) -> Vec<Diagnostic> {
     diagnostics.extend(index_pulses(machine));
     diagnostics.extend(play_of_z(machine));
     diagnostics.extend(contact(machine));
+    diagnostics.extend(touching(machine));
     diagnostics.extend(outputs(machine));
     diagnostics.extend(drives(machine));
     diagnostics.extend(strokes(machine));
@@ -129,6 +133,15 @@ fn contact(machine: &Machine) -> Option<Diagnostic> {
     let is_there = machine.tells(Input::Contact) && machine.output != Output::Adapter;
     let wanted = tolerance > Length::ZERO && !is_there;
     wanted.then(|| refuse("machine.no_contact", "stroke.contact_tolerance", tolerance.mm(), 0.0))
+}
+
+/// What touches is at rest soon enough behind the contact not to be pressed in. The table's slowest state is judged with its speeds.
+fn touching(machine: &Machine) -> Option<Diagnostic> {
+    let braking = (0..3).map(|axis| machine.braking_mm_per_s2(axis)).fold(f64::INFINITY, f64::min);
+    let most = libm::floor(libm::sqrt(2.0 * braking * BEHIND_CONTACT_MM) * 100.0) / 100.0;
+    let speed = machine.process.touch_mm_per_s;
+    let wanted = machine.drive == DriveKind::Planned && speed > most;
+    wanted.then(|| refuse("machine.touch_too_fast", "stroke.touch_speed", speed, most))
 }
 
 /// Names of outputs: a letter, then letters, digits or `_`; each once; `spindle` is taken.

@@ -29,6 +29,8 @@ const LOCATE: Length = Length::from_um(4_000);
 const SLOW_SHARE: f64 = 0.1;
 /// How much faster the tip goes where it need not touch, as between two places of a survey.
 const NEAR_SHARE: f64 = 5.0;
+/// And within which way it comes to rest there: less than it stays above what was touched so far, in mm.
+const NEAR_MM: f64 = 0.5;
 
 /// A gated move's deadline is its planned time and this much.
 const GRACE_US: u64 = 500_000;
@@ -236,14 +238,18 @@ pub fn jog(
 }
 
 /// From rest at `from` straight towards `to` at most, to where the contact closes; `otherwise` says what it means that it does not.
-/// Without that it goes all the way, off what it touches. At the machine's speed for that; where it need not touch, at five times that.
+/// Without that it goes all the way, off what it touches. At the machine's speed for that; where it need not touch, at up to five times that.
 pub fn touch(
     machine: &Machine,
     (from, to): (Steps, Steps),
     otherwise: Option<Otherwise>,
 ) -> Result<Timeline, Diagnostic> {
-    let near = if otherwise == Some(Otherwise::GoOn) { NEAR_SHARE } else { 1.0 };
-    let speed_mm_per_s = near * machine.process.touch_mm_per_s;
+    let touch_mm_per_s = machine.process.touch_mm_per_s;
+    let near_mm_per_s = libm::sqrt(2.0 * NEAR_MM * machine.braking_mm_per_s2(2));
+    let speed_mm_per_s = match otherwise {
+        Some(Otherwise::GoOn) => near_mm_per_s.min(NEAR_SHARE * touch_mm_per_s).max(touch_mm_per_s),
+        _ => touch_mm_per_s,
+    };
     let gate = otherwise.map(|otherwise| Gate { input: Input::Contact, deadline_us: 0, otherwise });
     let mut writer = Writer::new(machine, from);
     writer.line(Stage::Touch, to, speed_mm_per_s, gate)?;

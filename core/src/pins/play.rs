@@ -91,13 +91,10 @@ impl Motors {
             if is_virtual { f64::INFINITY } else { f64::from(machine.wiring().start_stop_hz) };
         let per_tick2 = 1.0 / (TICK_HZ as f64 * TICK_HZ as f64);
         let braking = std::array::from_fn(|index| {
-            let axis = machine.axis(index);
             if machine.drive == DriveKind::Table {
                 return table_braking(machine) * per_tick2;
             }
-            let own = axis.max_acceleration_mm_per_s2;
-            let least = if index < 2 { own } else { own.min(machine.down.max_acceleration_mm_per_s2) };
-            least * axis.scale.steps_per_mm() * per_tick2
+            machine.braking_mm_per_s2(index) * machine.axis(index).scale.steps_per_mm() * per_tick2
         });
         let foot = machine.foot.on.then(|| machine.output_place(&machine.foot.output)).flatten();
         let told = foot.is_some() && machine.tells(Input::FootDown);

@@ -1,7 +1,8 @@
 //! After an alarm: the way back to the job, step by step, instead of a person's guess (A12).
 //!
 //! ```text
-//! read the alarm ─▶ bit out of the board ─▶ homed again, where the position is not trusted ─▶ tool checked ─▶ resume
+//! read the alarm ─┬─ bit out of the board, where the position is trusted ─┬─ tool checked ─▶ resume
+//!                 └─ homed again, which takes the bit up, where it is not ─┘
 //! ```
 //!
 //! Ticked is what was seen alone: that the bit is out of the board where the place is known, what the bit looks like by a person.
@@ -39,12 +40,13 @@ pub enum BackMark {
 
 /// The way back from how things stand; a job `is_broken_off` where one can be taken up. Somebody `has_looked` at the bit.
 pub fn way_back(status: &Status, is_broken_off: bool, has_looked: bool) -> Vec<(BackStep, BackMark)> {
-    let (is_over, is_known) = (status.work_mm[2] > 0.0, status.trust == Trust::Trusted);
-    let mut steps = vec![
-        (BackStep::Read, status.alarm.is_none()),
-        (BackStep::Lift, is_over && is_known),
-        (BackStep::Home, is_known),
-    ];
+    let is_known = status.trust == Trust::Trusted;
+    let mut steps = vec![(BackStep::Read, status.alarm.is_none())];
+    // Where the place is not trusted nobody but a person sees where the bit is, and homing takes it up first.
+    if is_known {
+        steps.push((BackStep::Lift, status.work_mm[2] > 0.0));
+    }
+    steps.push((BackStep::Home, is_known));
     if is_broken_off {
         steps.extend([(BackStep::Tool, has_looked), (BackStep::Resume, false)]);
     }
@@ -55,10 +57,8 @@ pub fn way_back(status: &Status, is_broken_off: bool, has_looked: bool) -> Vec<(
             (false, true) => BackMark::Now,
             (false, false) => BackMark::Later,
         };
-        // Where the place is not trusted only a person sees where the bit is, and homing takes it up first. The tool is checked while
-        // Resume is offered: its pre-flight asks once more.
-        let is_seen_by_eye = step == BackStep::Lift && !is_known;
-        open &= done || is_seen_by_eye || step == BackStep::Tool;
+        // The tool is checked while Resume is offered: its pre-flight asks once more.
+        open &= done || step == BackStep::Tool;
         (step, mark)
     };
     steps.into_iter().map(mark).collect()

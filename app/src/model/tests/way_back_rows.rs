@@ -7,28 +7,28 @@ use annulus_core::control::{State, Trust};
 #[test]
 fn the_way_back_has_one_step_at_a_time_and_leaves_out_what_is_done() {
     let (done, now, later) = (BackMark::Done, BackMark::Now, BackMark::Later);
+    let steps = [BackStep::Read, BackStep::Lift, BackStep::Home, BackStep::Tool, BackStep::Resume];
+    let lost = [BackStep::Read, BackStep::Home, BackStep::Tool, BackStep::Resume];
     let rows = [
-        // state, trust, height, a job to be taken up: read, lift, home, tool, resume
-        (State::Alarm, Trust::Trusted, 7.0, true, vec![now, done, done, later, later]),
-        (State::Ready, Trust::Trusted, 7.0, true, vec![done, done, done, now, now]),
-        (State::Alarm, Trust::Suspect, -1.0, true, vec![now, later, later, later, later]),
-        (State::Ready, Trust::Trusted, -1.0, true, vec![done, now, done, later, later]),
-        // Only a place that is known says when the bit is out: otherwise homing, which goes up first, is not kept waiting for it.
-        (State::NotHomed, Trust::Suspect, -1.0, true, vec![done, now, now, later, later]),
-        // What was not seen is not ticked: a height over a board whose place is not known is none. Homing takes the bit up.
-        (State::NotHomed, Trust::Suspect, 3.0, true, vec![done, now, now, later, later]),
-        (State::NotHomed, Trust::Lost, -9.0, true, vec![done, now, now, later, later]),
-        (State::NotHomed, Trust::Lost, 9.0, true, vec![done, now, now, later, later]),
-        (State::NotHomed, Trust::Lost, -9.0, false, vec![done, now, now]),
-        (State::Ready, Trust::Trusted, 7.0, false, vec![done, done, done]),
+        // state, trust, height, steps of a job that can be taken up, their marks
+        (State::Alarm, Trust::Trusted, 7.0, &steps[..], vec![now, done, done, later, later]),
+        (State::Ready, Trust::Trusted, 7.0, &steps, vec![done, done, done, now, now]),
+        (State::Ready, Trust::Trusted, -1.0, &steps, vec![done, now, done, later, later]),
+        // A height over a board whose place is not known is none: homing takes the bit up.
+        (State::Alarm, Trust::Suspect, -1.0, &lost, vec![now, later, later, later]),
+        (State::NotHomed, Trust::Suspect, -1.0, &lost, vec![done, now, later, later]),
+        (State::NotHomed, Trust::Suspect, 3.0, &lost, vec![done, now, later, later]),
+        (State::NotHomed, Trust::Lost, -9.0, &lost, vec![done, now, later, later]),
+        // No job to be taken up.
+        (State::NotHomed, Trust::Lost, -9.0, &lost[..2], vec![done, now]),
+        (State::Ready, Trust::Trusted, 7.0, &steps[..3], vec![done, done, done]),
     ];
-    let names = [BackStep::Read, BackStep::Lift, BackStep::Home, BackStep::Tool, BackStep::Resume];
-    for (state, trust, height_mm, is_broken_off, marks) in rows {
+    for (state, trust, height_mm, steps, marks) in rows {
         let mut status = line::status(state, None);
         (status.trust, status.work_mm[2]) = (trust, height_mm);
-        let steps = way_back(&status, is_broken_off, false);
-        let wanted: Vec<_> = names.into_iter().zip(marks).collect();
-        assert_eq!(steps, wanted, "{state:?} {trust:?} {height_mm}");
+        let is_broken_off = steps.contains(&BackStep::Resume);
+        let wanted: Vec<_> = steps.iter().copied().zip(marks).collect();
+        assert_eq!(way_back(&status, is_broken_off, false), wanted, "{state:?} {trust:?} {height_mm}");
     }
 }
 

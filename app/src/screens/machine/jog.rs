@@ -146,6 +146,9 @@ fn listen() {
     let up = window_event_listener(ev::pointerup, |event| {
         send(HandEvent::Up { pointer: event.pointer_id(), clicked: false });
     });
+    let cancelled = window_event_listener(ev::pointercancel, |event| {
+        send(HandEvent::Up { pointer: event.pointer_id(), clicked: false });
+    });
     let second = window_event_listener(ev::pointerdown, |event| {
         send(HandEvent::OtherDown { pointer: event.pointer_id() });
     });
@@ -154,6 +157,7 @@ fn listen() {
         blur.remove();
         hidden.remove();
         up.remove();
+        cancelled.remove();
         second.remove();
     });
 }

@@ -1,7 +1,7 @@
 //! The way back after an alarm, as a list of steps: which are done, which one is next, and the button for it (A12).
 //!
 //! Comes in: how things stand. Goes out: asks that acknowledge, lift and home. Nothing moves without a press, and Z goes up only while it is
-//! pressed. That somebody looked at the bit is remembered for this way back alone.
+//! pressed. That somebody looked at the bit is remembered for this way back alone, as long as this screen is on show.
 
 use super::jog;
 use crate::i18n::{key, t};
@@ -52,10 +52,13 @@ fn button(step: BackStep, line: Link, has_looked: RwSignal<bool>) -> AnyView {
 pub(super) fn steps() -> impl IntoView {
     let line = link::link();
     let has_looked = RwSignal::new(false);
-    let steps = Memo::new(move |_| {
+    let steps = Memo::new(move |before: Option<&Option<Vec<_>>>| {
         let status = line.status.get()?;
-        // A move by hand is part of it.
-        let moves = !matches!(status.state, State::Alarm | State::Ready | State::NotHomed | State::Jogging);
+        // The button that is held stays where it is until it is let go.
+        if status.state == State::Jogging {
+            return before.cloned().flatten();
+        }
+        let moves = !matches!(status.state, State::Alarm | State::Ready | State::NotHomed);
         let ended = line.ended.with(|ended| ended.as_ref().is_some_and(|end| end.ending == Ending::Alarm));
         let is_broken_off = line.interrupted.with(Option::is_some);
         let wanted = status.alarm.is_some() || ended && is_broken_off;
