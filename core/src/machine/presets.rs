@@ -195,7 +195,7 @@ pub fn lab() -> Machine {
 fn lab_process() -> Process {
     Process {
         feed_mm_per_s: 2.0,
-        touch_mm_per_s: 1.6,
+        touch_mm_per_s: 2.0,
         spindle_rpm: 20_000,
         max_rpm: 30_000,
         spin_up_ms: 1_000.0,
