@@ -111,7 +111,7 @@ mod tests {
     use super::*;
 
     /// What every other setting is for: how it moves and in which order, nothing that it is built from.
-    const KEPT: [&str; 16] = [
+    const KEPT: [&str; 17] = [
         "machine.name",
         "machine.description",
         "motion.",
@@ -119,6 +119,7 @@ mod tests {
         "park.",
         "stroke.longest_drilling",
         "stroke.settle",
+        "stroke.touch_speed",
         "stroke.safe_height",
         "stroke.feed",
         "stroke.dwell_bottom",
