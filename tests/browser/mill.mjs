@@ -3,7 +3,7 @@
 // Comes in: a browser, a board. Goes out: a page at its Machine screen, the same after each step. mm. Knows nothing of ports.
 
 import { STEPS, plugInto } from "./grbl.mjs";
-import { openPage, press, settled, tab, until } from "./harness.mjs";
+import { PATIENCE_MS, openPage, press, settled, tab, until } from "./harness.mjs";
 
 /** How many times faster than life the board runs. */
 export const SPEED = 2;
@@ -18,7 +18,7 @@ export function drillFile(tools) {
 }
 
 export const connect = (page) => page.getByRole("button", { name: "Connect a controller…" });
-export const shown = (page, text) => page.getByText(text).first().waitFor();
+export const shown = (page, text, within = PATIENCE_MS) => page.getByText(text).first().waitFor({ timeout: within });
 export const digits = async (page, axis) => Number((await page.locator(`[data-axis="${axis}"]`).textContent()).replace("−", "-"));
 
 /** Whether an axis stands at its zero: the board counts its zero from where it was sent, which may lie between two steps. */
@@ -76,9 +76,9 @@ export async function touchOff(page) {
   await change.waitFor({ state: "hidden" });
 }
 
-export async function home(page) {
+export async function home(page, within = PATIENCE_MS) {
   await press(page, page.getByRole("button", { name: "Home", exact: true }));
-  await shown(page, "At rest, position known.");
+  await shown(page, "At rest, position known.", within);
 }
 
 /** A page of the site with a board of these holes planned, on its Machine screen. */

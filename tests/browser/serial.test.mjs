@@ -245,6 +245,8 @@ test("a reload has the controller again without a dialog; a page of the bridge h
 const [PLANE, HEIGHT, BOARD] = [80, 400, -30];
 /** Two holes, mm from the work zero: the emulator takes its time. */
 const TWO = [[0, 0], [2, 0]];
+/** For what takes the adapter seconds: the emulator takes seventeen times as long beside a page alone, and more on a busy computer. */
+const EMULATED_MS = 4 * PATIENCE_MS;
 
 test("the page alone drills a board through the USB step adapter, over a pulled cable", async (t) => {
   const built = firmware();
@@ -264,7 +266,7 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await shown(page, /^USB step adapter/);
     await shown(page, "The position is not known. Home first.");
     await page.screenshot({ path: picture("adapter-connected-1440") });
-    await home(page);
+    await home(page, EMULATED_MS);
     assert.equal(await page.getByText(/another firmware/).count(), 0, "the firmware is that of these sources");
     const origin = board.place();
     await press(page, page.getByRole("button", { name: /^Set work zero here/ }));
@@ -301,8 +303,7 @@ test("the page alone drills a board through the USB step adapter, over a pulled 
     await press(page, page.getByRole("button", { name: /Resume where it stopped/ }));
     await begin(page, "Resume the job");
     await press(page, bit);
-    // On a busy computer the emulator is many times slower than the adapter.
-    await page.getByText(/^The job is done\./).first().waitFor({ timeout: 3 * PATIENCE_MS });
+    await shown(page, /^The job is done\./, EMULATED_MS);
     await page.screenshot({ path: picture("adapter-done-1440") });
     const made = board.holes(bottom);
     for (const [x, y] of TWO) {

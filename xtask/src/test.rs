@@ -34,7 +34,7 @@ impl Count {
 }
 
 /// So many failed tests of a suite have a second look; with more of them it is not the computer that was busy.
-const LOOKED_AT_AGAIN: i64 = 3;
+const LOOKED_AT_AGAIN: i64 = 6;
 
 /// How many suites run at a time: what compiles takes every core, what waits for a machine's own seconds takes none.
 const WORKERS: usize = 2;
