@@ -65,15 +65,22 @@ export async function begin(page, name) {
   return rows;
 }
 
+/** Has the dialog of the change again, which a line that was lost and found opens by itself, and goes on. */
+export async function goOn(page) {
+  const [change, show] = [page.getByRole("alertdialog"), page.getByRole("button", { name: "Show", exact: true })];
+  await change.or(show).first().waitFor();
+  if (!(await change.isVisible())) await show.click();
+  await press(page, change.getByRole("button", { name: /^Continue/ }));
+  await change.waitFor({ state: "hidden" });
+}
+
 /** Touches off the tool that is asked for, and goes on. */
 export async function touchOff(page) {
   const change = page.getByRole("alertdialog");
   await change.getByRole("button", { name: "Not yet" }).click();
   await moveTo(page, "Z", 0);
   await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
-  await page.getByRole("button", { name: "Show", exact: true }).click();
-  await press(page, change.getByRole("button", { name: /^Continue/ }));
-  await change.waitFor({ state: "hidden" });
+  await goOn(page);
 }
 
 export async function home(page, within = PATIENCE_MS) {

@@ -6,7 +6,7 @@ import { after, before, test } from "node:test";
 import { firmware, renumbered, startAdapter } from "./adapter.mjs";
 import { STEPS, instrument, plugInto, startBoard } from "./grbl.mjs";
 import { PATIENCE_MS, failed, openBrowser, openPage, picture, pictures, planned, press, serveFiles, startBridge, tab, until } from "./harness.mjs";
-import { HOLES, SPEED, begin, connect, digits, drillFile, home, isZero, moveTo, opened, shown, touchOff } from "./mill.mjs";
+import { HOLES, SPEED, begin, connect, digits, drillFile, goOn, home, isZero, moveTo, opened, shown, touchOff } from "./mill.mjs";
 
 /** Two sizes of tools: six holes each. */
 const DRILL = drillFile({ 0.8: HOLES.slice(0, 6), "1.0": HOLES.slice(6) });
@@ -63,9 +63,7 @@ test("the page alone connects a GRBL mill, moves it and makes a board of two too
     await moveTo(page, "Z", 0);
     await press(page, page.getByRole("button", { name: /^Tip on the board/ }));
     await page.screenshot({ path: picture("serial-touched-1440") });
-    await page.getByRole("button", { name: "Show", exact: true }).click();
-    await press(page, change.getByRole("button", { name: /^Continue/ }));
-    await change.waitFor({ state: "hidden" });
+    await goOn(page);
     // And the second tool: its tip is elsewhere.
     await touchOff(page);
     await shown(page, /^Hole [2-5] of 6/);
