@@ -30,6 +30,7 @@ pub(crate) fn machine(port: &Path) -> Machine {
         ("stroke.safe_height", number(0.8)),
         ("stroke.feed_height", number(0.1)),
         ("stroke.feed", number(20.0)),
+        ("stroke.touch_speed", number(10.0)),
         ("stroke.settle", number(0.0)),
         ("spindle.spin_up", number(5.0)),
         ("motion.down_speed", number(50.0)),
