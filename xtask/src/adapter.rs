@@ -63,7 +63,7 @@ pub(crate) fn bench() -> Done {
     let (flash, memory) = firmware::sizes(&elf)?;
     let mut host = command("cargo", &["test"]);
     host.args(ALL).args(["--lib", "--", "--show-output"]).args(TESTS);
-    let (said, emulated) = (told(&mut host)?, told(&mut firmware::tests()?)?);
+    let (said, emulated) = (told(&mut host)?, told(&mut firmware::tests(&[])?)?);
     let seconds = format!("measured seconds: {} s, one test binary after the other", seconds(&emulated));
     let text = said + &emulated;
     let stack = text.lines().find_map(|line| line.strip_prefix("measured stack: "));

@@ -76,12 +76,15 @@ pub(crate) fn emulated() -> Done<PathBuf> {
     Ok(elf)
 }
 
-/// What runs the tests of the real firmware in the emulator.
-pub(crate) fn tests() -> Done<Command> {
+/// What runs the tests of the real firmware in the emulator; or those of these names, one at a time.
+pub(crate) fn tests(names: &[String]) -> Done<Command> {
     let elf = emulated()?;
     // All packages are named so that what was built for the other suites serves here too.
     let mut tests = command("cargo", &["test"]);
-    tests.args(ALL).args(["--test", "adapter", "--test", "usb", "--", "--show-output"]);
+    tests.args(ALL).args(["--no-fail-fast", "--test", "adapter", "--test", "usb", "--", "--show-output"]);
+    if !names.is_empty() {
+        tests.args(["--test-threads=1", "--exact"]).args(names);
+    }
     tests.env("ANNULUS_FIRMWARE", elf);
     Ok(tests)
 }

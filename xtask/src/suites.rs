@@ -61,7 +61,7 @@ pub(crate) const SUITES: &[Suite] = &[
     tests("browser", &["build", "page"], || pages(&[])).looked_at_again(pages),
     tests("clocks", &["native", "browser"], clocks),
     tests("grbl", &["build"], || controllers(&[])).looked_at_again(controllers),
-    tests("adapter", &["build"], firmware::tests),
+    tests("adapter", &["build"], || firmware::tests(&[])).looked_at_again(firmware::tests),
     tests("wasm-app", &["tools", "page"], || in_browser(&["-p", "annulus-app", "--lib"])),
     tests("wasm-core", &["tools", "page"], || in_browser(&["-p", "annulus-core", "--test", "core"])),
     tests("own", &[], || Ok(command("cargo", &["test", "-p", "xtask", "--", "--show-output"]))),
