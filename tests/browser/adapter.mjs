@@ -12,6 +12,9 @@ import { root } from "./harness.mjs";
 
 const [STEP, DIRECTION, STOP, INPUT, SPINDLE] = [2, 6, 10, 11, 20]; // pins
 const CLOCK_HZ = 120_000_000;
+/** So many times as slow as the chip's is its processor here, which saves as much of this computer's: what it does in time, and how much of
+ * it that takes, is judged elsewhere, by the chip's own. */
+const SLOW = Number(process.env.SLOW ?? 4);
 const TURN = 60_000; // cycles: half a millisecond
 /** Where the carriage stands at first, in steps from its switches: X and Y beside them, Z below. */
 const START = [90, 70, -120];
@@ -41,7 +44,7 @@ export function renumbered(built) {
 
 /** An adapter with its power on, and its machine. */
 export async function startAdapter(built) {
-  const child = spawn("node", [join(root, "bridge/firmware/emulator/serve.mjs"), built], { stdio: ["pipe", "pipe", "inherit"] });
+  const child = spawn("node", [join(root, "bridge/firmware/emulator/serve.mjs"), built, String(SLOW)], { stdio: ["pipe", "pipe", "inherit"] });
   // What is written to one that was killed is of no use to anybody.
   child.stdin.on("error", () => {});
   const lines = createInterface({ input: child.stdout })[Symbol.asyncIterator]();

@@ -1,4 +1,6 @@
-//! `cargo xtask test [--long] [NAME]`: runs the suites whose name contains NAME, or all, two at a time, and counts. `--long` runs every test of chance to its full size.
+//! `cargo xtask test [--long] [NAME]`: runs the suites whose name contains NAME, or all, two at a time, and counts. The few tests of a suite
+//! that failed beside others have a second look behind everything, with nothing beside them. `--long` runs every test of chance to its full
+//! size.
 //!
 //! Goes out: what every suite says as it runs, each line under its name; at the end how long each took, what failed once
 //! more, and one last line, `N passed, N failed` with `, N skipped` if any; an error when anything failed. Does not know
@@ -47,6 +49,8 @@ struct Total {
     told: Vec<String>,
     times: Vec<String>,
     ended: BTreeSet<&'static str>,
+    /// What has a second look: the suite, and what failed in it.
+    again: Vec<(&'static Suite, Recap)>,
 }
 
 /// Runs what was asked for.
@@ -69,7 +73,10 @@ pub(crate) fn run(arguments: &[String]) -> Done {
             });
         }
     });
-    let total = total.into_inner().unwrap_or_else(PoisonError::into_inner);
+    let mut total = total.into_inner().unwrap_or_else(PoisonError::into_inner);
+    for (suite, recap) in std::mem::take(&mut total.again) {
+        looked_at_again(suite, long, &recap, &mut total);
+    }
     println!("{}; in all {} s", total.times.join(", "), began.elapsed().as_secs());
     for line in &total.told {
         println!("{line}");
@@ -109,55 +116,50 @@ fn next(chosen: &BTreeSet<&str>, total: &Mutex<Total>, turn: &Condvar) -> Option
 }
 
 /// Runs `suite` and adds what it came to.
-fn one(suite: &Suite, long: bool, total: &Mutex<Total>) {
+fn one(suite: &'static Suite, long: bool, total: &Mutex<Total>) {
     let began = Instant::now();
-    let ended = (suite.command)().and_then(|mut command| {
-        if long {
-            command.env("ANNULUS_LONG", "1");
-        }
-        say(&format!("{}: {}", suite.name, shown(&command)));
-        run_suite(suite, &mut command)
-    });
-    let (mut count, recap) = ended.unwrap_or_else(|sentence| {
+    let ended = (suite.command)().and_then(|command| run_suite(suite, command, long));
+    let (count, recap) = ended.unwrap_or_else(|sentence| {
         let mut recap = Recap::default();
         recap.without_a_test(vec![sentence]);
         (Count { failed: 1, ..Count::default() }, recap)
     });
-    let passed_alone = passes_alone(suite, long, count, &recap);
-    if passed_alone {
-        (count.passed, count.failed) = (count.passed + count.failed, 0);
-    }
     let mut total = total.lock().unwrap_or_else(PoisonError::into_inner);
     total.told.extend(recap.told(suite.name));
-    if passed_alone {
-        total.told.push(format!("~ {}: what failed beside other tests passed alone.", suite.name));
+    let all_named = usize::try_from(count.failed).is_ok_and(|failed| failed == recap.names().len());
+    if suite.alone.is_some() && all_named && (1..=LOOKED_AT_AGAIN).contains(&count.failed) {
+        total.again.push((suite, recap));
     }
     total.times.push(format!("{} {} s", suite.name, began.elapsed().as_secs()));
     total.count.add(count);
     total.ended.insert(suite.name);
 }
 
-/// Whether the few tests of `suite` that failed beside others pass alone. They are told all the same: it may be a fault that is seldom
+/// Runs the tests of `suite` that failed beside others alone. Those that pass then are told all the same: it may be a fault that is seldom
 /// seen, not the computer.
-fn passes_alone(suite: &Suite, long: bool, count: Count, recap: &Recap) -> bool {
-    let names = recap.names();
-    let all_named = usize::try_from(count.failed).is_ok_and(|failed| failed == names.len());
-    let Some(alone) = suite.alone.filter(|_| all_named && (1..=LOOKED_AT_AGAIN).contains(&count.failed))
-    else {
-        return false;
-    };
-    let again = alone(&names).and_then(|mut command| {
-        if long {
-            command.env("ANNULUS_LONG", "1");
+fn looked_at_again(suite: &Suite, long: bool, failed: &Recap, total: &mut Total) {
+    let Some(alone) = suite.alone else { return };
+    let (began, names) = (Instant::now(), failed.names());
+    let ended = alone(&names).and_then(|command| run_suite(suite, command, long));
+    total.times.push(format!("{} again {} s", suite.name, began.elapsed().as_secs()));
+    match ended {
+        Ok((count, recap))
+            if recap.is_empty() && count.failed == 0 && usize::try_from(count.passed) == Ok(names.len()) =>
+        {
+            total.count.add(Count { passed: count.passed, failed: -count.passed, skipped: 0 });
+            total.told.push(format!("~ {}: what failed beside other tests passed alone.", suite.name));
         }
-        say(&format!("{}: {}", suite.name, shown(&command)));
-        run_suite(suite, &mut command)
-    });
-    again.is_ok_and(|(again, recap)| again.failed == 0 && again.passed == count.failed && recap.is_empty())
+        Ok((_, recap)) => total.told.extend(recap.told(&format!("{} again", suite.name))),
+        Err(sentence) => total.told.push(sentence),
+    }
 }
 
 /// Runs one suite with its output shown, counting as it goes. A suite that fails without a failed test counts as one.
-fn run_suite(suite: &Suite, command: &mut Command) -> Done<(Count, Recap)> {
+fn run_suite(suite: &Suite, mut command: Command, long: bool) -> Done<(Count, Recap)> {
+    if long {
+        command.env("ANNULUS_LONG", "1");
+    }
+    say(&format!("{}: {}", suite.name, shown(&command)));
     let name = suite.name;
     let failed = |error: std::io::Error| format!("{name} could not be run: {error}.");
     let command =

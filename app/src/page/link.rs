@@ -193,4 +193,9 @@ impl Link {
             && self.control.get().yours
             && self.freshness.get() == Freshness::Fresh
     }
+
+    /// Whether homing tells the machine where it is; a mill without switches knows it from a zero that a person sets.
+    pub fn homes(self) -> bool {
+        self.controller.with(|controller| controller.who.as_ref().is_none_or(|who| who.homes()))
+    }
 }

@@ -120,9 +120,10 @@ class Host extends USBCDC {
 }
 
 export class Machine {
-  /** `busy` is where the function begins whose cycles are counted. */
-  constructor(parts, busy = null) {
+  /** `busy` is where the function begins whose cycles are counted; every instruction takes `slow` times as long as the chip's. */
+  constructor(parts, busy = null, slow = 1) {
     this.parts = parts;
+    this.slow = slow;
     Object.assign(this, { busy, busyCycles: 0, busySince: null, busyReturn: 0 });
     this.levels = new Map();
     this.resets = 0;
@@ -303,7 +304,7 @@ export class Machine {
         this.busyCycles += this.cycle - this.busySince;
         this.busySince = null;
       }
-      const taken = core.waiting ? Math.max(1, Math.min(64, Math.ceil(clock.nanosToNextAlarm / NANOS) || 64)) : core.executeInstruction();
+      const taken = core.waiting ? Math.max(1, Math.min(64, Math.ceil(clock.nanosToNextAlarm / NANOS) || 64)) : core.executeInstruction() * this.slow;
       this.pass(taken);
       try {
         clock.tick(taken * NANOS);

@@ -1,6 +1,6 @@
 // The emulated adapter as a servant of the tests: one order a line, one answer a line.
 //
-//   node serve.mjs FIRMWARE.elf
+//   node serve.mjs FIRMWARE.elf [SLOW]            of a processor that is so many times as slow, pins and time as ever: 1
 //   {"do": "run", "cycles": n}                    goes on; with "until": "connected" or "bytes" ends when that is so
 //   {"do": "send", "bytes": [...]}                bytes into the cable
 //   {"do": "pin", "pin": n, "level": true}        a level from outside
@@ -12,7 +12,7 @@ import readline from 'node:readline';
 import { Machine, image, symbol } from './machine.mjs';
 
 // What is counted is the making of words: all that motion costs the processor.
-const machine = new Machine(image(process.argv[2]), symbol(process.argv[2], 'annulus_firmware4make'));
+const machine = new Machine(image(process.argv[2]), symbol(process.argv[2], 'annulus_firmware4make'), Number(process.argv[3] ?? 1));
 
 const orders = {
   run({ cycles, until }) {

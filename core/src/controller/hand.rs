@@ -69,8 +69,7 @@ impl Controller {
             }
             EngineAsk::Survey(start) if self.is_free() => self.begin_survey(start),
             EngineAsk::Resume if self.phase == EnginePhase::Held => {
-                self.write(signs::RESUME);
-                self.set(EnginePhase::Running);
+                self.goes_on();
             }
             EngineAsk::Resume if self.stands() => self.resume_there(),
             EngineAsk::StopAfter => self.ask_stop_after(),

@@ -43,15 +43,14 @@ impl Controller {
             .is_some_and(|all| all[..2] != [100, 100]);
         if let Some(run) = &mut self.run {
             run.batch.disturbed |= overridden || self.phase != EnginePhase::Running;
+            run.is_to_go_on &= matches!(doing, ReportedState::Hold { .. });
         }
         match (self.phase, doing) {
             // On its way, or where the page stood still, the sign that leads on may be as late as the questions behind it: of three that
             // were asked for one after the other the last was asked behind it, and answered behind what it does.
             (EnginePhase::Running, ReportedState::Hold { .. })
                 if self.now_ms < self.since_ms + OLD_REPORT_MS || self.stand_reports < HOLD_REPORTS => {}
-            (EnginePhase::Running, ReportedState::Hold { .. }) => {
-                self.trouble(Diagnostic::error("grbl.held_by_itself"));
-            }
+            (EnginePhase::Running, ReportedState::Hold { .. }) => self.is_held_still(),
             (EnginePhase::Running | EnginePhase::Holding, ReportedState::Door { .. }) => {
                 self.found(Diagnostic::warning("grbl.door"));
                 self.set(EnginePhase::Held);
@@ -79,6 +78,25 @@ impl Controller {
             }
             _ => {}
         }
+    }
+
+    /// A person wants the job to go on.
+    pub(super) fn goes_on(&mut self) {
+        self.write(signs::RESUME);
+        if let Some(run) = &mut self.run {
+            run.is_to_go_on = true;
+        }
+        self.set(EnginePhase::Running);
+    }
+
+    /// It is believed that it is held. Where it never went on since it was to, it is our own hold: a board that finds the sign that leads on
+    /// beside another hold passes over it. Nobody wants it to move unasked a second later: a person says so again.
+    fn is_held_still(&mut self) {
+        if !self.run.as_ref().is_some_and(|run| run.is_to_go_on) {
+            return self.trouble(Diagnostic::error("grbl.held_by_itself"));
+        }
+        self.found(Diagnostic::warning("grbl.still_held"));
+        self.set(EnginePhase::Held);
     }
 
     pub(super) fn step_mm(&self) -> f64 {

@@ -85,6 +85,8 @@ pub(super) struct Run {
     /// Where a report said more than the feed of its path.
     pub(super) fast_at_mm: Option<[f64; 3]>,
     limits: Option<PlannerLimits>,
+    /// It was told to go on, and nothing was heard since but that it is held.
+    pub(super) is_to_go_on: bool,
     /// It ends at the next look over the board.
     pub(super) stops_after: bool,
     /// A new tool is wanted before this section.
@@ -294,6 +296,7 @@ impl Controller {
             off: 0,
             fast_at_mm: None,
             limits,
+            is_to_go_on: false,
             stops_after: false,
             tool_before: None,
             // Where nobody measures them, they are by the word of whoever wrote the lines of the changer.

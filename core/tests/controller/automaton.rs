@@ -72,6 +72,8 @@ pub(super) struct Automaton {
     /// Why nothing goes on, as it reports it: by a hold, or by what a person does at the board.
     pub(super) held: Option<&'static str>,
     goes_on: bool,
+    /// A hold was heard since it looked last: with it in one look, what leads on is passed over.
+    hold_heard: bool,
     lock: Lock,
     check: bool,
     dwell_ms: f64,
@@ -158,6 +160,7 @@ impl Automaton {
             modal: Modal::default(),
             held: None,
             goes_on: false,
+            hold_heard: false,
             lock: Lock::Alarm,
             check: false,
             dwell_ms: 0.0,
@@ -328,8 +331,12 @@ impl Automaton {
             match byte {
                 b'?' => self.asked = true,
                 // In check mode there is nothing to be held.
-                b'!' if self.check || self.held.is_some() => {}
-                b'!' => self.held = Some("Hold:0"),
+                b'!' => {
+                    self.hold_heard = true;
+                    if !self.check && self.held.is_none() {
+                        self.held = Some("Hold:0");
+                    }
+                }
                 b'~' => self.goes_on = self.held != Some("Sleep"),
                 0x18 => self.soft_reset(),
                 _ if self.waits_for_reset => {}
@@ -352,7 +359,8 @@ impl Automaton {
             self.report();
         }
         // Behind the report, as GRBL does it.
-        if std::mem::take(&mut self.goes_on) {
+        let hold_heard = std::mem::take(&mut self.hold_heard);
+        if std::mem::take(&mut self.goes_on) && !hold_heard {
             self.held = None;
         }
         if self.waits_for_reset {

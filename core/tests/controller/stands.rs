@@ -170,6 +170,37 @@ fn a_board_that_sleeps_knows_no_place_and_says_so() {
     assert_eq!(bench.engine().trust, Trust::Lost, "{:?}", bench.words());
 }
 
+/// A hold that was written twice, the second time on its way with the word that leads on, as behind a page that stood still: the board looks
+/// at both at once, and passes over the latter.
+#[test]
+fn a_job_whose_board_did_not_hear_that_it_was_to_go_on_is_held_still_and_goes_on_later() {
+    let mut bench = ready();
+    bench.start_as(job(0));
+    bench.phases(EnginePhase::ToolChange);
+    bench.tool_ready();
+    bench.phases(EnginePhase::Running);
+    bench.until(300, |_| false);
+    bench.event(EngineEvent::Ask(EngineAsk::Hold));
+    bench.phases(EnginePhase::Held);
+    for _ in 0..3 {
+        bench.told.clear();
+        bench.board.hear(b"!");
+        bench.event(EngineEvent::Ask(EngineAsk::Resume));
+        let at = bench.board.at;
+        bench.until(30_000, |_| false);
+        let is = (found(&bench), bench.engine().phase, bench.board.at);
+        assert_eq!(is, (vec!["grbl.still_held".to_owned()], EnginePhase::Held, at), "{:?}", bench.words());
+    }
+    bench.told.clear();
+    bench.event(EngineEvent::Ask(EngineAsk::Resume));
+    // Once it was on its way, a hold that nobody here asked for is one.
+    bench.until(400, |_| false);
+    assert_eq!((found(&bench), bench.engine().phase), (NOTHING.to_vec(), EnginePhase::Running));
+    bench.board.hear(b"!");
+    bench.until(5_000, |_| false);
+    assert_eq!((found(&bench), bench.ended()), (vec!["grbl.held_by_itself".to_owned()], Some(Ending::Alarm)));
+}
+
 #[test]
 fn a_job_that_goes_on_while_its_link_stands_still_is_not_taken_for_one_that_was_held_there() {
     for late_ms in (200..3_000).step_by(140) {

@@ -48,6 +48,13 @@ pub struct Who {
     pub changer: Vec<String>,
 }
 
+impl Who {
+    /// Whether homing tells it where it is: by `$22`.
+    pub fn homes(&self) -> bool {
+        self.values.iter().any(|(number, value)| *number == 22 && *value != 0.0)
+    }
+}
+
 /// The controller, as far as the page has one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Controller {

@@ -2,12 +2,13 @@
 //!
 //! ```text
 //! read the alarm ─┬─ bit out of the board, where the position is trusted ─┬─ tool checked ─▶ resume
-//!                 └─ homed again, which takes the bit up, where it is not ─┘
+//!                 └─ homed again, which takes the bit up, where it is not ─┤
+//!                    or zero set by hand, on a mill without switches      ─┘
 //! ```
 //!
 //! Ticked is what was seen alone: that the bit is out of the board where the place is known, what the bit looks like by a person.
 //!
-//! Comes in: the status, whether a job was broken off, whether somebody looked at the bit. Goes out: the steps, each done, to be done now, or later. Moves nothing.
+//! Comes in: the status, whether the machine homes, whether a job was broken off, whether somebody looked at the bit. Goes out: the steps, each done, to be done now, or later. Moves nothing.
 
 use annulus_core::control::Trust;
 use annulus_core::wire::Status;
@@ -19,8 +20,10 @@ pub enum BackStep {
     Read,
     /// The bit is out of the board.
     Lift,
-    /// The position is trusted again.
+    /// The position is trusted again, by homing.
     Home,
+    /// The same of a machine without switches: by a zero that a person sets.
+    Zero,
     /// The tool is whole; nobody but a person can know.
     Tool,
     /// The job goes on.
@@ -38,15 +41,21 @@ pub enum BackMark {
     Later,
 }
 
-/// The way back from how things stand; a job `is_broken_off` where one can be taken up. Somebody `has_looked` at the bit.
-pub fn way_back(status: &Status, is_broken_off: bool, has_looked: bool) -> Vec<(BackStep, BackMark)> {
+/// The way back from how things stand, of a machine that `homes`; a job `is_broken_off` where one can be taken up. Somebody `has_looked` at
+/// the bit.
+pub fn way_back(
+    status: &Status,
+    homes: bool,
+    is_broken_off: bool,
+    has_looked: bool,
+) -> Vec<(BackStep, BackMark)> {
     let is_known = status.trust == Trust::Trusted;
     let mut steps = vec![(BackStep::Read, status.alarm.is_none())];
     // Where the place is not trusted nobody but a person sees where the bit is, and homing takes it up first.
     if is_known {
         steps.push((BackStep::Lift, status.work_mm[2] > 0.0));
     }
-    steps.push((BackStep::Home, is_known));
+    steps.push((if homes { BackStep::Home } else { BackStep::Zero }, is_known));
     if is_broken_off {
         steps.extend([(BackStep::Tool, has_looked), (BackStep::Resume, false)]);
     }

@@ -28,7 +28,7 @@ fn the_way_back_has_one_step_at_a_time_and_leaves_out_what_is_done() {
         (status.trust, status.work_mm[2]) = (trust, height_mm);
         let is_broken_off = steps.contains(&BackStep::Resume);
         let wanted: Vec<_> = steps.iter().copied().zip(marks).collect();
-        assert_eq!(way_back(&status, is_broken_off, false), wanted, "{state:?} {trust:?} {height_mm}");
+        assert_eq!(way_back(&status, true, is_broken_off, false), wanted, "{state:?} {trust:?} {height_mm}");
     }
 }
 
@@ -36,10 +36,24 @@ fn the_way_back_has_one_step_at_a_time_and_leaves_out_what_is_done() {
 fn a_bit_that_somebody_looked_at_is_ticked_and_the_job_can_go_on_before_that_too() {
     let status = line::status(State::Ready, None);
     let mark = |has_looked, step| {
-        let steps = way_back(&status, true, has_looked);
+        let steps = way_back(&status, true, true, has_looked);
         steps.into_iter().find(|(own, _)| *own == step).unwrap().1
     };
     assert_eq!(mark(false, BackStep::Tool), mark(false, BackStep::Resume));
     assert_eq!(mark(true, BackStep::Tool), BackMark::Done);
     assert_eq!(mark(true, BackStep::Resume), mark(false, BackStep::Resume));
+}
+
+#[test]
+fn a_mill_without_switches_is_not_told_to_home_but_to_be_given_its_zero() {
+    let (done, now, later) = (BackMark::Done, BackMark::Now, BackMark::Later);
+    let mut status = line::status(State::Ready, None);
+    status.trust = Trust::Lost;
+    let steps = [BackStep::Read, BackStep::Zero, BackStep::Tool, BackStep::Resume];
+    let wanted: Vec<_> = steps.into_iter().zip([done, now, later, later]).collect();
+    assert_eq!(way_back(&status, false, true, false), wanted);
+    (status.trust, status.work_mm[2]) = (Trust::Trusted, 5.0);
+    let steps = [BackStep::Read, BackStep::Lift, BackStep::Zero, BackStep::Tool, BackStep::Resume];
+    let wanted: Vec<_> = steps.into_iter().zip([done, done, done, now, now]).collect();
+    assert_eq!(way_back(&status, false, true, false), wanted);
 }

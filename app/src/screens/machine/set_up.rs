@@ -19,6 +19,9 @@ const HOME_IS: &str = "home-is";
 
 /// The key of the sentence why the machine cannot be initialised now; none when it can.
 fn why_not(line: Link) -> Option<&'static str> {
+    if !line.homes() {
+        return Some(key!("page.machine.no_switches"));
+    }
     let open = line.phase.get() == LinkPhase::Open;
     let blocked = blocked(open, line.freshness.get(), line.control.get().yours, line.state())?;
     Some(match blocked {
@@ -48,7 +51,7 @@ fn park(line: Link) -> impl IntoView {
 /// Home, park and base.
 pub(crate) fn set_up() -> impl IntoView {
     let line = link::link();
-    let homed = move || line.state().is_some_and(|state| state != State::NotHomed);
+    let homed = move || !line.homes() || line.state().is_some_and(|state| state != State::NotHomed);
     let home_class = move || if homed() { "button large grow" } else { "button large primary grow" };
     let home = button()
         .attr("type", "button")

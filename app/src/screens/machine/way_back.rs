@@ -18,6 +18,7 @@ fn word(step: BackStep) -> &'static str {
         BackStep::Read => key!("page.back.read"),
         BackStep::Lift => key!("page.back.lift"),
         BackStep::Home => key!("page.back.home"),
+        BackStep::Zero => key!("page.back.zero"),
         BackStep::Tool => key!("page.back.tool"),
         BackStep::Resume => key!("page.back.resume"),
     }
@@ -43,8 +44,8 @@ fn button(step: BackStep, line: Link, has_looked: RwSignal<bool>) -> AnyView {
         BackStep::Tool => {
             push("button small", t!("page.back.looked"), move |_| has_looked.set(true)).into_any()
         }
-        // Going on is offered by the bar over the list.
-        BackStep::Resume => ().into_any(),
+        // Going on is offered by the bar over the list, zero where the head is moved by hand.
+        BackStep::Resume | BackStep::Zero => ().into_any(),
     }
 }
 
@@ -62,7 +63,7 @@ pub(super) fn steps() -> impl IntoView {
         let ended = line.ended.with(|ended| ended.as_ref().is_some_and(|end| end.ending == Ending::Alarm));
         let is_broken_off = line.interrupted.with(Option::is_some);
         let wanted = status.alarm.is_some() || ended && is_broken_off;
-        (wanted && !moves).then(|| way_back(&status, is_broken_off, has_looked.get()))
+        (wanted && !moves).then(|| way_back(&status, line.homes(), is_broken_off, has_looked.get()))
     });
     // The bit of another alarm was not looked at.
     Effect::new(move |_| {
