@@ -13,8 +13,8 @@ import { root } from "./harness.mjs";
 const [STEP, DIRECTION, STOP, INPUT, SPINDLE] = [2, 6, 10, 11, 20]; // pins
 const CLOCK_HZ = 120_000_000;
 /** So many times as slow as the chip's is its processor here, which saves as much of this computer's: what it does in time, and how much of
- * it that takes, is judged elsewhere, by the chip's own. */
-const SLOW = Number(process.env.SLOW ?? 4);
+ *  that it takes, is judged elsewhere, by the chip's own. With eight it cannot keep the time of its pins, and says so. */
+const SLOW = 3;
 const TURN = 60_000; // cycles: half a millisecond
 /** Where the carriage stands at first, in steps from its switches: X and Y beside them, Z below. */
 const START = [90, 70, -120];

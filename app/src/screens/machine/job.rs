@@ -92,7 +92,11 @@ fn progress(line: Link) -> impl IntoView {
             counts.get().0 == 0 && there.get().is_none() && from(line, |status| status.job.clone()).is_none();
         let planned = line.shown_job.get().filter(|_| done)?;
         let (holes, toolpaths) = (planned.program.hole_count(), planned.program.toolpath_count());
-        Some(say!("page.job.planned", holes = holes, toolpaths = toolpaths))
+        Some(match (holes, toolpaths) {
+            (_, 0) => say!("page.job.planned_holes", holes = holes),
+            (0, _) => say!("page.job.planned_toolpaths", toolpaths = toolpaths),
+            _ => say!("page.job.planned", holes = holes, toolpaths = toolpaths),
+        })
     };
     let title =
         move || part.get().map_or_else(|| idle().unwrap_or_else(holes), |(part, _)| sentence_of(&part));
