@@ -1,5 +1,5 @@
-// The firmware of the USB step adapter in an emulated RP2040, and a carriage with switches that follows its pins. It takes from nine
-// times as long as life, seventeen beside a page.
+// The firmware of the USB step adapter in an emulated RP2040, and a carriage with switches that follows its pins. With the chip's
+// own processor it takes nine times as long as life, seventeen beside a page.
 //
 // Comes in: what happens to the cable. Goes out: a port, and where the carriage is. Steps. Knows nothing of pages.
 
