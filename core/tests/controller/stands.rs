@@ -170,18 +170,24 @@ fn a_board_that_sleeps_knows_no_place_and_says_so() {
     assert_eq!(bench.engine().trust, Trust::Lost, "{:?}", bench.words());
 }
 
-/// A hold that was written twice, the second time on its way with the word that leads on, as behind a page that stood still: the board looks
-/// at both at once, and passes over the latter.
-#[test]
-fn a_job_whose_board_did_not_hear_that_it_was_to_go_on_is_held_still_and_goes_on_later() {
+/// In a job, so long after its first tool was in, and held.
+fn held_in_job(after_ms: u64) -> Bench {
     let mut bench = ready();
     bench.start_as(job(0));
     bench.phases(EnginePhase::ToolChange);
     bench.tool_ready();
     bench.phases(EnginePhase::Running);
-    bench.until(300, |_| false);
+    bench.until(after_ms, |_| false);
     bench.event(EngineEvent::Ask(EngineAsk::Hold));
     bench.phases(EnginePhase::Held);
+    bench
+}
+
+/// A hold that was written twice, the second time on its way with the word that leads on, as behind a page that stood still: the board looks
+/// at both at once, and passes over the latter.
+#[test]
+fn a_job_whose_board_did_not_hear_that_it_was_to_go_on_is_held_still_and_goes_on_later() {
+    let mut bench = held_in_job(300);
     for _ in 0..3 {
         bench.told.clear();
         bench.board.hear(b"!");
@@ -204,14 +210,7 @@ fn a_job_whose_board_did_not_hear_that_it_was_to_go_on_is_held_still_and_goes_on
 #[test]
 fn a_job_that_goes_on_while_its_link_stands_still_is_not_taken_for_one_that_was_held_there() {
     for late_ms in (200..3_000).step_by(140) {
-        let mut bench = ready();
-        bench.start_as(job(0));
-        bench.phases(EnginePhase::ToolChange);
-        bench.tool_ready();
-        bench.phases(EnginePhase::Running);
-        bench.until(1_500, |_| false);
-        bench.event(EngineEvent::Ask(EngineAsk::Hold));
-        bench.phases(EnginePhase::Held);
+        let mut bench = held_in_job(1_500);
         bench.event(EngineEvent::Ask(EngineAsk::Resume));
         // What is written waits on its way, and so do the answers.
         bench.asleep_until_ms = bench.now_ms + late_ms;
