@@ -212,6 +212,33 @@ async function tour(page) {
   for (const [x, y] of [[0.3, 0.3], [0.5, 0.5], [0.6, 0.4]]) await page.mouse.click(box.x + box.width * x, box.y + box.height * y);
 }
 
+/** Drags the pad in the middle of a `drawing` about: how long from each move until the next frame. */
+async function dragged(page) {
+  await page.keyboard.press("v");
+  const canvas = page.locator("canvas").first();
+  const [box, zoom, centre] = await Promise.all([canvas.boundingBox(), canvas.getAttribute("data-zoom"), canvas.getAttribute("data-centre")]);
+  const [from_x, from_y] = centre.split(" ").map((at) => (3 * Math.round(at / 3) - at) * zoom);
+  const at = [box.x + box.width / 2 + from_x, box.y + box.height / 2 - from_y];
+  await page.mouse.click(...at);
+  await page.evaluate(() => {
+    const canvas = document.querySelector("canvas");
+    globalThis.annulusMoves = [];
+    const heard = ({ timeStamp }) => {
+      const frames = canvas.dataset.frames;
+      const look = () => (canvas.dataset.frames === frames ? requestAnimationFrame(look) : globalThis.annulusMoves.push(performance.now() - timeStamp));
+      requestAnimationFrame(look);
+    };
+    addEventListener("pointermove", heard, true);
+  });
+  await page.mouse.down();
+  for (let step = 1; step <= 40; step += 1) {
+    await page.mouse.move(at[0] + 2 * step, at[1] + step);
+    await page.waitForTimeout(40);
+  }
+  await page.mouse.up();
+  return page.evaluate(() => globalThis.annulusMoves);
+}
+
 const GROUPS = {
   sizes() {
     const packed = (name) => (existsSync(join(www, `${name}.br`)) ? readFileSync(join(www, `${name}.br`)) : brotliCompressSync(readFileSync(join(www, name)))).length;
@@ -369,6 +396,8 @@ const GROUPS = {
       }
       const [processor] = await since(before);
       row(`Undo at ${count} objects to the next frame`, "50 ms", "150 ms", `${spread(took)}, processor ${ms(processor / took.length)} for a pad and back`);
+      const drags = await dragged(page);
+      row(`A pad dragged among ${count} objects, move to the next frame`, "16 ms", "–", spread(drags));
       await context.close();
     }
   },

@@ -10,10 +10,13 @@
 use super::orbit::Orbit;
 use super::palette::Colour;
 use super::relief::{Cutting, PATCH, Patch, Relief, ReliefField};
+use super::sheet::{Fit, Laying, Sheet, begin};
 
 /// How long a tool is drawn, in its diameters and at least, mm.
 const LONG_DIAMETERS: f32 = 7.0;
 const LEAST_LONG_MM: f32 = 8.0;
+/// Along each side, so many pixels of the window are one of a picture that is not sharp.
+const COARSE_PX: u32 = 3;
 
 /// What a frame is drawn with. The shader has the same struct.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -44,6 +47,8 @@ pub(super) struct Sight<'a> {
     pub(super) tool: Option<Cutting>,
     pub(super) window_px: [u32; 2],
     pub(super) ground: Colour,
+    /// A ray for every pixel, and not for every few.
+    pub(super) sharp: bool,
 }
 
 /// The pipeline and, once there is a board, its depths.
@@ -56,11 +61,14 @@ pub(super) struct Carved {
     under: bool,
     /// Samples along a pixel's side.
     samples: f32,
+    /// What a picture that is not sharp is drawn on; made when there is one.
+    coarse: Option<(Laying, Sheet)>,
+    format: wgpu::TextureFormat,
 }
 
 impl Carved {
-    /// For targets of this format and so many samples; a processor that paints in software sends one ray a pixel.
-    pub(super) fn new(device: &wgpu::Device, target: (wgpu::TextureFormat, u32), hardware: bool) -> Self {
+    /// For targets of this format; a processor that paints in software sends one ray a pixel.
+    pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat, hardware: bool) -> Self {
         let shader = device.create_shader_module(wgpu::include_wgsl!("relief.wgsl"));
         let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
             binding,
@@ -88,7 +96,7 @@ impl Carved {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let pipeline = pipeline(device, &layout, &shader, target);
+        let pipeline = pipeline(device, &layout, &shader, format);
         Self {
             pipeline,
             layout,
@@ -96,6 +104,8 @@ impl Carved {
             depths: None,
             under: false,
             samples: if hardware { 2.0 } else { 1.0 },
+            coarse: None,
+            format,
         }
     }
 
@@ -140,14 +150,38 @@ impl Carved {
         }
     }
 
-    /// Tells the shader where one looks from. False where there is no board to look at.
-    pub(super) fn look(&self, queue: &wgpu::Queue, sight: &Sight<'_>) -> bool {
-        let numbers = numbers(sight, self.samples, self.under);
+    /// Draws what one sees over `view`. False where there is no board to look at.
+    pub(super) fn draw(
+        &mut self,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        encoder: &mut wgpu::CommandEncoder,
+        view: &wgpu::TextureView,
+        sight: &Sight<'_>,
+    ) -> bool {
+        if self.depths.is_none() {
+            return false;
+        }
+        let few_px = sight.window_px.map(|px| px.div_ceil(COARSE_PX));
+        let drawn_px = if sight.sharp { sight.window_px } else { few_px };
+        let numbers = numbers(sight, drawn_px, self.samples, self.under);
         queue.write_buffer(&self.numbers, 0, bytemuck::bytes_of(&numbers));
-        self.depths.is_some()
+        if sight.sharp {
+            self.cast(&mut begin(encoder, view, None));
+            return true;
+        }
+        if self.coarse.as_ref().is_none_or(|(_, sheet)| sheet.size_px != few_px) {
+            let laying = Laying::new(device, self.format, Fit::Stretched);
+            let sheet = laying.sheet(device, few_px, 1);
+            self.coarse = Some((laying, sheet));
+        }
+        if let Some((laying, sheet)) = &self.coarse {
+            self.cast(&mut sheet.begin(encoder));
+            laying.lay(&mut begin(encoder, view, None), sheet);
+        }
+        true
     }
 
-    pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>) {
+    fn cast(&self, pass: &mut wgpu::RenderPass<'_>) {
         if let Some((_, group)) = &self.depths {
             pass.set_pipeline(&self.pipeline);
             pass.set_bind_group(0, group, &[]);
@@ -202,8 +236,8 @@ fn write(queue: &wgpu::Queue, texture: &wgpu::Texture, patch: &Patch) {
     );
 }
 
-fn numbers(sight: &Sight<'_>, samples: f32, under: bool) -> FrameNumbers {
-    let window = sight.window_px.map(|px| px as f32);
+fn numbers(sight: &Sight<'_>, drawn_px: [u32; 2], samples: f32, under: bool) -> FrameNumbers {
+    let window = drawn_px.map(|px| px as f32);
     let rays = sight.orbit.rays(window.map(f64::from));
     let four = |spot: [f64; 3]| [spot[0] as f32, spot[1] as f32, spot[2] as f32, 0.0];
     let relief = sight.relief;
@@ -234,7 +268,7 @@ fn pipeline(
     device: &wgpu::Device,
     group: &wgpu::BindGroupLayout,
     shader: &wgpu::ShaderModule,
-    (format, samples): (wgpu::TextureFormat, u32),
+    format: wgpu::TextureFormat,
 ) -> wgpu::RenderPipeline {
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: None,
@@ -253,7 +287,7 @@ fn pipeline(
         },
         primitive: wgpu::PrimitiveState::default(),
         depth_stencil: None,
-        multisample: wgpu::MultisampleState { count: samples, ..Default::default() },
+        multisample: wgpu::MultisampleState::default(),
         fragment: Some(wgpu::FragmentState {
             module: shader,
             entry_point: Some("colour"),

@@ -1,12 +1,12 @@
-//! The painter on the GPU: WebGPU or WebGL2, a pipeline each for the ground, the board's body, its layers and the marks.
+//! The painter on the GPU, by WebGPU or WebGL2: what stands still, the marks over it, or the board in space instead of both.
 //!
 //! Comes in: instances and a frame's numbers. Goes out: pixels in a canvas. Does not know pointers or clocks.
 //!
 //! Both back ends blend in linear light: where the canvas is not sRGB itself (WebGPU) it is drawn through an sRGB view.
-//! Where the adapter can, every pixel is sampled four times, so that the edges of triangles are smooth too.
+//! Where the adapter can, what stands still is sampled four times a pixel, so that the edges of triangles are smooth too;
+//! marks know themselves how much of a pixel is theirs.
 
-use super::areas::{Cover, Layers};
-use super::buffers::{Instances, fill, vertex_buffer};
+use super::buffers::{Instances, vertex_buffer};
 use super::camera::Camera;
 use super::carved::{Carved, Sight};
 use super::marks::{self, Afar, Emphasis, Mark};
@@ -15,6 +15,8 @@ use super::palette::Palette;
 use super::pipelines::{Drawing, OVER, Paint, pipeline};
 use super::relief::{Cutting, Patch, ReliefField};
 use super::scene::{Line, OrderProgress, Scene};
+use super::sheet::begin;
+use super::still::Still;
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -23,7 +25,6 @@ use web_sys::HtmlCanvasElement;
 const MARK_SIZE: u64 = size_of::<Mark>() as u64;
 /// From this zoom on the layers have edges; `edge_corner` of the shader fades them in.
 const EDGED_FROM_PX_PER_MM: f64 = 8.0;
-const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
 
 /// Everything a frame is drawn with, but the marks. The shader has the same struct.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -46,6 +47,13 @@ struct FrameNumbers {
     colours: [[f32; 4]; 10],
 }
 
+impl FrameNumbers {
+    /// What of them tells on what stands still.
+    fn without_progress(self) -> Self {
+        Self { discs: 0, lines: 0, drilling: 0, ..self }
+    }
+}
+
 /// What a frame is drawn from.
 pub(super) struct Look<'a> {
     pub(super) camera: &'a Camera,
@@ -58,6 +66,8 @@ pub(super) struct Look<'a> {
     pub(super) head_mm: Option<[f32; 2]>,
     /// The board in space instead of all that.
     pub(super) solid: Option<(&'a ReliefField, &'a Orbit, Option<Cutting>)>,
+    /// It is sharp whatever that takes.
+    pub(super) sharp: bool,
 }
 
 /// What happened to a frame.
@@ -65,6 +75,8 @@ pub(super) struct Look<'a> {
 pub(super) enum Painted {
     /// It is on the screen.
     Shown,
+    /// It is on the screen, less sharp than it can be: this device takes long for the rest.
+    Coarse,
     /// Not now; ask again.
     Later,
     /// The device is gone; a new painter is needed.
@@ -78,19 +90,12 @@ pub(super) struct Gpu {
     queue: wgpu::Queue,
     config: wgpu::SurfaceConfiguration,
     view_format: wgpu::TextureFormat,
-    ground: wgpu::RenderPipeline,
-    body: wgpu::RenderPipeline,
-    strokes: wgpu::RenderPipeline,
-    samples: u32,
-    smooth: Option<wgpu::TextureView>,
+    still: Still,
+    lines: wgpu::RenderPipeline,
+    discs: wgpu::RenderPipeline,
+    head_lines: wgpu::RenderPipeline,
     numbers: wgpu::Buffer,
     group: wgpu::BindGroup,
-    /// The board's body, that of a plate too.
-    triangles: wgpu::Buffer,
-    cover_count: u32,
-    /// How many corners are drawn as the body: a plate is part of the ground.
-    corner_count: u32,
-    layers: Layers,
     marks: Instances,
     first_disc: usize,
     /// What is drawn from afar.
@@ -130,11 +135,9 @@ impl Gpu {
         let (config, view_format) = surface_config(&surface, &adapter, canvas)?;
         surface.configure(&device, &config);
         let can = adapter.get_texture_format_features(view_format).flags;
-        // Seen in Chromium: samples that become pixels through another view than the canvas' own stay linear, too dark.
-        let own_view = view_format == config.format;
         // A processor that paints in software has four times the work with them.
         let hardware = adapter.get_info().device_type != wgpu::DeviceType::Cpu;
-        let samples = if own_view && hardware && can.sample_count_supported(4) { 4 } else { 1 };
+        let samples = if hardware && can.sample_count_supported(4) { 4 } else { 1 };
         Ok(Self::assemble(surface, (device, queue), (config, view_format, samples), hardware, lost))
     }
 
@@ -155,43 +158,32 @@ impl Gpu {
         let make = |paint: &Paint, drawing: Drawing, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
             pipeline(&device, (&layout, &shader), (view_format, samples), paint, drawing, buffers)
         };
-        let (strip, list) = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::PrimitiveTopology::TriangleList);
-        let ground = make(&OVER, (["ground_corner", "ground_colour"], strip), &[]);
-        let corners = wgpu::VertexBufferLayout {
-            array_stride: CORNER_SIZE,
-            step_mode: wgpu::VertexStepMode::Vertex,
-            attributes: &wgpu::vertex_attr_array![0 => Float32x2],
-        };
-        let body = make(&OVER, (["body_corner", "body_colour"], list), &[Some(corners)]);
+        let still = Still::new(&device, (view_format, samples), &make);
         let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Unorm8x4, 3 => Uint32];
         let instances = wgpu::VertexBufferLayout {
             array_stride: MARK_SIZE,
             step_mode: wgpu::VertexStepMode::Instance,
             attributes: &attributes,
         };
-        let strokes = make(&OVER, (["stroke_corner", "stroke_colour"], strip), &[Some(instances)]);
-        let triangles = vertex_buffer(&device, CORNER_SIZE);
+        let buffers = [Some(instances)];
+        let [lines, discs, head_lines] = ["line_colour", "disc_colour", "head_colour"].map(|colour| {
+            let drawing = (["stroke_corner", colour], wgpu::PrimitiveTopology::TriangleStrip);
+            pipeline(&device, (&layout, &shader), (view_format, 1), &OVER, drawing, &buffers)
+        });
         let (marks, over) = (Instances::new(&device), Instances::new(&device));
         let head = vertex_buffer(&device, MARK_SIZE);
-        let layers = Layers::new(&device, &make);
-        let smooth = smooth(&device, &config, view_format, samples);
         Self {
             surface,
             device,
             queue,
             config,
             view_format,
-            ground,
-            body,
-            strokes,
-            samples,
-            smooth,
+            still,
+            lines,
+            discs,
+            head_lines,
             numbers,
             group,
-            triangles,
-            cover_count: 0,
-            corner_count: 0,
-            layers,
             marks,
             first_disc: 0,
             afar: Afar::default(),
@@ -208,8 +200,8 @@ impl Gpu {
         if self.carved.is_none() && field.is_none() {
             return true;
         }
-        let target = (self.view_format, self.samples);
-        let carved = self.carved.get_or_insert_with(|| Carved::new(&self.device, target, self.hardware));
+        let (device, format) = (&self.device, self.view_format);
+        let carved = self.carved.get_or_insert_with(|| Carved::new(device, format, self.hardware));
         carved.set(&self.device, &self.queue, field)
     }
 
@@ -232,7 +224,6 @@ impl Gpu {
         self.config.width = width.clamp(1, most);
         self.config.height = height.clamp(1, most);
         self.surface.configure(&self.device, &self.config);
-        self.smooth = smooth(&self.device, &self.config, self.view_format, self.samples);
     }
 
     /// Everything anew.
@@ -240,10 +231,7 @@ impl Gpu {
         let built = marks::build(scene, palette, emphasis);
         (self.first_disc, self.afar) = (built.first_disc, built.afar);
         self.marks.set(&self.device, &self.queue, &built.all);
-        let cover = scene.cover();
-        (self.cover_count, self.corner_count) = (cover.len() as u32, scene.body.len() as u32);
-        fill(&self.device, &self.queue, &mut self.triangles, bytemuck::cast_slice(&cover));
-        self.layers.set(&self.device, &self.queue, &scene.layers);
+        self.still.set(&self.device, &self.queue, scene);
     }
 
     /// Only what lies over the scene anew.
@@ -262,7 +250,7 @@ impl Gpu {
     }
 
     /// Draws one frame.
-    pub(super) fn paint(&self, look: &Look<'_>) -> Painted {
+    pub(super) fn paint(&mut self, look: &Look<'_>) -> Painted {
         use wgpu::CurrentSurfaceTexture as Current;
         if self.lost.load(Ordering::Relaxed) {
             return Painted::Lost;
@@ -276,7 +264,8 @@ impl Gpu {
             }
             Current::Lost | Current::Validation => return Painted::Lost,
         };
-        self.queue.write_buffer(&self.numbers, 0, bytemuck::bytes_of(&self.frame_numbers(look)));
+        let numbers = self.frame_numbers(look);
+        self.queue.write_buffer(&self.numbers, 0, bytemuck::bytes_of(&numbers));
         if let Some(at) = look.head_mm {
             self.queue.write_buffer(&self.head, 0, bytemuck::bytes_of(&marks::head(at, look.palette)));
         }
@@ -284,59 +273,56 @@ impl Gpu {
             format: Some(self.view_format),
             ..Default::default()
         });
-        let solid = look.solid.is_some_and(|(field, orbit, tool)| {
-            let window_px = [self.config.width, self.config.height];
-            let ground = look.palette.background;
-            let sight = Sight { relief: &field.relief, orbit, tool, window_px, ground };
-            self.carved.as_ref().is_some_and(|carved| carved.look(&self.queue, &sight))
-        });
         let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let px_per_mm = look.camera.px_per_mm * look.density;
-        self.draw(&mut encoder, &view, (solid, px_per_mm), look.head_mm.is_some());
+        let sharp = self.hardware || look.sharp;
+        let solid = self.draw_solid(&mut encoder, &view, look, sharp);
+        if !solid {
+            self.draw_flat(&mut encoder, &view, look, &numbers);
+        }
         self.queue.submit([encoder.finish()]);
         self.queue.present(texture);
-        Painted::Shown
+        if solid && !sharp { Painted::Coarse } else { Painted::Shown }
     }
 
-    fn draw(
-        &self,
+    /// The board in space; false where that is not what is looked at.
+    fn draw_solid(
+        &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: &wgpu::TextureView,
-        (solid, px_per_mm): (bool, f64),
-        with_head: bool,
+        look: &Look<'_>,
+        sharp: bool,
+    ) -> bool {
+        let (Some((field, orbit, tool)), Some(carved)) = (look.solid, &mut self.carved) else { return false };
+        let window_px = [self.config.width, self.config.height];
+        let ground = look.palette.background;
+        let sight = Sight { relief: &field.relief, orbit, tool, window_px, ground, sharp };
+        carved.draw((&self.device, &self.queue), encoder, view, &sight)
+    }
+
+    fn draw_flat(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &wgpu::TextureView,
+        look: &Look<'_>,
+        numbers: &FrameNumbers,
     ) {
-        let attachment = wgpu::RenderPassColorAttachment {
-            view: self.smooth.as_ref().unwrap_or(view),
-            depth_slice: None,
-            resolve_target: self.smooth.as_ref().map(|_| view),
-            ops: wgpu::Operations {
-                load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
-                store: wgpu::StoreOp::Store,
-            },
-        };
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            color_attachments: &[Some(attachment)],
-            ..Default::default()
-        });
-        if let Some(carved) = self.carved.as_ref().filter(|_| solid) {
-            return carved.draw(&mut pass);
-        }
+        let px_per_mm = look.camera.px_per_mm * look.density;
+        let alone = numbers.without_progress();
+        let with = (bytemuck::bytes_of(&alone), px_per_mm >= EDGED_FROM_PX_PER_MM);
+        let size_px = [self.config.width, self.config.height];
+        self.still.draw((&self.device, encoder), &self.group, size_px, with);
+        let mut pass = begin(encoder, view, None);
+        self.still.lay(&mut pass);
         pass.set_bind_group(0, &self.group, &[]);
-        pass.set_pipeline(&self.ground);
-        pass.draw(0..3, 0..1);
-        if self.corner_count > 0 {
-            pass.set_pipeline(&self.body);
-            pass.set_vertex_buffer(0, self.triangles.slice(..));
-            pass.draw(0..self.corner_count, 0..1);
-        }
-        if !self.layers.is_empty() {
-            let cover = Cover { corners: &self.triangles, count: self.cover_count };
-            self.layers.draw(&mut pass, &cover, px_per_mm >= EDGED_FROM_PX_PER_MM);
-        }
-        pass.set_pipeline(&self.strokes);
-        self.marks.draw_some(&mut pass, self.afar.drawn(self.marks.count(), px_per_mm));
+        let (lines, discs) = self.afar.drawn(self.marks.count(), px_per_mm);
+        pass.set_pipeline(&self.lines);
+        self.marks.draw_some(&mut pass, lines);
+        pass.set_pipeline(&self.discs);
+        self.marks.draw_some(&mut pass, [discs]);
+        pass.set_pipeline(&self.lines);
         self.over.draw(&mut pass);
-        if with_head {
+        if look.head_mm.is_some() {
+            pass.set_pipeline(&self.head_lines);
             pass.set_vertex_buffer(0, self.head.slice(..));
             pass.draw(0..4, 0..1);
         }
@@ -412,28 +398,6 @@ fn frame_group(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroupLayout, w
         entries: &[wgpu::BindGroupEntry { binding: 0, resource: numbers.as_entire_binding() }],
     });
     (numbers, group_layout, group)
-}
-
-/// Where a frame is drawn before its samples become pixels; none where a pixel has one sample.
-fn smooth(
-    device: &wgpu::Device,
-    config: &wgpu::SurfaceConfiguration,
-    format: wgpu::TextureFormat,
-    samples: u32,
-) -> Option<wgpu::TextureView> {
-    let made = || {
-        device.create_texture(&wgpu::TextureDescriptor {
-            label: Some("samples"),
-            size: wgpu::Extent3d { width: config.width, height: config.height, depth_or_array_layers: 1 },
-            mip_level_count: 1,
-            sample_count: samples,
-            dimension: wgpu::TextureDimension::D2,
-            format,
-            usage: wgpu::TextureUsages::RENDER_ATTACHMENT,
-            view_formats: &[],
-        })
-    };
-    (samples > 1).then(|| made().create_view(&wgpu::TextureViewDescriptor::default()))
 }
 
 fn surface_config(

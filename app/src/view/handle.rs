@@ -324,6 +324,7 @@ impl View {
     pub(super) fn repaint(&self) {
         // A device may be lost while the picture is borrowed; whoever borrowed it asks for a frame afterwards.
         let Ok(mut stage) = self.0.try_borrow_mut() else { return };
+        stage.sharp = false;
         if stage.frame_asked.is_some() {
             return;
         }

@@ -25,6 +25,8 @@ use web_sys::{HtmlElement, ResizeObserver};
 
 /// A device that is lost more often than this is not asked again.
 const MOST_LOSSES: u32 = 3;
+/// A picture that is not sharp becomes so when nothing has moved for so long, in ms.
+const REST_MS: i32 = 250;
 
 impl View {
     /// A picture that fills `host`, which must have a size. Fails only where there is not even a 2D canvas.
@@ -50,7 +52,10 @@ impl View {
             frames: Frames::default(),
             recent_ms: [0.0; 60],
             frame_asked: None,
+            sharp: false,
+            sharp_asked: None,
             on_frame: None,
+            on_rest: None,
             observer: None,
             on_context_lost: None,
             gestures: Gestures::default(),
@@ -70,6 +75,14 @@ impl View {
             }
         });
         let stage = Rc::downgrade(&self.0);
+        let on_rest = Closure::new(move || {
+            if let Some(stage) = stage.upgrade() {
+                let view = View(stage);
+                view.repaint();
+                view.0.borrow_mut().sharp = true;
+            }
+        });
+        let stage = Rc::downgrade(&self.0);
         let on_size = Closure::<dyn FnMut()>::new(move || {
             if let Some(stage) = stage.upgrade() {
                 let view = View(stage);
@@ -79,7 +92,7 @@ impl View {
             }
         });
         let mut stage = self.0.borrow_mut();
-        stage.on_frame = Some(on_frame);
+        (stage.on_frame, stage.on_rest) = (Some(on_frame), Some(on_rest));
         if let Ok(observer) = ResizeObserver::new(on_size.as_ref().unchecked_ref()) {
             observer.observe(&stage.host);
             stage.observer = Some((observer, on_size));
@@ -110,9 +123,19 @@ impl View {
         let painted = self.0.borrow_mut().paint();
         match painted {
             Painted::Shown => {}
+            Painted::Coarse => self.sharpen_at_rest(),
             Painted::Later => self.repaint(),
             Painted::Lost => self.restore(),
         }
+    }
+
+    /// Asks for a sharp frame once nothing moves.
+    fn sharpen_at_rest(&self) {
+        let stage = &mut *self.0.borrow_mut();
+        stage.forget_rest();
+        let (Some(window), Some(act)) = (web_sys::window(), &stage.on_rest) else { return };
+        let act = act.as_ref().unchecked_ref();
+        stage.sharp_asked = window.set_timeout_with_callback_and_timeout_and_arguments_0(act, REST_MS).ok();
     }
 
     /// A new canvas and painter for the same scene.

@@ -2,7 +2,7 @@
 //! length.
 //!
 //! ```text
-//!        radius        bits: 0..2 state   3 disc   4 selected   5 hovered   6 head   8..31 order
+//!        radius        bits: 0..2 state   3 disc   4 selected   5 hovered   8..31 order
 //!      ╭───┴──────╮
 //!      │ a ──── b │    order in the buffer: outline, slots, lines, discs
 //!      ╰──────────╯
@@ -18,7 +18,6 @@ use std::ops::Range;
 const DISC: u32 = 1 << 3;
 const SELECTED: u32 = 1 << 4;
 const HOVERED: u32 = 1 << 5;
-const HEAD: u32 = 1 << 6;
 /// Reach of the head's cross-hair in CSS pixels.
 const HEAD_PX: f32 = 16.0;
 /// Rim of a slot in CSS pixels.
@@ -55,14 +54,15 @@ pub(super) struct Afar {
 }
 
 impl Afar {
-    /// What of `count` marks is drawn where a millimetre has so many pixels, in order.
-    pub(super) fn drawn(&self, count: u32, px_per_mm: f64) -> [Range<u32>; 3] {
+    /// What of `count` marks is drawn where a millimetre has so many pixels: lines, and the discs over them.
+    pub(super) fn drawn(&self, count: u32, px_per_mm: f64) -> ([Range<u32>; 2], Range<u32>) {
         let all = self.levels.first().map_or(count, |(_, first)| first.start);
         let level = thinned::level_for(self.levels.iter().map(|(off_mm, _)| *off_mm), px_per_mm);
-        match level.and_then(|level| self.levels.get(level)) {
-            Some((_, lines)) => [0..self.lines.start, lines.clone(), self.lines.end..all],
-            None => [0..all, 0..0, 0..0],
-        }
+        let lines = match level.and_then(|level| self.levels.get(level)) {
+            Some((_, lines)) => [0..self.lines.start, lines.clone()],
+            None => [0..self.lines.end, 0..0],
+        };
+        (lines, self.lines.end..all)
     }
 }
 
@@ -126,7 +126,7 @@ pub(super) fn disc(index: usize, disc: &Disc, emphasis: &Emphasis) -> Mark {
 
 /// The head's cross-hair.
 pub(super) fn head(at: [f32; 2], palette: &Palette) -> Mark {
-    let bits = HEAD | UNORDERED << 8;
+    let bits = UNORDERED << 8;
     Mark { a_mm: at, b_mm: at, radius_mm: 0.0, radius_px: HEAD_PX, colour: palette.head, bits }
 }
 
@@ -193,12 +193,13 @@ mod tests {
         let marks = build(&scene, &Palette::DARK, &Emphasis::default());
         let (count, near) = (marks.all.len() as u32, marks.first_disc as u32 + 3);
         assert!(near < count && f64::from(count) < 1.34 * f64::from(near), "{count} marks for {near}");
-        assert_eq!(marks.afar.drawn(count, 1e4), [0..near, 0..0, 0..0]);
-        let [before, lines, behind] = marks.afar.drawn(count, 1.0);
-        assert_eq!((before, behind), (0..10, near - 3..near), "outline and slots, discs");
+        assert_eq!(marks.afar.drawn(count, 1e4), ([0..near - 3, 0..0], near - 3..near));
+        let ([before, lines], discs) = marks.afar.drawn(count, 1.0);
+        assert_eq!((before, discs), (0..10, near - 3..near), "outline and slots, discs");
         assert!(lines.start >= near && lines.end <= count && lines.len() < 12_500, "{lines:?}");
         let few = build(&super::tests::scene(), &Palette::DARK, &Emphasis::default());
-        assert_eq!(few.afar.drawn(few.all.len() as u32, 1e-3), [0..few.all.len() as u32, 0..0, 0..0]);
+        let all = few.all.len() as u32;
+        assert_eq!(few.afar.drawn(all, 1e-3), ([0..all - 3, 0..0], all - 3..all));
     }
 
     #[test]

@@ -122,7 +122,7 @@ struct Area { @builtin(position) position: vec4f, @location(0) @interpolate(flat
 
 // ---- marks -----------------------------------------------------------------------------------------------
 
-const DISC = 8u; const SELECTED = 16u; const HOVERED = 32u; const HEAD = 64u;
+const DISC = 8u; const SELECTED = 16u; const HOVERED = 32u;
 const DONE = 1u; const CURRENT = 2u; const SKIPPED = 3u; const FAILED = 4u; const DIMMED = 5u;
 const UNORDERED = 0xffffffu;
 
@@ -195,7 +195,13 @@ fn lay(under: vec4f, top: vec3f, share: f32) -> vec4f {
   return under * (1.0 - share) + vec4f(top, 1.0) * share;
 }
 
-fn disc_colour(stroke: Stroke) -> vec4f {
+// Most marks are lines: a processor that paints in software goes through all of a shader for each of their pixels.
+@fragment fn line_colour(stroke: Stroke) -> @location(0) vec4f {
+  let off = stroke.at - vec2f(clamp(stroke.at.x, 0.0, stroke.shape.x), 0.0);
+  return lay(vec4f(0.0), stroke.colour.rgb, stroke.colour.a * inside(length(off) - stroke.shape.y));
+}
+
+@fragment fn disc_colour(stroke: Stroke) -> @location(0) vec4f {
   let state = stroke.bits & 7u;
   let density = frame.density;
   let radius = stroke.shape.y;
@@ -235,7 +241,7 @@ fn disc_colour(stroke: Stroke) -> vec4f {
   return out;
 }
 
-fn head_colour(stroke: Stroke) -> vec4f {
+@fragment fn head_colour(stroke: Stroke) -> @location(0) vec4f {
   let density = frame.density;
   let from_centre = length(stroke.at);
   let away = abs(stroke.at);
@@ -245,11 +251,4 @@ fn head_colour(stroke: Stroke) -> vec4f {
   let shade = max(inside(max(cross - density, 3.0 * density - from_centre)) * inside(from_centre - stroke.shape.y),
     band(from_centre - 9.0 * density, 3.5 * density));
   return lay(vec4f(0.0, 0.0, 0.0, 0.45 * shade), stroke.colour.rgb, max(arms, ring));
-}
-
-@fragment fn stroke_colour(stroke: Stroke) -> @location(0) vec4f {
-  if (stroke.bits & DISC) != 0u { return disc_colour(stroke); }
-  if (stroke.bits & HEAD) != 0u { return head_colour(stroke); }
-  let off = stroke.at - vec2f(clamp(stroke.at.x, 0.0, stroke.shape.x), 0.0);
-  return lay(vec4f(0.0), stroke.colour.rgb, stroke.colour.a * inside(length(off) - stroke.shape.y));
 }

@@ -47,11 +47,15 @@ mod life;
 #[cfg(target_arch = "wasm32")]
 mod pipelines;
 #[cfg(target_arch = "wasm32")]
+mod sheet;
+#[cfg(target_arch = "wasm32")]
 mod solid;
 #[cfg(target_arch = "wasm32")]
 mod space;
 #[cfg(target_arch = "wasm32")]
 mod stage;
+#[cfg(target_arch = "wasm32")]
+mod still;
 
 pub use camera::Camera;
 pub use orbit::Orbit;

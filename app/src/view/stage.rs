@@ -54,6 +54,10 @@ pub(super) struct Stage {
     pub(super) frames: Frames,
     pub(super) recent_ms: [f64; 60],
     pub(super) frame_asked: Option<i32>,
+    /// The frame that is asked for is sharp: nothing moves any more.
+    pub(super) sharp: bool,
+    pub(super) sharp_asked: Option<i32>,
+    pub(super) on_rest: Option<Closure<dyn FnMut()>>,
     pub(super) on_frame: Option<Closure<dyn FnMut()>>,
     pub(super) observer: Option<(ResizeObserver, Closure<dyn FnMut()>)>,
     pub(super) on_context_lost: Option<Closure<dyn FnMut()>>,
@@ -146,8 +150,9 @@ impl Stage {
             progress: self.progress,
             head_mm: self.head_mm,
             solid: self.solid.seen(),
+            sharp: self.sharp,
         };
-        let painted = match &self.painter {
+        let painted = match &mut self.painter {
             Painter::Gpu(gpu) => gpu.paint(&look),
             Painter::Flat(flat) => {
                 flat.paint(&look, &self.emphasis);
@@ -155,11 +160,18 @@ impl Stage {
             }
             Painter::None => return Painted::Shown,
         };
-        if painted == Painted::Shown {
+        if matches!(painted, Painted::Shown | Painted::Coarse) {
             self.count(now_ms() - started);
             self.publish();
         }
         painted
+    }
+
+    /// Nobody waits for the picture to rest any more.
+    pub(super) fn forget_rest(&mut self) {
+        if let (Some(window), Some(asked)) = (web_sys::window(), self.sharp_asked.take()) {
+            window.clear_timeout_with_handle(asked);
+        }
     }
 
     fn count(&mut self, took_ms: f64) {
@@ -201,6 +213,7 @@ impl Drop for Stage {
         if let (Some(window), Some(asked)) = (web_sys::window(), self.frame_asked) {
             let _ = window.cancel_animation_frame(asked);
         }
+        self.forget_rest();
         if let Some((observer, _)) = &self.observer {
             observer.disconnect();
         }

@@ -1,0 +1,112 @@
+//! What stands still in the flat picture: the ground, the board's body and its layers, on a sheet of their own.
+//!
+//! ```text
+//! camera, colours, scene ─ other than before? ─▶ ground, body, layers ─▶ sheet
+//!                                  every frame:  sheet ─▶ window, then the marks over it
+//! ```
+//!
+//! A playback, a slider or a pointer changes the marks alone.
+//!
+//! Comes in: a scene, the numbers of a frame. Goes out: draws. Does not know the marks.
+
+use super::areas::{Cover, Layers};
+use super::buffers::{fill, vertex_buffer};
+use super::pipelines::{Make, OVER};
+use super::scene::Scene;
+use super::sheet::{Fit, Laying, Sheet};
+
+const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
+
+/// Ground, body and layers, and the sheet with them.
+pub(super) struct Still {
+    ground: wgpu::RenderPipeline,
+    body: wgpu::RenderPipeline,
+    layers: Layers,
+    /// The board's body, that of a plate too.
+    triangles: wgpu::Buffer,
+    cover_count: u32,
+    /// How many corners are drawn as the body: a plate is part of the ground.
+    corner_count: u32,
+    laying: Laying,
+    samples: u32,
+    sheet: Option<Sheet>,
+    /// What it was drawn with; none where it is to be drawn anew.
+    drawn_with: Option<Vec<u8>>,
+}
+
+impl Still {
+    /// For windows of `format`, its edges drawn with so many samples by pipelines that `make` makes for them.
+    pub(super) fn new(
+        device: &wgpu::Device,
+        (format, samples): (wgpu::TextureFormat, u32),
+        make: &Make<'_>,
+    ) -> Self {
+        let (strip, list) = (wgpu::PrimitiveTopology::TriangleStrip, wgpu::PrimitiveTopology::TriangleList);
+        let corners = wgpu::VertexBufferLayout {
+            array_stride: CORNER_SIZE,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x2],
+        };
+        Self {
+            ground: make(&OVER, (["ground_corner", "ground_colour"], strip), &[]),
+            body: make(&OVER, (["body_corner", "body_colour"], list), &[Some(corners)]),
+            layers: Layers::new(device, make),
+            triangles: vertex_buffer(device, CORNER_SIZE),
+            cover_count: 0,
+            corner_count: 0,
+            laying: Laying::new(device, format, Fit::Same),
+            samples,
+            sheet: None,
+            drawn_with: None,
+        }
+    }
+
+    /// Another scene.
+    pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) {
+        let cover = scene.cover();
+        (self.cover_count, self.corner_count) = (cover.len() as u32, scene.body.len() as u32);
+        fill(device, queue, &mut self.triangles, bytemuck::cast_slice(&cover));
+        self.layers.set(device, queue, &scene.layers);
+        self.drawn_with = None;
+    }
+
+    /// Draws the sheet for a window of `size_px`, unless it is there, drawn `with` the same numbers. Layers have edges where
+    /// they are `edged`.
+    pub(super) fn draw(
+        &mut self,
+        (device, encoder): (&wgpu::Device, &mut wgpu::CommandEncoder),
+        numbers: &wgpu::BindGroup,
+        size_px: [u32; 2],
+        (with, edged): (&[u8], bool),
+    ) {
+        if self.sheet.as_ref().is_none_or(|sheet| sheet.size_px != size_px) {
+            self.sheet = Some(self.laying.sheet(device, size_px, self.samples));
+            self.drawn_with = None;
+        }
+        let Some(sheet) = self.sheet.as_ref().filter(|_| self.drawn_with.as_deref() != Some(with)) else {
+            return;
+        };
+        let mut pass = sheet.begin(encoder);
+        pass.set_bind_group(0, numbers, &[]);
+        pass.set_pipeline(&self.ground);
+        pass.draw(0..3, 0..1);
+        if self.corner_count > 0 {
+            pass.set_pipeline(&self.body);
+            pass.set_vertex_buffer(0, self.triangles.slice(..));
+            pass.draw(0..self.corner_count, 0..1);
+        }
+        if !self.layers.is_empty() {
+            let cover = Cover { corners: &self.triangles, count: self.cover_count };
+            self.layers.draw(&mut pass, &cover, edged);
+        }
+        drop(pass);
+        self.drawn_with = Some(with.to_vec());
+    }
+
+    /// Lays the sheet over the window.
+    pub(super) fn lay(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if let Some(sheet) = &self.sheet {
+            self.laying.lay(pass, sheet);
+        }
+    }
+}
