@@ -1,28 +1,27 @@
 //! The painter on the GPU, by WebGPU or WebGL2: what stands still, the marks over it, or the board in space instead of both.
 //!
-//! Comes in: instances and a frame's numbers. Goes out: pixels in a canvas. Does not know pointers or clocks.
+//! Comes in: a scene and a frame's numbers. Goes out: pixels in a canvas. Does not know pointers or clocks.
 //!
 //! Both back ends blend in linear light: where the canvas is not sRGB itself (WebGPU) it is drawn through an sRGB view.
 //! Where the adapter can, what stands still is sampled four times a pixel, so that the edges of triangles are smooth too;
 //! marks know themselves how much of a pixel is theirs.
 
-use super::buffers::{Instances, vertex_buffer};
 use super::camera::Camera;
 use super::carved::{Carved, Sight};
 use super::marks::{self, Afar, Emphasis, Mark};
 use super::orbit::Orbit;
 use super::palette::Palette;
-use super::pipelines::{Drawing, OVER, Paint, pipeline};
+use super::pipelines::{Drawing, Paint, pipeline};
 use super::relief::{Cutting, Patch, ReliefField};
 use super::scene::{Line, OrderProgress, Scene};
 use super::sheet::begin;
 use super::still::Still;
+use super::strokes::{Kind, Sheaf, Strokes};
 use std::ops::Range;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use web_sys::HtmlCanvasElement;
 
-const MARK_SIZE: u64 = size_of::<Mark>() as u64;
 /// From this zoom on the layers have edges; `edge_corner` of the shader fades them in.
 const EDGED_FROM_PX_PER_MM: f64 = 8.0;
 
@@ -91,17 +90,15 @@ pub(super) struct Gpu {
     config: wgpu::SurfaceConfiguration,
     view_format: wgpu::TextureFormat,
     still: Still,
-    lines: wgpu::RenderPipeline,
-    discs: wgpu::RenderPipeline,
-    head_lines: wgpu::RenderPipeline,
+    strokes: Strokes,
     numbers: wgpu::Buffer,
     group: wgpu::BindGroup,
-    marks: Instances,
+    marks: Sheaf,
     first_disc: usize,
     /// What is drawn from afar.
     afar: Afar,
-    over: Instances,
-    head: wgpu::Buffer,
+    over: Sheaf,
+    head: Sheaf,
     /// Made when a board in space is first looked at.
     carved: Option<Carved>,
     hardware: bool,
@@ -159,19 +156,8 @@ impl Gpu {
             pipeline(&device, (&layout, &shader), (view_format, samples), paint, drawing, buffers)
         };
         let still = Still::new(&device, (view_format, samples), &make);
-        let attributes = wgpu::vertex_attr_array![0 => Float32x4, 1 => Float32x2, 2 => Unorm8x4, 3 => Uint32];
-        let instances = wgpu::VertexBufferLayout {
-            array_stride: MARK_SIZE,
-            step_mode: wgpu::VertexStepMode::Instance,
-            attributes: &attributes,
-        };
-        let buffers = [Some(instances)];
-        let [lines, discs, head_lines] = ["line_colour", "disc_colour", "head_colour"].map(|colour| {
-            let drawing = (["stroke_corner", colour], wgpu::PrimitiveTopology::TriangleStrip);
-            pipeline(&device, (&layout, &shader), (view_format, 1), &OVER, drawing, &buffers)
-        });
-        let (marks, over) = (Instances::new(&device), Instances::new(&device));
-        let head = vertex_buffer(&device, MARK_SIZE);
+        let strokes = Strokes::new(&device, view_format, &shader, &group_layout);
+        let [marks, over, head] = [(); 3].map(|()| strokes.sheaf(&device));
         Self {
             surface,
             device,
@@ -179,9 +165,7 @@ impl Gpu {
             config,
             view_format,
             still,
-            lines,
-            discs,
-            head_lines,
+            strokes,
             numbers,
             group,
             marks,
@@ -230,23 +214,23 @@ impl Gpu {
     pub(super) fn set_scene(&mut self, scene: &Scene, palette: &Palette, emphasis: &Emphasis) {
         let built = marks::build(scene, palette, emphasis);
         (self.first_disc, self.afar) = (built.first_disc, built.afar);
-        self.marks.set(&self.device, &self.queue, &built.all);
+        self.strokes.set(&mut self.marks, (&self.device, &self.queue), &built.all);
         self.still.set(&self.device, &self.queue, scene);
     }
 
     /// Only what lies over the scene anew.
     pub(super) fn set_over(&mut self, over: &[Line]) {
         let marks: Vec<Mark> = over.iter().map(marks::line).collect();
-        self.over.set(&self.device, &self.queue, &marks);
+        self.strokes.set(&mut self.over, (&self.device, &self.queue), &marks);
     }
 
     /// Only these discs anew.
     pub(super) fn set_discs(&self, scene: &Scene, range: Range<usize>, emphasis: &Emphasis) {
-        let start = (self.first_disc + range.start) as u64 * MARK_SIZE;
+        let first = (self.first_disc + range.start) as u32;
         let Some(discs) = scene.discs.get(range.clone()) else { return };
         let written: Vec<Mark> =
             range.zip(discs).map(|(index, disc)| marks::disc(index, disc, emphasis)).collect();
-        self.queue.write_buffer(&self.marks.buffer, start, bytemuck::cast_slice(&written));
+        self.marks.write(&self.queue, first, &written);
     }
 
     /// Draws one frame.
@@ -267,7 +251,8 @@ impl Gpu {
         let numbers = self.frame_numbers(look);
         self.queue.write_buffer(&self.numbers, 0, bytemuck::bytes_of(&numbers));
         if let Some(at) = look.head_mm {
-            self.queue.write_buffer(&self.head, 0, bytemuck::bytes_of(&marks::head(at, look.palette)));
+            let head = [marks::head(at, look.palette)];
+            self.strokes.set(&mut self.head, (&self.device, &self.queue), &head);
         }
         let view = texture.texture.create_view(&wgpu::TextureViewDescriptor {
             format: Some(self.view_format),
@@ -315,16 +300,11 @@ impl Gpu {
         self.still.lay(&mut pass);
         pass.set_bind_group(0, &self.group, &[]);
         let (lines, discs) = self.afar.drawn(self.marks.count(), px_per_mm);
-        pass.set_pipeline(&self.lines);
-        self.marks.draw_some(&mut pass, lines);
-        pass.set_pipeline(&self.discs);
-        self.marks.draw_some(&mut pass, [discs]);
-        pass.set_pipeline(&self.lines);
-        self.over.draw(&mut pass);
+        self.strokes.draw(&mut pass, Kind::Lines, &self.marks, lines);
+        self.strokes.draw(&mut pass, Kind::Discs, &self.marks, [discs]);
+        self.strokes.draw(&mut pass, Kind::Lines, &self.over, std::iter::once(0..self.over.count()));
         if look.head_mm.is_some() {
-            pass.set_pipeline(&self.head_lines);
-            pass.set_vertex_buffer(0, self.head.slice(..));
-            pass.draw(0..4, 0..1);
+            self.strokes.draw(&mut pass, Kind::Head, &self.head, std::iter::once(0..1));
         }
     }
 

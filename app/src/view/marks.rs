@@ -1,5 +1,4 @@
-//! A scene as what the GPU repeats: one primitive, a stroke with round ends, 32 bytes each. A disc is a stroke of no
-//! length.
+//! A scene as strokes with round ends, 32 bytes each. A disc is a stroke of no length.
 //!
 //! ```text
 //!        radius        bits: 0..2 state   3 disc   4 selected   5 hovered   8..31 order
@@ -8,7 +7,7 @@
 //!      ╰──────────╯
 //! ```
 //!
-//! Comes in: a [`Scene`]. Goes out: instances. Does not know the GPU.
+//! Comes in: a [`Scene`]. Goes out: marks. Does not know the GPU.
 
 use super::palette::{Colour, Palette};
 use super::scene::{Disc, HoleState, Line, Scene, SceneSlot, UNORDERED, Width};
@@ -23,7 +22,7 @@ const HEAD_PX: f32 = 16.0;
 /// Rim of a slot in CSS pixels.
 const SLOT_RIM_PX: f32 = 1.75;
 
-/// One instance.
+/// One stroke.
 #[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(super) struct Mark {
@@ -35,7 +34,7 @@ pub(super) struct Mark {
     bits: u32,
 }
 
-/// A scene as instances.
+/// A scene as marks.
 pub(super) struct Marks {
     pub(super) all: Vec<Mark>,
     /// Where the discs begin; they are in the scene's order.
@@ -226,7 +225,7 @@ mod tests {
     }
 
     #[test]
-    fn an_instance_is_thirty_two_bytes_without_holes() {
+    fn a_mark_is_thirty_two_bytes_without_holes() {
         assert_eq!(size_of::<Mark>(), 32);
         let mark = head([1.0, 2.0], &Palette::DARK);
         assert_eq!(bytemuck::bytes_of(&mark)[8..16], bytemuck::bytes_of(&mark)[..8], "a disc has no length");

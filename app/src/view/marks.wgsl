@@ -142,7 +142,7 @@ fn linear(colour: vec4f) -> vec4f {
   return vec4f(select(high, low, colour.rgb <= vec3f(0.04045)), colour.a);
 }
 
-// What the instance itself says, moved on by the progress of the plan.
+// What the mark itself says, moved on by the progress of the plan.
 fn progressed(bits: u32) -> u32 {
   let order = bits >> 8u;
   if (bits & DISC) == 0u || (bits & 7u) != 0u || order == UNORDERED { return bits; }
@@ -151,10 +151,20 @@ fn progressed(bits: u32) -> u32 {
   return bits;
 }
 
-@vertex fn stroke_corner(
-  @builtin(vertex_index) index: u32,
-  @location(0) ends: vec4f, @location(1) radii: vec2f, @location(2) colour: vec4f, @location(3) own_bits: u32,
-) -> Stroke {
+// A mark: its two ends in mm, then radius in mm, radius in pixels, colour and bits.
+@group(1) @binding(0) var marks: texture_2d<u32>;
+
+@vertex fn stroke_corner(@builtin(vertex_index) number: u32) -> Stroke {
+  // Two triangles of the corners 0 1 2 and 2 1 3.
+  let turn = number % 6u;
+  let index = select(turn, 5u - turn, turn > 2u) | select(0u, 3u, turn == 5u);
+  let mark = number / 6u;
+  let texel = vec2u(2u * (mark % 1024u), mark / 1024u);
+  let ends = bitcast<vec4f>(textureLoad(marks, texel, 0));
+  let rest = textureLoad(marks, texel + vec2u(1u, 0u), 0);
+  let radii = bitcast<vec2f>(rest.xy);
+  let colour = vec4f((vec4u(rest.z) >> vec4u(0u, 8u, 16u, 24u)) & vec4u(255u)) / 255.0;
+  let own_bits = rest.w;
   let a = (ends.xy - frame.centre) * handed() * frame.px_per_mm;
   let b = (ends.zw - frame.centre) * handed() * frame.px_per_mm;
   let length_px = length(b - a);

@@ -1,7 +1,7 @@
 //! The picture: discs, lines and a plate, drawn by the GPU as sharp as the screen allows.
 //!
 //! ```text
-//! Scene ─ marks ─▶ instances ─ gpu ──▶ canvas      pointer ─ gestures ─▶ Camera
+//! Scene ─ marks ─▶ strokes ─── gpu ──▶ canvas      pointer ─ gestures ─▶ Camera
 //!    └──────────────────────── flat ─▶ canvas                      └─ pick ─▶ index of a disc
 //! ```
 //!
@@ -56,6 +56,8 @@ mod space;
 mod stage;
 #[cfg(target_arch = "wasm32")]
 mod still;
+#[cfg(target_arch = "wasm32")]
+mod strokes;
 
 pub use camera::Camera;
 pub use orbit::Orbit;

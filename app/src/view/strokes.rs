@@ -1,0 +1,183 @@
+//! Marks on the GPU: two triangles each, whose corners look their mark up in a texture.
+//!
+//! ```text
+//! texture RGBA32Uint      a.x a.y b.x b.y │ radius_mm radius_px colour bits │ next mark …     1,024 marks a row
+//! corner 6 m + 0 … 5  ─▶  mark m
+//! ```
+//!
+//! Not an instance each: a processor that paints in software sets up every instance as a draw of its own, 50 µs a mark.
+//!
+//! Comes in: marks. Goes out: draws. Does not know what they mean.
+
+use super::marks::Mark;
+use super::pipelines::{OVER, pipeline};
+use std::ops::Range;
+
+/// Marks in a row of the texture; the shader has the same number.
+const ROW: u32 = 1024;
+/// Texels a mark takes.
+const TEXELS: u32 = (size_of::<Mark>() / 16) as u32;
+/// Corners of a mark's two triangles.
+const CORNERS: u32 = 6;
+
+/// How marks are drawn.
+pub(super) struct Strokes {
+    lines: wgpu::RenderPipeline,
+    discs: wgpu::RenderPipeline,
+    head: wgpu::RenderPipeline,
+    layout: wgpu::BindGroupLayout,
+}
+
+/// Which marks they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    /// Lines.
+    Lines,
+    /// Discs.
+    Discs,
+    /// The head's cross-hair.
+    Head,
+}
+
+/// Marks on the GPU.
+pub(super) struct Sheaf {
+    texture: wgpu::Texture,
+    group: wgpu::BindGroup,
+    count: u32,
+}
+
+impl Strokes {
+    /// For windows of `format`, by `shader` whose numbers have `frame` as their group.
+    pub(super) fn new(
+        device: &wgpu::Device,
+        format: wgpu::TextureFormat,
+        shader: &wgpu::ShaderModule,
+        frame: &wgpu::BindGroupLayout,
+    ) -> Self {
+        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("marks"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::VERTEX,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Uint,
+                    view_dimension: wgpu::TextureViewDimension::D2,
+                    multisampled: false,
+                },
+                count: None,
+            }],
+        });
+        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(frame), Some(&layout)],
+            immediate_size: 0,
+        });
+        let [lines, discs, head] = ["line_colour", "disc_colour", "head_colour"].map(|colour| {
+            let drawing = (["stroke_corner", colour], wgpu::PrimitiveTopology::TriangleList);
+            pipeline(device, (&pipeline_layout, shader), (format, 1), &OVER, drawing, &[])
+        });
+        Self { lines, discs, head, layout }
+    }
+
+    /// Room for marks, without any.
+    pub(super) fn sheaf(&self, device: &wgpu::Device) -> Sheaf {
+        self.with_rows(device, 1)
+    }
+
+    fn with_rows(&self, device: &wgpu::Device, rows: u32) -> Sheaf {
+        let texture = device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("marks"),
+            size: wgpu::Extent3d { width: ROW * TEXELS, height: rows, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::Rgba32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &self.layout,
+            entries: &[wgpu::BindGroupEntry {
+                binding: 0,
+                resource: wgpu::BindingResource::TextureView(&view),
+            }],
+        });
+        Sheaf { texture, group, count: 0 }
+    }
+
+    /// These marks and no others; those that no texture of the device takes are left out.
+    pub(super) fn set(
+        &self,
+        sheaf: &mut Sheaf,
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        marks: &[Mark],
+    ) {
+        let most = device.limits().max_texture_dimension_2d;
+        let rows = (marks.len() as u32).div_ceil(ROW).min(most);
+        if rows > sheaf.texture.height() {
+            *sheaf = self.with_rows(device, rows.next_power_of_two().min(most));
+        }
+        sheaf.count = (marks.len() as u32).min(rows * ROW);
+        sheaf.write(queue, 0, marks);
+    }
+
+    /// Draws those in `ranges`, in order. The numbers of the frame are bound.
+    pub(super) fn draw(
+        &self,
+        pass: &mut wgpu::RenderPass<'_>,
+        kind: Kind,
+        sheaf: &Sheaf,
+        ranges: impl IntoIterator<Item = Range<u32>>,
+    ) {
+        pass.set_pipeline(match kind {
+            Kind::Lines => &self.lines,
+            Kind::Discs => &self.discs,
+            Kind::Head => &self.head,
+        });
+        pass.set_bind_group(1, &sheaf.group, &[]);
+        for range in ranges {
+            let (first, end) = (range.start.min(sheaf.count), range.end.min(sheaf.count));
+            if first < end {
+                pass.draw(first * CORNERS..end * CORNERS, 0..1);
+            }
+        }
+    }
+}
+
+impl Sheaf {
+    /// How many there are.
+    pub(super) fn count(&self) -> u32 {
+        self.count
+    }
+
+    /// Writes `marks` over those from `first` on, row by row.
+    pub(super) fn write(&self, queue: &wgpu::Queue, first: u32, marks: &[Mark]) {
+        let (mut first, mut marks) =
+            (first, &marks[..marks.len().min(self.count.saturating_sub(first) as usize)]);
+        while !marks.is_empty() {
+            let column = first % ROW;
+            let whole = if column == 0 { marks.len() as u32 / ROW } else { 0 };
+            let (width, height) =
+                if whole > 0 { (ROW, whole) } else { ((ROW - column).min(marks.len() as u32), 1) };
+            let (now, rest) = marks.split_at((width * height) as usize);
+            queue.write_texture(
+                wgpu::TexelCopyTextureInfo {
+                    texture: &self.texture,
+                    mip_level: 0,
+                    origin: wgpu::Origin3d { x: column * TEXELS, y: first / ROW, z: 0 },
+                    aspect: wgpu::TextureAspect::All,
+                },
+                bytemuck::cast_slice(now),
+                wgpu::TexelCopyBufferLayout {
+                    offset: 0,
+                    bytes_per_row: Some(width * size_of::<Mark>() as u32),
+                    rows_per_image: None,
+                },
+                wgpu::Extent3d { width: width * TEXELS, height, depth_or_array_layers: 1 },
+            );
+            (first, marks) = (first + width * height, rest);
+        }
+    }
+}
