@@ -21,6 +21,7 @@ pub mod scene;
 mod tools;
 pub mod tree;
 pub mod typed;
+mod when;
 
 pub use act::Act;
 pub use keys::DrawKey;
@@ -28,6 +29,7 @@ pub use locked::Locked;
 pub use marks::{Chosen, Marks};
 pub use pieces::DrawnPieces;
 pub use tools::{Doing, Pointer, Tool};
+pub use when::{AtHand, When};
 
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{

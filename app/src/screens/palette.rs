@@ -3,15 +3,15 @@
 //!
 //! Comes in: the tables of keys and commands, what is typed. Goes out: the action that was chosen.
 
+use super::drawing::may;
 use super::{machine, regions};
-use crate::drawing::{Act, DrawKey};
+use crate::drawing::{DrawKey, When};
 use crate::i18n::{self, t};
 use crate::keys::{COMMANDS, KeyAction, Keyless, SHORTCUTS, Shortcut};
 use crate::model::export::Purpose;
 use crate::model::{AnewEvent, ExportEvent, FilesEvent, FrameEvent, LevelEvent, Overlay};
-use crate::page::{frame, link, open_board, open_drawing, send, written};
+use crate::page::{frame, link, open_board, send, written};
 use crate::widgets::{Dialog, dialog, push};
-use annulus_core::board::drawing::Catch;
 use leptos::ev;
 use leptos::html::{self, div, input, kbd, li, span, ul};
 use leptos::prelude::*;
@@ -30,17 +30,14 @@ fn offered(shortcut: &Shortcut) -> bool {
 /// Whether what has no key can be done now, as its button says it too.
 fn can_be_done(action: KeyAction) -> bool {
     let board = open_board();
-    let drawn = |least: usize| {
-        let of_drawing = |one: &&Catch| matches!(one, Catch::Drawn(_));
-        open_drawing().chosen.with(|chosen| chosen.iter().filter(of_drawing).count() >= least)
-    };
     match action {
         KeyAction::Keyless(Keyless::NewExports | Keyless::CloseBoard) => board.document.with(Option::is_some),
         KeyAction::Keyless(Keyless::Export | Keyless::RunSheet) => {
             board.job.with(Option::is_some) && board.cleared()
         }
-        KeyAction::Keyless(Keyless::Array) => drawn(1),
-        KeyAction::Draw(DrawKey::Act(Act::Align(_))) => drawn(2),
+        KeyAction::Keyless(Keyless::Array) => may(When::ARRAY),
+        KeyAction::Draw(DrawKey::Group) => may(When::GROUP),
+        KeyAction::Draw(DrawKey::Act(act)) => may(act.when()),
         KeyAction::Keyless(Keyless::HeightMap) => machine::set_up_is_seen(),
         KeyAction::Keyless(Keyless::LargeView { on }) => {
             link::link().ever.get() && frame().operator.get() != on

@@ -2,51 +2,30 @@
 //!
 //! Comes in: whether something is chosen. Goes out: acts.
 
-use crate::drawing::Act;
 use crate::drawing::keys::QUARTER_MDEG;
+use crate::drawing::{Act, AtHand, When};
 use crate::i18n::{self, key, t};
 use crate::model::DrawEvent;
 use crate::page::{open_drawing, send};
 use crate::widgets::push_if;
-use annulus_core::board::drawing::{Align, Catch, Sides};
+use annulus_core::board::drawing::{Align, Sides};
 use leptos::html::{div, h2, h3, header, section};
 use leptos::prelude::*;
 
-/// When a button can be pressed.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum When {
-    /// Something of the drawing is chosen.
-    Drawn,
-    /// Anything is, also of files.
-    Any,
-    /// More than one thing is.
-    Several,
-    /// Something was copied.
-    Copied,
-    /// Files are drawn over.
-    Files,
-}
-
-fn may(when: When) -> bool {
+/// Whether it can be done with what is at hand.
+pub(in crate::screens) fn may(when: When) -> bool {
     let drawing = open_drawing();
-    let drawn =
-        || drawing.chosen.with(|chosen| chosen.iter().filter(|one| matches!(one, Catch::Drawn(_))).count());
-    match when {
-        When::Drawn => drawn() > 0,
-        When::Any => drawing.chosen.with(|chosen| !chosen.is_empty()),
-        When::Several => drawing.chosen.with(|chosen| chosen.len() > 1),
-        When::Copied => drawing.copied.get(),
-        When::Files => drawing.over.get().0,
-    }
+    let (copied, files) = (drawing.copied.get(), drawing.over.get().0);
+    drawing.chosen.with(|chosen| when.holds(AtHand { chosen, copied, files }))
 }
 
-fn button(when: When, name: &'static str, act: Act) -> AnyView {
+fn button(name: &'static str, act: Act) -> AnyView {
     let press = move |_| send(DrawEvent::Act { act });
-    push_if("button small", move || may(when), move || i18n::text(name, &[]), press).into_any()
+    push_if("button small", move || may(act.when()), move || i18n::text(name, &[]), press).into_any()
 }
 
 fn align(x: bool, sides: Sides, name: &'static str) -> AnyView {
-    button(When::Several, name, Act::Align(Align { x, sides }))
+    button(name, Act::Align(Align { x, sides }))
 }
 
 fn row(name: &'static str, buttons: Vec<AnyView>) -> impl IntoView {
@@ -61,18 +40,18 @@ fn row(name: &'static str, buttons: Vec<AnyView>) -> impl IntoView {
 /// The block.
 pub(super) fn actions() -> impl IntoView {
     let clip = vec![
-        button(When::Any, key!("page.draw.act.copy"), Act::Copy),
-        button(When::Any, key!("page.draw.act.cut"), Act::Cut),
-        button(When::Copied, key!("page.draw.act.paste"), Act::Paste),
-        button(When::Any, key!("page.draw.act.duplicate"), Act::Duplicate),
-        button(When::Any, key!("page.draw.act.delete"), Act::Delete),
-        button(When::Files, key!("page.draw.act.put_back"), Act::PutBack),
+        button(key!("page.draw.act.copy"), Act::Copy),
+        button(key!("page.draw.act.cut"), Act::Cut),
+        button(key!("page.draw.act.paste"), Act::Paste),
+        button(key!("page.draw.act.duplicate"), Act::Duplicate),
+        button(key!("page.draw.act.delete"), Act::Delete),
+        button(key!("page.draw.act.put_back"), Act::PutBack),
     ];
     let turn = vec![
-        button(When::Any, key!("page.draw.act.left"), Act::Turn { mdeg: QUARTER_MDEG }),
-        button(When::Any, key!("page.draw.act.right"), Act::Turn { mdeg: -QUARTER_MDEG }),
-        button(When::Any, key!("page.draw.act.mirror_x"), Act::Mirror { x: true }),
-        button(When::Any, key!("page.draw.act.mirror_y"), Act::Mirror { x: false }),
+        button(key!("page.draw.act.left"), Act::Turn { mdeg: QUARTER_MDEG }),
+        button(key!("page.draw.act.right"), Act::Turn { mdeg: -QUARTER_MDEG }),
+        button(key!("page.draw.act.mirror_x"), Act::Mirror { x: true }),
+        button(key!("page.draw.act.mirror_y"), Act::Mirror { x: false }),
     ];
     let lines = vec![
         align(true, Sides::Low, key!("page.draw.act.align_left")),
@@ -83,14 +62,14 @@ pub(super) fn actions() -> impl IntoView {
         align(false, Sides::High, key!("page.draw.act.align_high")),
     ];
     let group =
-        push_if("button small", || may(When::Drawn), t!("page.draw.act.group"), |_| send(DrawEvent::Group));
+        push_if("button small", || may(When::GROUP), t!("page.draw.act.group"), |_| send(DrawEvent::Group));
     let array =
-        push_if("button small", || may(When::Any), t!("page.draw.act.array"), |_| super::array::open());
+        push_if("button small", || may(When::ARRAY), t!("page.draw.act.array"), |_| super::array::open());
     let groups = vec![
         group.into_any(),
-        button(When::Drawn, key!("page.draw.act.ungroup"), Act::Ungroup),
+        button(key!("page.draw.act.ungroup"), Act::Ungroup),
         array.into_any(),
-        button(When::Drawn, key!("page.draw.act.all"), Act::All),
+        button(key!("page.draw.act.all"), Act::All),
     ];
     section().class("block draw-actions").attr("aria-label", t!("page.draw.acts")).child((
         header().child(h2().child(t!("page.draw.acts"))),

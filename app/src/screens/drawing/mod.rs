@@ -21,6 +21,7 @@ mod readout;
 mod tools;
 mod tree;
 
+pub(in crate::screens) use actions::may;
 pub(crate) use picture::{in_picture, stroke};
 
 use crate::drawing::DrawKey;
