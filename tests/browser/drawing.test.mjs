@@ -377,3 +377,28 @@ for (const [width, height] of [[390, 844], [820, 1180], [1440, 900]]) {
     }
   });
 }
+
+test("everything that the open files draw is chosen with nothing chosen before, and goes into a group", async () => {
+  const { page, context } = await opened();
+  try {
+    await show(page, "Draw");
+    const block = page.getByRole("region", { name: "Objects of the files" });
+    await block.waitFor();
+    const push = (name) => page.getByRole("button", { name, exact: true }).click();
+    assert.ok(await page.getByRole("button", { name: "Group", exact: true }).isDisabled(), "nothing to group");
+    await push("Select all");
+    await page.getByRole("heading", { name: /^\d{2,} selected$/ }).waitFor();
+    await page.keyboard.press("Escape");
+    await block.getByRole("listbox", { name: "Holes" }).focus();
+    await page.keyboard.press("ArrowDown");
+    await page.getByRole("heading", { name: "1 selected" }).waitFor();
+    await push("Group");
+    const group = page.getByRole("option", { name: /Group 1/ });
+    await group.waitFor();
+    await page.getByRole("region", { name: "Objects", exact: true }).getByRole("button", { name: "Open", exact: true }).click();
+    await page.getByRole("option", { name: /^\s*As in the file: / }).waitFor();
+    assert.deepEqual(await findings(page), [], "Draw");
+  } finally {
+    await context.close();
+  }
+});

@@ -6,8 +6,7 @@
 use super::{Editor, GRIDS};
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{
-    Align, Catch, Drawing, Edit, Id, Layer, Thing, grouped, pasted, put, put_back, regrouped, removed,
-    ungrouped,
+    Align, Catch, Drawing, Edit, Id, Layer, Thing, pasted, put, put_back, regrouped, removed, ungrouped,
 };
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
@@ -127,7 +126,7 @@ impl Editor {
 
     /// What is chosen goes into a group of its own with this name.
     pub fn group(&mut self, name: &str) {
-        if let (edit, Some(group)) = grouped(self.drawing(), &self.ids(), name)
+        if let (edit, Some(group)) = self.selection().grouped(name)
             && self.make(&edit)
         {
             self.chosen = BTreeSet::from([Catch::Drawn(group)]);
@@ -136,9 +135,11 @@ impl Editor {
 
     /// What is chosen goes into `group`, or to the top; `id` alone where it is not among that.
     pub fn regroup(&mut self, id: Option<Id>, group: Option<Id>) {
-        let alone = id.filter(|id| !self.chosen.contains(&Catch::Drawn(*id)));
-        let ids = alone.map_or_else(|| self.ids(), |id| BTreeSet::from([id]));
-        let edit = regrouped(self.drawing(), &ids, group);
+        let alone = id.filter(|id| !self.chosen.contains(&self.catch_of(*id)));
+        let edit = match alone {
+            Some(id) => regrouped(self.drawing(), &BTreeSet::from([id]), group),
+            None => self.selection().regrouped(group),
+        };
         if !edit.is_empty() && self.make(&edit) {
             self.open.extend(group);
         }
@@ -148,7 +149,7 @@ impl Editor {
         let drawing = self.drawing();
         let is_group = |id: &&Id| matches!(drawing.thing(**id), Some(Thing::Group { .. }));
         let members = ids.iter().filter(is_group).flat_map(|id| drawing.hanging(*id));
-        let members: BTreeSet<Catch> = members.map(Catch::Drawn).collect();
+        let members: BTreeSet<Catch> = members.map(|id| self.catch_of(id)).collect();
         let edit = ungrouped(drawing, ids);
         if !edit.is_empty() && self.make(&edit) {
             self.chosen.extend(members);

@@ -13,7 +13,7 @@ use super::Editor;
 use super::typed::{degrees, length};
 use crate::format::Unit;
 use annulus_core::board::drawing::{
-    Catch, Drawing, Edit, Entry, Id, Layer, PadShape, Thing, put, regrouped, renamed, whole_turn,
+    Catch, Drawing, Edit, Entry, Id, Layer, PadShape, Thing, put, renamed, whole_turn,
 };
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
@@ -142,8 +142,8 @@ pub fn rows(editor: &Editor) -> Vec<FieldRow> {
         _ => None,
     });
     let groups: Vec<(Id, String)> = groups.collect();
-    if !groups.is_empty() && !ids.is_empty() {
-        let own = shared(ids.iter().filter_map(|id| drawing.get(*id)).map(|entry| entry.group));
+    if !groups.is_empty() {
+        let own = shared(editor.chosen.iter().map(|catch| editor.group_of(*catch)));
         rows.push(row(Field::Group, FieldValue::Group(own, groups)));
     }
     rows
@@ -257,11 +257,7 @@ fn of_files(editor: &Editor, rows: &[FieldRow]) -> Vec<FieldRow> {
 impl Editor {
     /// By how much something of a file is turned from how the file draws it.
     fn turn_of(&self, catch: Catch) -> i32 {
-        let id = match catch {
-            Catch::Drawn(id) => Some(id),
-            Catch::Imported(of) => self.finder().said_of(of),
-        };
-        let placement = id.and_then(|id| self.drawing().thing(id)?.placement());
+        let placement = self.id_of(catch).and_then(|id| self.drawing().thing(id)?.placement());
         placement.unwrap_or_default().rotation_mdeg
     }
 }
@@ -276,7 +272,7 @@ pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edi
         }
         Field::Group => {
             let group = text.parse::<u32>().ok().map(Id);
-            Some(regrouped(drawing, &ids, group))
+            Some(editor.selection().regrouped(group))
         }
         Field::X | Field::Y | Field::ByX | Field::ByY => {
             let now = rows(editor).into_iter().find(|row| row.field == field)?.value;

@@ -73,9 +73,7 @@ impl Chosen {
             return Self::default();
         }
         let drawing = editor.drawing();
-        let drawn = drawing.leaves(&editor.ids()).into_iter().map(Catch::Drawn);
-        let imported = editor.chosen.iter().copied().filter(|catch| matches!(catch, Catch::Imported(_)));
-        let leaves: BTreeSet<Catch> = drawn.chain(imported).collect();
+        let leaves: BTreeSet<Catch> = editor.selection().leaves().collect();
         let holes = sheet.holes.iter().enumerate().filter(|(_, hole)| leaves.contains(&hole.catch));
         let holes = holes.map(|(at, _)| at).collect();
         let (mut mesh, mut rims) = (Mesh::default(), Vec::new());

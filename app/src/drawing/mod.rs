@@ -327,13 +327,25 @@ impl Editor {
         self.smallest = self.figures.smallest();
     }
 
-    /// The outermost group that a thing is in; itself where it is in none.
-    pub fn outermost(&self, catch: Catch) -> Catch {
-        let Catch::Drawn(mut id) = catch else { return catch };
-        while let Some(group) = self.drawing().get(id).and_then(|entry| entry.group) {
-            id = group;
+    /// The thing of the drawing that something is, or that speaks of it.
+    pub fn id_of(&self, catch: Catch) -> Option<Id> {
+        match catch {
+            Catch::Drawn(id) => Some(id),
+            Catch::Imported(of) => self.finder.said_of(of),
         }
-        Catch::Drawn(id)
+    }
+
+    /// The group that something is in.
+    pub fn group_of(&self, catch: Catch) -> Option<Id> {
+        self.drawing().get(self.id_of(catch)?)?.group
+    }
+
+    /// The outermost group that a thing is in; itself where it is in none.
+    pub fn outermost(&self, mut catch: Catch) -> Catch {
+        while let Some(group) = self.group_of(catch) {
+            catch = Catch::Drawn(group);
+        }
+        catch
     }
 
     /// Chooses a thing by itself, or adds it to what is chosen, or takes it away again.
@@ -352,7 +364,8 @@ impl Editor {
         let said = |id: &Id| matches!(drawing.thing(*id), Some(Thing::Imported { copy: false, .. }));
         let drawn = drawing.top().filter(|id| bare(id) && !said(id)).map(Catch::Drawn);
         let imported = (0..self.finder.imported().len() as u32).map(Catch::Imported);
-        let there = imported.filter(|catch| self.finder.body(*catch).is_some());
+        let alone = |catch: &Catch| self.group_of(*catch).is_none();
+        let there = imported.filter(|catch| self.finder.body(*catch).is_some() && alone(catch));
         self.chosen = drawn.chain(there).filter(|catch| !self.is_locked(*catch)).collect();
     }
 }

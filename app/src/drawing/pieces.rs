@@ -34,6 +34,15 @@ pub struct HolePiece {
     pub diameter: Length,
 }
 
+/// A slot as it is seen.
+#[derive(Clone, Debug, PartialEq)]
+pub struct SlotPiece {
+    /// Its middle line.
+    pub path_mm: Vec<[f32; 2]>,
+    /// Its width.
+    pub width: Length,
+}
+
 /// Everything that is drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct DrawnPieces {
@@ -41,6 +50,8 @@ pub struct DrawnPieces {
     pub areas: Vec<(Layer, Arc<Mesh>)>,
     /// Holes.
     pub holes: Vec<HolePiece>,
+    /// Slots and routes of files.
+    pub slots: Vec<SlotPiece>,
     /// Nodes.
     pub nodes: Vec<[f32; 2]>,
     /// Middle lines of the board's edge: seen however narrow they are.
@@ -56,6 +67,7 @@ type Key = (bool, u32);
 struct Piece {
     meshes: [Arc<Mesh>; 3],
     holes: Vec<HolePiece>,
+    slots: Vec<SlotPiece>,
     nodes: Vec<[f32; 2]>,
     edges: Vec<[[f32; 2]; 2]>,
     bounds_mm: Option<[[f32; 2]; 2]>,
@@ -111,6 +123,7 @@ impl Pieces {
         }
         for piece in self.pieces.values() {
             sheet.holes.extend_from_slice(&piece.holes);
+            sheet.slots.extend_from_slice(&piece.slots);
             sheet.nodes.extend_from_slice(&piece.nodes);
             sheet.edges.extend_from_slice(&piece.edges);
             sheet.bounds_mm = both(sheet.bounds_mm, piece.bounds_mm);
@@ -145,6 +158,10 @@ fn piece((drawn, number): Key, drawing: &Drawing, finder: &Finder) -> Piece {
             }
             (None, Some(at)) if drawn && matches!(drawing.thing(Id(of)), Some(Thing::Node { .. })) => {
                 piece.nodes.push(spot(*at));
+            }
+            (None, Some(_)) if body.points.len() > 1 => {
+                let path_mm = body.points.iter().copied().map(spot).collect();
+                piece.slots.push(SlotPiece { path_mm, width: body.radius * 2 });
             }
             (None, Some(at)) => {
                 piece.holes.push(HolePiece { catch, at_mm: spot(*at), diameter: body.radius * 2 });

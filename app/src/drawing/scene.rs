@@ -4,9 +4,10 @@
 //! point is that of the drawing, and the lines over it. Does not know who looks.
 
 use super::marks::{DrawnMark, MarkMeaning};
+use super::pieces::{HolePiece, SlotPiece};
 use super::{Chosen, DrawnPieces, Marks};
 use crate::view::{
-    Colour, Disc, FilledLayer as Area, HoleState, Line, Palette, Plate, Scene, UNORDERED, Width,
+    Colour, Disc, FilledLayer as Area, HoleState, Line, Palette, Plate, Scene, SceneSlot, UNORDERED, Width,
 };
 use annulus_core::board::drawing::Layer;
 use annulus_core::units::Length;
@@ -55,13 +56,20 @@ pub fn scene(
     if !chosen.mesh.triangles.is_empty() {
         layers.push(Area { mesh: chosen.mesh.clone(), colour: palette.selected.alpha(110), openings: false });
     }
-    let mut sizes: Vec<Length> = sheet.holes.iter().map(|hole| hole.diameter).collect();
+    let slots = sheet.slots.iter().map(|slot| slot.width);
+    let mut sizes: Vec<Length> = sheet.holes.iter().map(|hole| hole.diameter).chain(slots).collect();
     sizes.sort_unstable();
     sizes.dedup();
-    let disc = |hole: &super::pieces::HolePiece| Disc {
+    let tool = |diameter: Length| palette.tool(sizes.partition_point(|size| *size < diameter));
+    let slot = |slot: &SlotPiece| SceneSlot {
+        path_mm: slot.path_mm.clone(),
+        width_mm: slot.width.mm() as f32,
+        colour: tool(slot.width),
+    };
+    let disc = |hole: &HolePiece| Disc {
         centre_mm: hole.at_mm,
         radius_mm: hole.diameter.mm() as f32 / 2.0,
-        colour: palette.tool(sizes.partition_point(|size| *size < hole.diameter)),
+        colour: tool(hole.diameter),
         state: HoleState::Planned,
         order: UNORDERED,
     };
@@ -72,6 +80,7 @@ pub fn scene(
         plate: Some(plate(sheet.bounds_mm)),
         layers,
         lines: edges.chain(nodes).chain(chosen.rims.iter().map(|mark| stroke(mark, palette))).collect(),
+        slots: sheet.slots.iter().map(slot).collect(),
         discs: sheet.holes.iter().map(disc).collect(),
         wanted_mm: sheet.bounds_mm.map(wanted),
         chosen_mm: chosen.mesh.bounds_mm(),

@@ -318,9 +318,7 @@ impl Editor {
 
     /// The box of what is chosen, where that is more than can be drawn anew with every move.
     fn boxed(&self) -> Option<Bounds> {
-        let drawn = self.drawing().leaves(&self.ids()).into_iter().map(Catch::Drawn);
-        let imported = self.chosen.iter().copied().filter(|catch| matches!(catch, Catch::Imported(_)));
-        let all: Vec<Catch> = drawn.chain(imported).collect();
+        let all: Vec<Catch> = self.selection().leaves().collect();
         let bodies =
             all.iter().filter(|_| all.len() > MOST_LIVE).filter_map(|catch| self.finder.body(*catch));
         let boxes = bodies.map(Body::bounds);
@@ -388,8 +386,8 @@ impl Editor {
         let (drawing, ids) = (self.drawing(), self.ids());
         let nodes = drawing.nodes_of(&ids);
         let hanging = nodes.iter().flat_map(|node| drawing.hanging(*node));
-        let drawn = nodes.iter().copied().chain(hanging).chain(drawing.leaves(&ids)).map(Catch::Drawn);
-        drawn.chain(self.chosen.iter().copied()).collect()
+        let drawn = nodes.iter().copied().chain(hanging).map(Catch::Drawn);
+        drawn.chain(self.selection().leaves()).chain(self.chosen.iter().copied()).collect()
     }
 
     /// A box from left to right takes what lies in it whole, from right to left what it meets.

@@ -104,11 +104,14 @@ pub fn rows(editor: &Editor) -> Vec<TreeRow> {
 /// lies in. None where there is no such place.
 pub fn beside(editor: &Editor, rows: &[TreeRow], into: bool) -> Option<Option<Id>> {
     let chosen = |row: &TreeRow| editor.chosen.contains(&row.item.catch);
-    let at = rows.iter().position(chosen)?;
-    let own = rows.get(at)?.item.group;
+    // What the drawing does not speak of yet has no line: the first group is the nearest.
+    let unspoken = || editor.chosen.iter().any(|catch| editor.id_of(*catch).is_none()).then_some(0);
+    let own_line = rows.iter().position(chosen);
+    let own = own_line.and_then(|at| rows.get(at)?.item.group);
     if !into {
         return own.map(|own| editor.drawing().get(own).and_then(|entry| entry.group));
     }
+    let at = own_line.or_else(unspoken)?;
     let (above, below) = rows.split_at(at);
     let fits = |row: &&TreeRow| row.open.is_some() && !chosen(row) && Some(row.item.id) != own;
     above.iter().rev().chain(below).find(fits).map(|row| Some(row.item.id))
@@ -145,8 +148,8 @@ impl Editor {
     /// The groups above what is chosen are opened, so that the tree shows it.
     pub fn open_to_chosen(&mut self) {
         let mut above = Vec::new();
-        for id in self.ids() {
-            let mut group = self.drawing().get(id).and_then(|entry| entry.group);
+        for catch in &self.chosen {
+            let mut group = self.group_of(*catch);
             while let Some(id) = group {
                 above.push(id);
                 group = self.drawing().get(id).and_then(|entry| entry.group);

@@ -57,8 +57,15 @@ const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.5\n%\nT1\nX1.0Y1.0\nX5.0Y1.0\nM30\n";
 
 /// Files are open, and what they draw is in the editor.
 fn over_files() -> DrawnBoard {
+    let sheet = over(DRILL);
+    assert_eq!(sheet.model.draw.editor.finder().imported().len(), 5);
+    sheet
+}
+
+/// The same with another drill file.
+fn over(drill: &[u8]) -> DrawnBoard {
     let mut sheet = DrawnBoard::default();
-    let files = vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), DRILL.to_vec())];
+    let files = vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), drill.to_vec())];
     sheet.event(FilesEvent::Chosen { files });
     let (number, request) = asked(&sheet.out).unwrap();
     let answer = alone(request);
@@ -68,8 +75,26 @@ fn over_files() -> DrawnBoard {
     assert!(matches!(request, Request::Trace(_)), "{request:?}");
     let answer = alone(request);
     sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
-    assert_eq!(sheet.model.draw.editor.finder().imported().len(), 5);
     sheet
+}
+
+#[test]
+fn a_slot_of_a_file_is_shown_caught_and_taken_out() {
+    let mut sheet =
+        over(b"M48\nMETRIC\nT1C0.5\nT2C1.2\n%\nG90\nG05\nT1\nX1.0Y1.0\nT2\nX8.0Y4.0G85X8.0Y7.0\nM30\n");
+    let slots = |sheet: &DrawnBoard| {
+        let slots = sheet.model.draw.shown.sheet.slots.iter();
+        slots.map(|slot| (slot.path_mm.clone(), slot.width)).collect::<Vec<_>>()
+    };
+    assert_eq!(slots(&sheet), [(vec![[8.0, 4.0], [8.0, 7.0]], Length::from_um(1_200))]);
+    for word in ["at:8.4,5.5", "key:Delete"] {
+        sheet.word(word);
+    }
+    assert_eq!((slots(&sheet), sheet.of("imported").len()), (Vec::new(), 1));
+    sheet.event(DrawEvent::Use { tab: Tab::Cam });
+    let Some((_, Request::Read(wanted))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
+    let Ok(Answer::Read(reading)) = alone(Request::Read(wanted)) else { panic!() };
+    assert_eq!((reading.board.holes.len(), reading.board.slots.len()), (1, 0));
 }
 
 #[test]
@@ -158,6 +183,52 @@ fn what_files_draw_is_turned_mirrored_lined_up_and_repeated_by_one_edit_each() {
         sheet.word("key:Ctrl+z");
         assert_eq!((places(&sheet), sheet.model.draw.editor.can_undo().0), (first.clone(), false), "{act:?}");
     }
+}
+
+#[test]
+fn what_files_draw_is_grouped_caught_and_moved_with_what_is_drawn() {
+    let mut sheet = over_files();
+    for word in ["key:p", "at:20,20", "key:v", "at:20.7,20", "at+shift:1,1.4", "at+shift:5,1.4"] {
+        sheet.word(word);
+    }
+    assert_eq!(sheet.model.draw.editor.chosen.len(), 3, "a drawn pad and two of the files");
+    sheet.word("key:Ctrl+g");
+    assert_eq!((sheet.of("group").len(), sheet.of("imported").len()), (1, 2), "{:?}", sheet.drawing());
+    let (group, before) = (sheet.of("group")[0], places(&sheet));
+    assert_eq!(before[..2], [(1.0, 1.0), (5.0, 1.0)], "nothing moves by being grouped");
+    // A press on one of them chooses the group, and with Ctrl the one.
+    for (word, chosen) in [("at:1,1.4", Catch::Drawn(group)), ("at+ctrl:1,1.4", Catch::Imported(0))] {
+        sheet.word("at:40,40");
+        sheet.word(word);
+        assert_eq!(sheet.model.draw.editor.chosen.iter().copied().collect::<Vec<_>>(), [chosen], "{word}");
+    }
+    sheet.event(DrawEvent::Choose { id: group, adding: false });
+    let low_mm = sheet.model.draw.shown.chosen.mesh.bounds_mm().unwrap()[0];
+    assert!(low_mm[0] < 1.0 && low_mm[1] < 1.0, "all of it is shown as chosen: {low_mm:?}");
+    sheet.event(DrawEvent::ChooseImported { of: 0 });
+    let fields = crate::drawing::fields::rows(&sheet.model.draw.editor);
+    let of_group = FieldValue::Group(Some(Some(group)), vec![(group, "Group 1".to_owned())]);
+    assert_eq!(fields.last().map(|row| &row.value), Some(&of_group));
+    // One that has no line yet goes into the nearest group by a key, and out again.
+    for (word, count) in [("into", 3), ("out", 2)] {
+        sheet.event(DrawEvent::ChooseImported { of: 2 });
+        sheet.word(word);
+        let members = sheet.drawing().hanging(group).filter(|id| sheet.of("imported").contains(id)).count();
+        assert_eq!(members, count, "{word}");
+    }
+    // All of it is one thing, which the others stand beside.
+    sheet.word("key:Ctrl+a");
+    let all = &sheet.model.draw.editor.chosen;
+    assert!(all.contains(&Catch::Drawn(group)) && !all.contains(&Catch::Imported(0)), "{all:?}");
+    sheet.word("at:40,40");
+    sheet.word("drag:5,1.4>5,11.4");
+    assert_eq!(places(&sheet)[..2], [(1.0, 11.0), (5.0, 11.0)]);
+    for word in ["at:1,11.4", "key:Ctrl+Shift+g"] {
+        sheet.word(word);
+    }
+    assert_eq!(sheet.of("group"), []);
+    let chosen = &sheet.model.draw.editor.chosen;
+    assert!(chosen.contains(&Catch::Imported(0)) && chosen.contains(&Catch::Imported(1)), "{chosen:?}");
 }
 
 #[test]

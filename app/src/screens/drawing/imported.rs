@@ -91,6 +91,9 @@ fn words(one: &Imported) -> String {
     let layer = || one.layer.map_or_else(String::new, |layer| i18n::text(layer_word(layer), &[]));
     let across = |of: Length| Length::from_nm(of.nm() * 2);
     match ImportedKind::of(one) {
+        ImportedKind::Hole if one.has_angle() => {
+            say!("page.draw.line.slot", size = size(across(one.body.radius)))
+        }
         ImportedKind::Hole => say!("page.draw.line.hole", size = size(across(one.body.radius))),
         ImportedKind::Track => {
             say!("page.draw.line.track", width = size(across(one.body.radius)), layer = layer())

@@ -138,6 +138,9 @@ fn words(row: &TreeRow) -> String {
         Thing::Node { .. } => say!("page.draw.line.node"),
         Thing::Imported { file, by: None, .. } => say!("page.draw.line.taken_out", file = file),
         Thing::Imported { file, copy: true, .. } => say!("page.draw.line.copy", file = file),
+        thing @ Thing::Imported { file, .. } if thing.is_as_in_its_file() => {
+            say!("page.draw.line.as_in_file", file = file)
+        }
         Thing::Imported { file, turn_mdeg: 0, mirror: false, .. } => {
             say!("page.draw.line.moved", file = file)
         }

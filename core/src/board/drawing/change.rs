@@ -206,15 +206,25 @@ fn groups_below(drawing: &Drawing, ids: &BTreeSet<Id>, gone: &mut BTreeSet<Id>) 
 
 /// `ids` in a new group, which lies where they lie if that is one place. And the id of the group.
 pub fn grouped(drawing: &Drawing, ids: &BTreeSet<Id>, name: &str) -> (Edit, Option<Id>) {
-    let entries: Vec<(Id, &Entry)> = ids.iter().filter_map(|id| Some((*id, drawing.get(*id)?))).collect();
+    into_a_group(drawing, entries_of(drawing, ids), name)
+}
+
+/// Things with what they are, also of those that come only now.
+pub(super) fn entries_of(drawing: &Drawing, ids: &BTreeSet<Id>) -> Vec<(Id, Entry)> {
+    ids.iter().filter_map(|id| Some((*id, drawing.get(*id)?.clone()))).collect()
+}
+
+/// `entries` in a new group, as [`grouped`] makes it.
+pub(super) fn into_a_group(drawing: &Drawing, entries: Vec<(Id, Entry)>, name: &str) -> (Edit, Option<Id>) {
     let Some((_, first)) = entries.first() else { return (Edit::default(), None) };
     let above = first
         .group
-        .filter(|group| entries.iter().all(|(_, entry)| entry.group == Some(*group)) && !ids.contains(group));
+        .filter(|group| entries.iter().all(|(id, entry)| entry.group == Some(*group) && id != group));
     let mut draft = Draft::new(drawing);
+    let last = entries.iter().map(|(id, _)| id.0.saturating_add(1)).max().unwrap_or_default();
+    draft.next = draft.next.max(Id(last));
     let group = draft.add(Thing::Group { name: name.to_owned() }, above);
-    let into =
-        entries.into_iter().map(|(id, entry)| (id, Some(Entry { group: Some(group), ..entry.clone() })));
+    let into = entries.into_iter().map(|(id, entry)| (id, Some(Entry { group: Some(group), ..entry })));
     draft.edit.changes.extend(into);
     (draft.edit, Some(group))
 }
@@ -245,8 +255,12 @@ fn is_group_of(drawing: &Drawing, id: Id, ids: &BTreeSet<Id>) -> bool {
 
 /// `ids` into a group, or to the top.
 pub fn regrouped(drawing: &Drawing, ids: &BTreeSet<Id>, group: Option<Id>) -> Edit {
-    let entries = ids.iter().filter_map(|id| Some((*id, drawing.get(*id)?)));
-    let moved = entries.filter(|(id, entry)| entry.group != group && Some(*id) != group);
-    let changes = moved.map(|(id, entry)| (id, Some(Entry { group, ..entry.clone() }))).collect();
+    into_the_group(entries_of(drawing, ids), group)
+}
+
+/// `entries` into a group, or to the top.
+pub(super) fn into_the_group(entries: Vec<(Id, Entry)>, group: Option<Id>) -> Edit {
+    let moved = entries.into_iter().filter(|(id, entry)| entry.group != group && Some(*id) != group);
+    let changes = moved.map(|(id, entry)| (id, Some(Entry { group, ..entry }))).collect();
     Edit { name: None, changes }
 }

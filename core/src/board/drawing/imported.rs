@@ -1,16 +1,20 @@
 //! What files draw, as far as one needs it to be caught, moved, turned and copied.
 //!
-//! Comes in: an [`Artwork`]. Goes out: [`Imported`]s. Takes whole objects of a layer; what lies in blocks and repeats is left out.
+//! Comes in: an [`Artwork`]. Goes out: [`Imported`]s. Repeats are taken apart into what they draw; apertures that are blocks are left
+//! out.
 
+use super::numbered::{is_dark, numbered};
 use super::{Body, Layer};
-use crate::artwork::{Aperture, Artwork, Form, Gerber, Object, ObjectShape, Role, Side, Transform};
+use crate::artwork::{
+    Aperture, Artwork, DrillFile, Form, Gerber, Object, ObjectShape, Role, Side, Transform,
+};
 use crate::board::copper;
 use crate::geometry::{Path, PathSegment, Placement, Point};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
 
 /// The most objects of files that can be caught.
-const MOST_IMPORTED: usize = 50_000;
+pub(super) const MOST_IMPORTED: usize = 50_000;
 /// How far a chord may be from its arc, in mm.
 const CHORD_ERROR_MM: f64 = 0.02;
 
@@ -19,7 +23,7 @@ const CHORD_ERROR_MM: f64 = 0.02;
 pub struct Imported {
     /// The file, by its name as read.
     pub file: String,
-    /// Which of its objects or hits.
+    /// Which of its objects, as [`Thing::Imported`](super::Thing::Imported) counts them.
     pub object: u32,
     /// Where it is.
     pub at: Point,
@@ -73,9 +77,9 @@ pub fn imported(artwork: &Artwork, used: &[usize]) -> Vec<Imported> {
         let Some(file) = artwork.files.get(row) else { continue };
         let Some(gerber) = &file.gerber else { continue };
         // Where copper is taken away again, the shape of an object is not that of the copper.
-        let dark = !gerber.negative_image && gerber.objects.iter().all(|object| !object.clear);
-        for (object, drawn) in (0..).zip(&gerber.objects) {
-            if let Some((at, body)) = place_of(&drawn.shape).zip(body(gerber, drawn))
+        let dark = !gerber.negative_image && is_dark(&gerber.objects);
+        for (object, drawn) in numbered(&gerber.objects) {
+            if let Some((at, body)) = place_of(&drawn.shape).zip(body(gerber, &drawn))
                 && found.len() < MOST_IMPORTED
             {
                 let is_area = matches!(drawn.shape, ObjectShape::Contour(_)) || !dark;
@@ -87,14 +91,29 @@ pub fn imported(artwork: &Artwork, used: &[usize]) -> Vec<Imported> {
     }
     for file in used.iter().filter_map(|row| artwork.files.get(*row)) {
         let Some(drill) = file.drill.as_ref().filter(|_| file.role == Role::Drill) else { continue };
-        for (object, hit) in (0..).zip(&drill.hits).take(MOST_IMPORTED.saturating_sub(found.len())) {
-            let size = drill.tools.get(usize::from(hit.tool)).and_then(|tool| tool.diameter);
-            let body = Body::disc(hit.at, size.unwrap_or_default());
-            let (file, at) = (file.name.clone(), hit.at);
-            found.push(Imported { file, object, at, body, layer: None, is_area: false, is_pad: true });
-        }
+        let left = MOST_IMPORTED.saturating_sub(found.len());
+        found.extend((0..).zip(drilled(drill)).take(left).map(|(object, (at, body))| {
+            let (file, is_pad) = (file.name.clone(), body.points.len() == 1);
+            Imported { file, object, at, body, layer: None, is_area: false, is_pad }
+        }));
     }
     found
+}
+
+/// What a drill file drills, in the order of its numbers: hits, slots, routes; each with its place.
+fn drilled(drill: &DrillFile) -> impl Iterator<Item = (Point, Body)> {
+    let size = |tool: u16| drill.tools.get(usize::from(tool)).and_then(|tool| tool.diameter);
+    let body = move |points: Vec<Point>, tool: u16| {
+        let radius = Length::from_nm(size(tool).unwrap_or_default().nm() / 2);
+        Body { points, closed: false, radius }
+    };
+    let hits = drill.hits.iter().map(move |hit| (hit.at, body(vec![hit.at], hit.tool)));
+    let slots = drill.slots.iter().map(move |slot| (slot.from, body(vec![slot.from, slot.to], slot.tool)));
+    let routes = drill.routes.iter().map(move |route| {
+        let path = Path { start: route.from, segments: route.segments.clone() };
+        (route.from, body(path.flattened(CHORD_ERROR_MM), route.tool))
+    });
+    hits.chain(slots).chain(routes)
 }
 
 /// The layers that the copper of each side is made of, as the board takes them.

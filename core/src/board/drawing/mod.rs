@@ -21,6 +21,7 @@ mod find;
 mod history;
 mod holes_written;
 mod imported;
+mod numbered;
 mod over;
 mod places;
 mod selection;
@@ -202,7 +203,7 @@ pub enum Thing {
     Imported {
         /// The file, by its name as read.
         file: String,
-        /// Which of its objects, or of its hits where it is a drill file, from 0.
+        /// Which of its objects, from 0: what repeats draw comes behind all others; in a drill file hits, then slots, then routes.
         object: u32,
         /// Where the file puts it: if that is somewhere else, the file is another one by now.
         at: Point,
@@ -270,6 +271,11 @@ impl Thing {
             Self::Imported { at, by: Some(by), .. } => Some(shifted(*at, *by)),
             _ => None,
         }
+    }
+
+    /// Whether it is an object of a file that is as its file says.
+    pub fn is_as_in_its_file(&self) -> bool {
+        matches!(self, Self::Imported { copy: false, .. }) && self.placement() == Some(Placement::default())
     }
 
     /// An object of a file placed anew: its place goes as `place` says, and it is mirrored and turned as `placement` does.

@@ -8,16 +8,18 @@
 //! ```
 //!
 //! Comes in: an [`Artwork`] and a [`Drawing`]. Goes out: the same artwork, changed; diagnostics where a file is not as it was.
-//! What lies in blocks and repeats stays as it is.
+//! A repeat of which something is changed is taken apart into what it draws; what lies in apertures that are blocks stays as it is.
 
-use super::body::{path_about, shifted};
+use super::body::{path_about, placed_about, shifted};
 use super::holes_written::excellon_text;
 use super::imported::{place_of, taken};
+use super::numbered::numbered;
 use super::text::{is_one, read};
 use super::written::gerber_text;
 use super::{Drawing, Thing, files};
 use crate::artwork::{
-    self, Artwork, DrillFile, FileRead, Gerber, Hit, Object, ObjectShape, Overrides, Transform,
+    self, Artwork, DrillFile, FileRead, Gerber, Hit, Object, ObjectShape, Overrides, Route, SlotEntry,
+    Transform,
 };
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, Placement, Point};
@@ -129,7 +131,9 @@ struct Change {
 fn changed(drawing: &Drawing, artwork: &mut Artwork) -> (BTreeSet<usize>, Vec<Diagnostic>) {
     let mut wanted: BTreeMap<&str, Vec<Change>> = BTreeMap::new();
     for (_, entry) in drawing.things() {
-        if let Thing::Imported { file, object, at, copy, .. } = &entry.thing {
+        if let Thing::Imported { file, object, at, copy, .. } = &entry.thing
+            && !entry.thing.is_as_in_its_file()
+        {
             let becomes = entry.thing.placement();
             let change = Change { object: *object, at: *at, becomes, copy: *copy };
             wanted.entry(file).or_default().push(change);
@@ -163,32 +167,79 @@ fn is_called(name: &str, wanted: &str) -> bool {
     ends(name, wanted) || ends(wanted, name)
 }
 
-/// The place of the object that is meant: by its number where it lies there, else the first that does.
-fn meant(places: &[Option<Point>], object: u32, at: Point) -> Option<usize> {
-    let by_number = Some(object as usize).filter(|index| places.get(*index) == Some(&Some(at)));
-    by_number.or_else(|| places.iter().position(|place| *place == Some(at)))
+/// What changes mean: objects of a file by their places in a list of them.
+#[derive(Default)]
+struct Meant<'a> {
+    changes: Vec<(usize, &'a Change)>,
+    /// The places at which none lies.
+    missed: Vec<Point>,
+}
+
+/// What is meant, of objects with their numbers and places: by its number where it lies there, else the first that does.
+fn meant<'a>(changes: &'a [Change], places: &[(u32, Option<Point>)]) -> Meant<'a> {
+    let by_number: BTreeMap<u32, usize> =
+        (0..).zip(places).map(|(index, (number, _))| (*number, index)).collect();
+    let mut meant = Meant::default();
+    for change in changes {
+        let lies_there = |index: &usize| places.get(*index).is_some_and(|(_, at)| *at == Some(change.at));
+        let own = by_number.get(&change.object).copied().filter(lies_there);
+        match own.or_else(|| places.iter().position(|(_, at)| *at == Some(change.at))) {
+            Some(index) => meant.changes.push((index, change)),
+            None => meant.missed.push(change.at),
+        }
+    }
+    meant
 }
 
 fn of_layer(gerber: &mut Gerber, changes: &[Change]) -> Vec<Point> {
+    let mut objects: Vec<(u32, Object)> = (0..).zip(std::mem::take(&mut gerber.objects)).collect();
+    let places = |objects: &[(u32, Object)]| -> Vec<_> {
+        objects.iter().map(|(number, object)| (*number, place_of(&object.shape))).collect()
+    };
+    let mut all = meant(changes, &places(&objects));
+    let behind = changes.iter().any(|change| change.object as usize >= objects.len());
+    if behind || !all.missed.is_empty() {
+        let plain: Vec<Object> = objects.into_iter().map(|(_, object)| object).collect();
+        objects = numbered(&plain);
+        all = meant(changes, &places(&objects));
+    }
     let mut held = Held { transforms: &mut gerber.transforms, known: BTreeMap::new() };
-    let objects = std::mem::take(&mut gerber.objects);
-    let place = |object: &Object| place_of(&object.shape);
-    let made = made(objects, changes, place, |object, placement| held.placed(object, placement));
+    let objects = objects.into_iter().map(|(_, object)| object);
+    let made = made(objects, 0, &all.changes, |object, placement| held.placed(object, placement));
     gerber.objects = made.objects;
-    made.missed
+    all.missed
 }
 
 fn of_drill(drill: &mut DrillFile, changes: &[Change]) -> Vec<Point> {
-    let hits = std::mem::take(&mut drill.hits);
-    let place = |hit: &Hit| Some(hit.at);
-    let made =
-        made(hits, changes, place, |hit, placement| Hit { at: shifted(hit.at, placement.shift), ..*hit });
+    let (hits, slots) = (drill.hits.len(), drill.slots.len());
+    let own = drill.hits.iter().map(|hit| hit.at);
+    let own = own.chain(drill.slots.iter().map(|slot| slot.from));
+    let own = own.chain(drill.routes.iter().map(|route| route.from));
+    let places: Vec<(u32, Option<Point>)> = (0..).zip(own.map(Some)).collect();
+    let all = meant(changes, &places);
+    let made_hits = made(std::mem::take(&mut drill.hits), 0, &all.changes, |hit, placement| Hit {
+        at: shifted(hit.at, placement.shift),
+        ..*hit
+    });
     for slot in &mut drill.slots {
-        let begins = made.begins.get(slot.after_hits as usize).copied();
-        slot.after_hits = begins.unwrap_or(made.objects.len()) as u32;
+        let begins = made_hits.begins.get(slot.after_hits as usize).copied();
+        slot.after_hits = begins.unwrap_or(made_hits.objects.len()) as u32;
     }
-    drill.hits = made.objects;
-    made.missed
+    drill.hits = made_hits.objects;
+    drill.slots = made(std::mem::take(&mut drill.slots), hits, &all.changes, slot_placed).objects;
+    drill.routes = made(std::mem::take(&mut drill.routes), hits + slots, &all.changes, route_placed).objects;
+    all.missed
+}
+
+fn slot_placed(slot: &SlotEntry, placement: Placement) -> SlotEntry {
+    let from = shifted(slot.from, placement.shift);
+    SlotEntry { from, to: placed_about(slot.to, placement, slot.from), ..*slot }
+}
+
+fn route_placed(route: &Route, placement: Placement) -> Route {
+    let path = Path { start: route.from, segments: route.segments.clone() };
+    let Path { start, segments } = path_about(&path, placement, route.from);
+    Route { from: start, segments, ..*route }
 }
 
 /// Objects of a file after changes.
@@ -196,29 +247,27 @@ struct Made<T> {
     objects: Vec<T>,
     /// Where each that was there, or what is behind it, is now.
     begins: Vec<usize>,
-    /// The places at which none lies.
-    missed: Vec<Point>,
 }
 
-/// Makes `changes` of `objects`, in their order: copies come right behind what they are copies of.
+/// Makes those of `changes` that mean `objects`, of which the first is at `first` in the list of all; in their order: copies come
+/// right behind what they are copies of.
 fn made<T: Clone>(
-    objects: Vec<T>,
-    changes: &[Change],
-    place: impl Fn(&T) -> Option<Point>,
+    objects: impl IntoIterator<Item = T>,
+    first: usize,
+    changes: &[(usize, &Change)],
     mut placed: impl FnMut(&T, Placement) -> T,
 ) -> Made<T> {
-    let places: Vec<_> = objects.iter().map(place).collect();
     let mut becomes: BTreeMap<usize, Option<Placement>> = BTreeMap::new();
     let mut copies: BTreeMap<usize, Vec<Placement>> = BTreeMap::new();
-    let mut made = Made { objects: Vec::new(), begins: Vec::new(), missed: Vec::new() };
-    for change in changes {
-        match meant(&places, change.object, change.at) {
-            None => made.missed.push(change.at),
-            Some(index) if change.copy => copies.entry(index).or_default().extend(change.becomes),
-            Some(index) => drop(becomes.insert(index, change.becomes)),
+    let mut made = Made { objects: Vec::new(), begins: Vec::new() };
+    for (index, change) in changes {
+        if change.copy {
+            copies.entry(*index).or_default().extend(change.becomes);
+        } else {
+            becomes.insert(*index, change.becomes);
         }
     }
-    for (index, object) in objects.into_iter().enumerate() {
+    for (index, object) in (first..).zip(objects) {
         made.begins.push(made.objects.len());
         let beside: Vec<T> =
             copies.get(&index).into_iter().flatten().map(|copy| placed(&object, *copy)).collect();

@@ -10,7 +10,7 @@
 //! not apply them.
 
 use super::body::shifted;
-use super::change::{self, emptied, taken_out};
+use super::change::{self, emptied, entries_of, into_a_group, into_the_group, taken_out};
 use super::{Body, Catch, Drawing, Edit, Entry, Finder, Id, Imported, Thing, clip};
 use crate::geometry::{Bounds, Placement, Point};
 use crate::units::Length;
@@ -103,7 +103,7 @@ impl<'a> Selection<'a> {
     }
 
     /// All that can be caught of it.
-    fn leaves(&self) -> impl Iterator<Item = Catch> + '_ {
+    pub fn leaves(&self) -> impl Iterator<Item = Catch> + '_ {
         let drawn = self.drawing.leaves(&self.ids).into_iter().map(|id| self.catch_of(id));
         drawn.chain(self.objects.iter().copied().map(Catch::Imported))
     }
@@ -180,6 +180,24 @@ impl<'a> Selection<'a> {
         change::removed(self.drawing, &self.ids).then(self.objects_anew(|thing| taken_out(&thing)))
     }
 
+    /// Its things, groups and objects of files, with what they are.
+    fn members(&self) -> Vec<(Id, Entry)> {
+        let mut members = entries_of(self.drawing, &self.ids);
+        members.extend(self.entries());
+        members
+    }
+
+    /// In a new group, which lies where they lie if that is one place. And the id of the group. An object of a file is spoken of
+    /// from then on, and stays as it is.
+    pub fn grouped(&self, name: &str) -> (Edit, Option<Id>) {
+        into_a_group(self.drawing, self.members(), name)
+    }
+
+    /// Into a group that is there, or to the top.
+    pub fn regrouped(&self, group: Option<Id>) -> Edit {
+        into_the_group(self.members(), group)
+    }
+
     /// Brought into one line; each group among it goes as one. Nothing where it is one thing.
     pub fn aligned(&self, align: Align) -> Edit {
         let several = self.ids.len() + self.objects.len() > 1;
@@ -244,7 +262,7 @@ impl<'a> Selection<'a> {
 }
 
 /// What is chosen of files as its files draw it, all that a drawing speaks of where nothing is chosen: the drawing speaks of it no
-/// longer. Copies stay.
+/// longer, unless it is in a group, where it stays. Copies stay.
 pub fn put_back(drawing: &Drawing, finder: &Finder, chosen: &BTreeSet<Catch>) -> Edit {
     let drawn = chosen.iter().filter_map(|catch| if let Catch::Drawn(id) = catch { Some(*id) } else { None });
     let leaves = drawing.leaves(&drawn.collect());
@@ -253,7 +271,28 @@ pub fn put_back(drawing: &Drawing, finder: &Finder, chosen: &BTreeSet<Catch>) ->
         let own = matches!(entry.thing, Thing::Imported { copy: false, .. });
         own && (chosen.is_empty() || wanted(*id, &entry.thing))
     });
-    emptied(drawing, own.map(|(id, _)| id).collect())
+    let (members, alone): (Vec<_>, Vec<_>) = own.partition(|(_, entry)| entry.group.is_some());
+    let mut edit = emptied(drawing, alone.into_iter().map(|(id, _)| id).collect());
+    for (id, Entry { thing, .. }) in members {
+        edit = edit.then(change::put(drawing, id, as_in_its_file(thing)));
+    }
+    edit
+}
+
+/// An object of a file as its file puts it.
+fn as_in_its_file(thing: &Thing) -> Thing {
+    match thing {
+        Thing::Imported { file, object, at, copy, .. } => Thing::Imported {
+            file: file.clone(),
+            object: *object,
+            at: *at,
+            by: Some(Point::default()),
+            turn_mdeg: 0,
+            mirror: false,
+            copy: *copy,
+        },
+        other => other.clone(),
+    }
 }
 
 impl Align {

@@ -1,5 +1,6 @@
 //! The laws of drawings.
 
+mod apart;
 mod near;
 mod over;
 
