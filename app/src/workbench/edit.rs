@@ -6,7 +6,7 @@
 use crate::format::typed;
 use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
 use annulus_core::cam::parameters::Parameter;
-use annulus_core::cam::work::{Operation, OperationKind, Remedy, Work};
+use annulus_core::cam::work::{Holes, Operation, OperationKind, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
 use annulus_core::machine::{Machine, Value, ValueKind};
 use annulus_core::proof::{self, Finding};
@@ -102,6 +102,30 @@ pub fn widened(work: &Work, at: usize, wanted: Length) -> Option<Work> {
     let (low, high) = widths(work, operation)?;
     let depth = work.bit(&operation.bit)?.depth_for(wanted).filter(|_| wanted >= low && wanted <= high)?;
     Some(changed(work, at, |operation| operation.depth = depth))
+}
+
+/// Where a depth of 0 ends.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ThroughTo {
+    /// Below the board.
+    Below,
+    /// Below the board with the whole width of a drill: deeper by its point.
+    WholeDrill,
+    /// In the bed, likewise: holes for pins.
+    Bed,
+}
+
+/// What a depth of 0 means: where that ends, how thick the board is, how far below it goes. None where the operation says a depth.
+pub fn through(work: &Work, operation: &Operation, machine: &Machine) -> Option<(ThroughTo, Length, Length)> {
+    let process = &machine.process;
+    let (to, below) = match &operation.action {
+        OperationKind::Drill(drill) if drill.holes == Holes::Alignment => {
+            (ThroughTo::Bed, work.setup.alignment.depth)
+        }
+        OperationKind::Drill(_) => (ThroughTo::WholeDrill, process.breakthrough),
+        _ => (ThroughTo::Below, process.breakthrough),
+    };
+    (operation.depth == Length::ZERO).then_some((to, process.board_thickness, below))
 }
 
 /// A bit to begin with, whose name is not taken.
@@ -255,6 +279,28 @@ mod tests {
         let expected = 0.1 + 2.0 * 0.08 * libm::tan(15.0_f64.to_radians());
         assert!((found[0].unwrap().mm() - expected).abs() < 2e-6, "{found:?}");
         assert_eq!(found[1..], [None, None]);
+    }
+
+    #[test]
+    fn a_depth_of_nothing_says_how_deep_that_is() {
+        let um = Length::from_um;
+        let mut machine = virtual_drill();
+        (machine.process.board_thickness, machine.process.breakthrough) = (um(1_600), um(300));
+        let mut work = Work::default();
+        work.setup.alignment.depth = um(5_000);
+        let mut operation = Operation::usual("drill", Face::Top, &machine).unwrap();
+        let said = |operation: &Operation| through(&work, operation, &machine);
+        assert_eq!(operation.depth, Length::ZERO, "drills go through");
+        assert_eq!(said(&operation), Some((ThroughTo::WholeDrill, um(1_600), um(300))));
+        if let OperationKind::Drill(drill) = &mut operation.action {
+            drill.holes = Holes::Alignment;
+        }
+        assert_eq!(said(&operation), Some((ThroughTo::Bed, um(1_600), um(5_000))));
+        operation.depth = um(900);
+        assert_eq!(said(&operation), None, "it is said by its number");
+        let mut cut = Operation::usual("cut_out", Face::Top, &machine).unwrap();
+        cut.depth = Length::ZERO;
+        assert_eq!(said(&cut), Some((ThroughTo::Below, um(1_600), um(300))));
     }
 
     #[test]

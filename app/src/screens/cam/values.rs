@@ -4,11 +4,11 @@
 
 use super::entry::entry;
 use super::job::name_of;
-use crate::format::{Unit, typed};
+use crate::format::{Unit, plain, typed};
 use crate::i18n::{number, say, t};
-use crate::page::{OpenJob, frame, open_job};
+use crate::page::{OpenJob, frame, open_board, open_job};
 use crate::widgets::push;
-use crate::workbench::edit;
+use crate::workbench::edit::{self, ThroughTo};
 use annulus_core::cam::parameters::{BIT, OPERATION, Parameter};
 use annulus_core::cam::work::{Operation, OperationKind, Work};
 use annulus_core::job::Bit;
@@ -79,7 +79,30 @@ fn field(bench: OpenJob, at: usize, row: &'static Parameter<Operation>) -> AnyVi
         Ok(())
     };
     let slider = SLIDERS.iter().find(|(key, _)| *key == row.key).map(|(_, range)| *range);
-    entry(row, now, slider, Arc::new(write))
+    let entry = entry(row, now, slider, Arc::new(write));
+    if row.key == "operation.depth" { (entry, through(bench, at)).into_any() } else { entry }
+}
+
+/// What a depth of 0 means, under it.
+fn through(bench: OpenJob, at: usize) -> impl IntoView {
+    let said = Memo::new(move |_| {
+        let machine = open_board().machine.get();
+        bench.work.with(|work| {
+            let work = work.as_ref()?;
+            edit::through(work, work.operations.get(at)?, &machine)
+        })
+    });
+    let words = move || {
+        said.get().map(|(to, board, below)| {
+            let (board, below) = (plain(board.mm()), plain(below.mm()));
+            match to {
+                ThroughTo::Below => say!("page.cam.through", board = board, below = below),
+                ThroughTo::WholeDrill => say!("page.cam.through_by_drill", board = board, below = below),
+                ThroughTo::Bed => say!("page.cam.through_to_bed", board = board, below = below),
+            }
+        })
+    };
+    p().class("quiet").attr("role", "status").child(words)
 }
 
 /// The bit by its name, and what it cuts at this depth.
