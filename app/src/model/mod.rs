@@ -33,6 +33,7 @@ pub mod settings;
 pub mod start;
 pub mod template;
 mod theme;
+mod title;
 pub mod touch_off;
 mod underside;
 mod worker;

@@ -54,6 +54,8 @@ pub struct OpenBoard {
     pub left_out: Memo<Vec<Diagnostic>>,
     /// The paths of the planned program.
     pub toolpaths: Memo<Option<Arc<Toolpaths>>>,
+    /// What the page is called; none where neither a board nor a job has a name.
+    pub title: ReadSignal<Option<String>>,
     /// The machine that is planned for.
     pub machine: ReadSignal<Arc<Machine>>,
     /// Long work in the worker.
@@ -107,6 +109,7 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
                 Point::new(corner.x - origin.x, corner.y - origin.y),
             )))
         }),
+        title: slots.made(|model| model.title().map(str::to_owned)),
         machine: slots.kept(|model| &model.machine),
         task: slots.made(|model| model.task()),
         offers: slots.part(|model| &model.keeping.offers),

@@ -31,6 +31,7 @@ pub(crate) fn name_of(tab: Tab) -> String {
 
 /// The bar.
 pub(crate) fn top_bar() -> impl IntoView {
+    window_title();
     header().class("top-bar").attr("id", "top").attr("tabindex", "-1").child((
         div().class("brand").child((icon(Icon::Annulus), strong().child(project))),
         tabs(),
@@ -52,10 +53,16 @@ fn help() -> impl IntoView {
 }
 
 fn project() -> String {
-    let name = open_board()
-        .document
-        .with(|document| document.as_ref().map(|document| document.reading.board.name.clone()));
-    name.filter(|name| !name.is_empty()).unwrap_or_else(|| say!("page.name"))
+    open_board().title.get().unwrap_or_else(|| say!("page.name"))
+}
+
+/// The window is called as the bar says, so that it is found among others.
+fn window_title() {
+    Effect::new(|_| {
+        let own = say!("page.name");
+        let title = open_board().title.get();
+        document().set_title(&title.map_or_else(|| own.clone(), |title| format!("{title} – {own}")));
+    });
 }
 
 fn tabs() -> impl IntoView {

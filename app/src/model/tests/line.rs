@@ -35,7 +35,7 @@ pub(super) struct Line {
     page_ms: f64,
 }
 
-fn empty() -> Program {
+pub(super) fn empty() -> Program {
     Program {
         name: "a".to_owned(),
         machine: String::new(),

@@ -25,6 +25,7 @@ mod planning_rows;
 mod play_rows;
 mod second_side_rows;
 mod settings_rows;
+mod title_rows;
 mod touch_off_rows;
 mod way_back_rows;
 
