@@ -5,6 +5,7 @@
 mod files;
 mod projects;
 mod proved;
+mod robot;
 mod same;
 mod written;
 

@@ -445,4 +445,6 @@ fn the_example_of_the_manual_makes_a_board() {
     let smallest = figures.smallest();
     assert_eq!(smallest.ring.unwrap().0, um(550));
     assert!(smallest.gap.unwrap().0 > um(300), "{smallest:?}");
+    let picture = include_str!("../../../../../docs/pictures/robot-board.svg");
+    assert_eq!(svg(history.now()), picture, "the manual's picture is the one that is written");
 }
