@@ -69,7 +69,7 @@ fn mills(bit: &Bit) -> bool {
 pub(super) fn for_gap(scene: &Scene<'_>, gap: Length) -> Vec<Cure> {
     let options = scene.options;
     let least = options.copper_thickness + options.depth_margin;
-    let mut used: Vec<&Bit> = scene.bits_used().into_iter().filter(|bit| mills(bit)).collect();
+    let mut used: Vec<&Bit> = scene.bits_used.iter().copied().filter(|bit| mills(bit)).collect();
     used.sort_by_key(|bit| (bit.width_at(least), bit.name.clone()));
     let mut cures = Vec::new();
     let vee = |bit: &&&Bit| matches!(bit.cutter, Cutter::Vee { .. });

@@ -22,7 +22,7 @@ use crate::units::Length;
 /// Every piece within the clearance, or where the job clears, that a round bit reaches and that is no fragment.
 pub(super) fn remnants(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
-    let asked = scene.options.clearance.zip(scene.narrowest_cut());
+    let asked = scene.options.clearance.zip(scene.narrowest_cut);
     if let Some((clearance, (surface, through))) = asked {
         let cut = Cleared { surface, through, margin: Length::ZERO, beyond: clearance + surface };
         // The outermost groove of a V-bit is narrower at the underside.

@@ -53,6 +53,10 @@ pub(super) struct Scene<'a> {
     pub(super) net_of: Vec<u32>,
     pub(super) labels: Vec<String>,
     pub(super) cuts: Vec<PathCut>,
+    /// The bits with which something is cut.
+    pub(super) bits_used: Vec<&'a Bit>,
+    /// The narrowest cut through the copper that is milled: how wide it is at the surface and at the underside.
+    pub(super) narrowest_cut: Option<(Length, Length)>,
     without_bit: Option<Point>,
     /// With the index of the program.
     still: Vec<(u32, Still)>,
@@ -105,6 +109,8 @@ impl<'a> Scene<'a> {
             design,
             net_of,
             labels,
+            bits_used: bits_used(&cuts, programs),
+            narrowest_cut: narrowest_cut(&cuts, programs),
             cuts,
             without_bit,
             still,
@@ -136,22 +142,9 @@ impl<'a> Scene<'a> {
         self.programs.get(cut.program as usize)?.bits.get(cut.bit as usize)
     }
 
-    /// The bits with which something is cut.
-    pub(super) fn bits_used(&self) -> Vec<&'a Bit> {
-        let used: BTreeSet<(u32, u32)> = self.cuts.iter().map(|cut| (cut.program, cut.bit)).collect();
-        let bit = |(program, bit): (u32, u32)| self.programs.get(program as usize)?.bits.get(bit as usize);
-        used.into_iter().filter_map(bit).collect()
-    }
-
     /// The narrowest cut through the copper, at the surface, that is milled.
     pub(super) fn narrowest(&self) -> Option<Length> {
-        self.narrowest_cut().map(|(surface, _)| surface)
-    }
-
-    /// The narrowest cut through the copper that is milled: how wide it is at the surface and at the underside.
-    pub(super) fn narrowest_cut(&self) -> Option<(Length, Length)> {
-        let milled = self.cuts.iter().filter(|cut| !cut.is_drilled(self.programs));
-        milled.filter_map(|cut| Some((cut.surface, cut.through?))).min()
+        self.narrowest_cut.map(|(surface, _)| surface)
     }
 
     /// A cut was made with no bit in.
@@ -169,6 +162,17 @@ impl<'a> Scene<'a> {
         };
         self.still.iter().map(finding).collect()
     }
+}
+
+fn bits_used<'a>(cuts: &[PathCut], programs: &'a [Program]) -> Vec<&'a Bit> {
+    let used: BTreeSet<(u32, u32)> = cuts.iter().map(|cut| (cut.program, cut.bit)).collect();
+    let bit = |(program, bit): (u32, u32)| programs.get(program as usize)?.bits.get(bit as usize);
+    used.into_iter().filter_map(bit).collect()
+}
+
+fn narrowest_cut(cuts: &[PathCut], programs: &[Program]) -> Option<(Length, Length)> {
+    let milled = cuts.iter().filter(|cut| !cut.is_drilled(programs));
+    milled.filter_map(|cut| Some((cut.surface, cut.through?))).min()
 }
 
 /// What is cut through, as outlines of the toolpaths of round tools.

@@ -26,6 +26,8 @@ const MOST_PLACES: f64 = 20_000.0;
 const EQUAL_MM: f64 = 0.001;
 /// A look for another net goes this far, in mm.
 const REACH_MM: f64 = 3.0;
+/// More than what rounding does to the cross product of an edge and a way, in mm².
+const ROUNDED_MM2: f64 = 1e-9;
 /// So many of the nearest places are looked at from one contact.
 const LOOKS: usize = 6;
 
@@ -219,6 +221,12 @@ fn faces(edge: &Edge, from: Spot, to: Spot) -> bool {
     along.x * way.y - along.y * way.x >= 0.0
 }
 
+/// Whether a place lies on the right of `edge` for certain, so that neither it nor what is beyond it [`faces`] anything there.
+fn is_behind(edge: &Edge, at: Spot) -> bool {
+    let (along, way) = (edge.to.minus(edge.from), at.minus(edge.from));
+    along.x * way.y - along.y * way.x < -ROUNDED_MM2
+}
+
 impl Bridge<'_> {
     /// The nearest place of another net that can be seen from `contact`, and this net.
     fn nearest(&self, contact: &Edge, sight: Sight, other: &impl Fn(u32) -> bool) -> Option<(Spot, u32)> {
@@ -234,7 +242,8 @@ impl Bridge<'_> {
             near.clear();
             let (low, high) = around(spot, spot, radius);
             self.contacts.in_cells(low, high, &wanted, &mut |index, edge| {
-                if !other(edge.island) {
+                let away = is_behind(contact, edge.from) && is_behind(contact, edge.to);
+                if away || is_behind(edge, spot) || !other(edge.island) {
                     return;
                 }
                 let at = edge.near(spot);

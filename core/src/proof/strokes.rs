@@ -1,9 +1,9 @@
-//! What a round tool sweeps along a way, in as few outlines as the way has corners.
+//! What a round tool sweeps along a way, in as few outlines and corners as there are.
 //!
 //! ```text
-//!        ╭───────────────╮╲        pieces that go on in the same direction share one outline: right side, cap, left
-//!       (●───────────────● ╲       side back, cap; it may overlap itself, and its inside is always on its left.
-//!        ╰─────────────╮  ● )      At a corner a new outline begins, and the caps of both fill it.
+//!        ╭───────────────╮╲        pieces share one outline: right side, cap, left side back, cap; it may overlap itself, and
+//!       (●───────────────● ╲       its inside is always on its left. Outside of a corner it goes round by an arc, inside of it
+//!        ╰─────────────╮  ● )      by the corner: so every piece and every arc lies in it, and nothing else.
 //! ```
 //!
 //! Comes in: a way and a width. Goes out: closed outlines whose union is the area. Does not know what is cut.
@@ -14,6 +14,8 @@ use crate::units::Length;
 
 /// Pieces whose directions differ by less than this, in radians, go on.
 const SMOOTH_RAD: f64 = 1e-3;
+/// Corners whose directions have a lesser cosine than this part outlines.
+const SHARP_COSINE: f64 = -0.1;
 /// An outline goes round by at most this, in radians: beyond that the next one begins, so that none lies over itself.
 const ROUND_RAD: f64 = 4.5;
 /// Arcs tighter than so many half widths are swept by themselves.
@@ -26,13 +28,13 @@ pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
     let (mut chain, mut round): (Vec<(Point, PathSegment)>, f64) = (Vec::new(), 0.0);
     for (from, segment) in path.pieces().filter(|piece| is_long(*piece)) {
         let alone = is_tight(from, segment, half);
-        let smooth = chain.last().is_none_or(|&last| {
-            let (before, after) = (directions(last).1, directions((from, segment)).0);
-            let turn = before.x * after.y - before.y * after.x;
-            before.dot(after) > 0.0 && libm::fabs(turn) < SMOOTH_RAD
+        let first = directions((from, segment)).0;
+        let (before, goes_on) = chain.last().map_or((0.0, true), |&last| {
+            let before = directions(last).1;
+            (bend(before, first), before.dot(first) > SHARP_COSINE)
         });
-        round += turn(from, segment);
-        if alone || !smooth || libm::fabs(round) > ROUND_RAD {
+        round += before + turn(from, segment);
+        if alone || !goes_on || libm::fabs(round) > ROUND_RAD {
             outlines.extend(about(&chain, half));
             chain.clear();
             round = turn(from, segment);
@@ -45,6 +47,11 @@ pub(super) fn outlines(path: &Path, width: Length) -> Vec<Path> {
     }
     outlines.extend(about(&chain, half));
     if outlines.is_empty() { stroke(path, width) } else { outlines }
+}
+
+/// The angle from one direction to another, to the left above zero, in radians.
+fn bend(before: Spot, after: Spot) -> f64 {
+    libm::atan2(before.x * after.y - before.y * after.x, before.dot(after))
 }
 
 /// By how much a piece goes round, to the left above zero, in radians.
@@ -100,42 +107,46 @@ fn beside(at: Point, heading: Spot, by: f64) -> Point {
     Point::from_mm(at.x.mm() + heading.y * by, at.y.mm() - heading.x * by)
 }
 
-/// The one outline about pieces that follow each other smoothly.
+/// The one outline about pieces that follow each other.
 fn about(chain: &[(Point, PathSegment)], half: f64) -> Option<Path> {
     let (first, last) = (*chain.first()?, *chain.last()?);
     let start = beside(first.0, directions(first).0, half);
     let mut outline = Path { start, segments: Vec::new() };
-    for &piece in chain {
-        side(&mut outline, piece, half);
-    }
+    side(&mut outline, chain.iter().copied(), half);
     let end = last.1.to();
     let cap = |to: Point, centre: Point| PathSegment::Arc { to, centre, clockwise: false };
     outline.segments.push(cap(beside(end, directions(last).1, -half), end));
-    for &(from, segment) in chain.iter().rev() {
-        let back = match segment {
-            PathSegment::Line { .. } => PathSegment::Line { to: from },
-            PathSegment::Arc { centre, clockwise, .. } => {
-                PathSegment::Arc { to: from, centre, clockwise: !clockwise }
-            }
-        };
-        side(&mut outline, (segment.to(), back), half);
-    }
+    let back = |&(from, segment): &(Point, PathSegment)| match segment {
+        PathSegment::Line { to } => (to, PathSegment::Line { to: from }),
+        PathSegment::Arc { to, centre, clockwise } => {
+            (to, PathSegment::Arc { to: from, centre, clockwise: !clockwise })
+        }
+    };
+    side(&mut outline, chain.iter().rev().map(back), half);
     outline.segments.push(cap(start, first.0));
     Some(outline)
 }
 
-/// Goes on along the right side of a piece.
-fn side(outline: &mut Path, piece: (Point, PathSegment), half: f64) {
-    let (from, segment) = piece;
-    let (first, last) = directions(piece);
-    let (begin, to) = (beside(from, first, half), beside(segment.to(), last, half));
-    if outline.end() != begin {
-        outline.segments.push(PathSegment::Line { to: begin });
+/// Goes on along the right side of pieces.
+fn side(outline: &mut Path, pieces: impl Iterator<Item = (Point, PathSegment)>, half: f64) {
+    let mut before: Option<Spot> = None;
+    for (from, segment) in pieces {
+        let (first, last) = directions((from, segment));
+        let (begin, to) = (beside(from, first, half), beside(segment.to(), last, half));
+        let bend = before.map_or(0.0, |before| bend(before, first));
+        if bend > SMOOTH_RAD {
+            outline.segments.push(PathSegment::Arc { to: begin, centre: from, clockwise: false });
+        } else if bend < -SMOOTH_RAD {
+            outline.segments.extend([from, begin].map(|to| PathSegment::Line { to }));
+        } else if outline.end() != begin {
+            outline.segments.push(PathSegment::Line { to: begin });
+        }
+        outline.segments.push(match segment {
+            PathSegment::Line { .. } => PathSegment::Line { to },
+            PathSegment::Arc { centre, clockwise, .. } => PathSegment::Arc { to, centre, clockwise },
+        });
+        before = Some(last);
     }
-    outline.segments.push(match segment {
-        PathSegment::Line { .. } => PathSegment::Line { to },
-        PathSegment::Arc { centre, clockwise, .. } => PathSegment::Arc { to, centre, clockwise },
-    });
 }
 
 #[cfg(test)]
@@ -182,6 +193,6 @@ mod tests {
                 assert!(area_mm2(&fewer) > 0.03);
             }
         }
-        assert_eq!(outlines(&toolpaths()[0], Length::from_mm(0.2)).len(), 2);
+        assert_eq!(outlines(&toolpaths()[0], Length::from_mm(0.2)).len(), 1);
     }
 }

@@ -57,7 +57,7 @@ pub(super) fn whole(scene: &Scene<'_>, findings: &[Finding]) -> Option<Whole> {
     let mut gaps: Vec<Length> = joined.filter(|gap| gap.ends.is_some()).map(|gap| gap.width).collect();
     gaps.sort_unstable();
     let least = scene.options.copper_thickness + scene.options.depth_margin;
-    let mut vees = scene.bits_used();
+    let mut vees = scene.bits_used.clone();
     vees.retain(|bit| matches!(bit.cutter, Cutter::Vee { .. }));
     let bit = vees.into_iter().min_by_key(|bit| (bit.width_at(least), bit.name.clone()))?;
     let narrowest = bit.width_at(least);

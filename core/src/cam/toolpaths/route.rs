@@ -177,7 +177,9 @@ fn may_link(from: Point, to: Point, reach: Length, keep: Length, copper: &Area) 
     let free = |look: u32| {
         let share = f64::from(look) / f64::from(looks);
         let at = cut::point_on(from, PathSegment::Line { to }, share);
-        !copper.contains(at) && copper.index().nearest(at, keep).is_none()
+        // Where looks are nearer to each other than to any copper, no step leads into it.
+        let outside = look > 0 && keep.mm() > LOOK_MM || !copper.contains(at);
+        outside && copper.index().nearest(at, keep).is_none()
     };
     (0..=looks).all(free)
 }
