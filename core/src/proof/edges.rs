@@ -14,6 +14,8 @@ use crate::geometry::{Path, Point, Region};
 
 /// Chords are at most this far from their arcs, in mm.
 const CHORD_ERROR_MM: f64 = 0.001;
+/// More than what rounding does to a place, in mm.
+const SLACK_MM: f64 = 1e-6;
 /// Not more cells than this.
 const MOST_CELLS: f64 = 1_000_000.0;
 
@@ -83,6 +85,11 @@ impl Edge {
 
     pub(super) fn length(&self) -> f64 {
         self.from.distance(self.to)
+    }
+
+    /// The place half way along it.
+    pub(super) fn middle(&self) -> Spot {
+        self.from.towards(self.to, 0.5)
     }
 
     /// Whether its box and another one have a place in common.
@@ -302,21 +309,49 @@ impl Edges {
 
     /// Calls `each` with every edge that may come into the box; an edge may come more than once.
     pub(super) fn in_box(&self, low: Spot, high: Spot, each: &mut impl FnMut(u32, &Edge)) {
-        self.in_cells(low, high, &|_| true, each);
+        for row in self.row(low.y)..=self.row(high.y) {
+            for column in self.column(low.x)..=self.column(high.x) {
+                for index in self.items_of(row, column) {
+                    if let Some(edge) = self.edges.get(index as usize).filter(|edge| edge.meets(low, high)) {
+                        each(index, edge);
+                    }
+                }
+            }
+        }
     }
 
-    /// The same, in those cells alone for which `wanted` holds.
-    pub(super) fn in_cells(
+    /// Calls `each` with every edge that has a place ahead of the middle of an edge, farther than `done` mm and at most `radius` mm
+    /// away, in those cells alone for which `wanted` holds; with others too, and with an edge more than once.
+    pub(super) fn ahead(
         &self,
-        low: Spot,
-        high: Spot,
+        of: &Edge,
+        (done, radius): (f64, f64),
         wanted: &impl Fn(usize) -> bool,
         each: &mut impl FnMut(u32, &Edge),
     ) {
+        let (middle, along) = (of.middle(), of.to.minus(of.from));
+        let (done, radius) = (done - SLACK_MM, radius + SLACK_MM);
+        let behind = -SLACK_MM * along.length();
+        let (low, high) = around(middle, middle, radius);
+        // From the place to the two sides of a row or column of cells.
+        let sides = |low: f64, number: usize, middle: f64| {
+            let from = low + number as f64 * self.cell - middle;
+            (from, from + self.cell)
+        };
         for row in self.row(low.y)..=self.row(high.y) {
-            for column in self.column(low.x)..=self.column(high.x) {
+            let (floor, ceiling) = sides(self.low.y, row, middle.y);
+            let (near, far) = (floor.max(-ceiling).max(0.0), ceiling.max(-floor));
+            let reach = libm::sqrt((radius * radius - near * near).max(0.0));
+            let most = (along.x * floor).max(along.x * ceiling);
+            for column in self.column(middle.x - reach)..=self.column(middle.x + reach) {
                 let cell = row * self.columns + column;
-                if !wanted(cell) {
+                if self.starts.get(cell) == self.starts.get(cell + 1) || !wanted(cell) {
+                    continue;
+                }
+                let (left, right) = sides(self.low.x, column, middle.x);
+                let across = right.max(-left);
+                let is_done = done > 0.0 && across * across + far * far < done * done;
+                if is_done || most - (along.y * left).min(along.y * right) < behind {
                     continue;
                 }
                 for index in self.items_in(cell) {
@@ -474,11 +509,36 @@ mod tests {
         }
         assert!(owners.contains(&Some(0)) && owners.contains(&Some(1)));
         // Without the cells of the pour, what is found is the island in it and what shares a cell with that.
-        let (low, high) = around(Spot::default(), Spot { x: 10.0, y: 10.0 }, 1.0);
         let mut seen = [0, 0];
         let wanted = |cell: usize| owners[cell] != Some(0);
-        edges.in_cells(low, high, &wanted, &mut |_, edge| seen[edge.island as usize] += 1);
+        let side = edges.edges[0];
+        edges.ahead(&side, (-1.0, 20.0), &wanted, &mut |_, edge| seen[edge.island as usize] += 1);
         assert!(seen[1] > 0 && seen[0] < seen[1], "{seen:?}");
+    }
+
+    #[test]
+    fn all_that_lies_ahead_is_found_and_less_is_looked_at_than_is_there() {
+        let edges = Edges::of(&nested());
+        let mut looked = 0;
+        for of in &edges.edges {
+            let (middle, along) = (of.middle(), of.to.minus(of.from));
+            for (done, radius) in [(-1.0, 0.2), (0.2, 1.0), (1.0, 3.0), (3.0, 20.0)] {
+                let mut found = std::collections::BTreeSet::new();
+                edges.ahead(of, (done, radius), &|_| true, &mut |index, _| {
+                    found.insert(index);
+                });
+                looked += found.len();
+                for (index, edge) in (0..).zip(&edges.edges) {
+                    let at = edge.near(middle);
+                    let (way, distance) = (at.minus(middle), at.distance(middle));
+                    let ahead = along.x * way.y - along.y * way.x >= 0.0;
+                    let wanted = ahead && distance > done && distance <= radius;
+                    assert!(!wanted || found.contains(&index), "{of:?} {done} {radius} {edge:?}");
+                }
+            }
+        }
+        let all = edges.edges.len() * edges.edges.len() * 4;
+        assert!(looked * 2 < all, "{looked} of {all}");
     }
 
     #[test]

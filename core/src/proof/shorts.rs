@@ -161,8 +161,11 @@ fn gaps(bridge: &Bridge<'_>) -> Gaps {
         }
         // All but the largest look for the others.
         let largest = sizes.iter().max_by_key(|(_, size)| **size).map(|(group, _)| *group);
-        let looks = |net: u32| group.get(&net).copied() != largest;
-        let apart = |one: u32, other: u32| group.get(&one) != group.get(&other);
+        let last = bridge.nets.last().copied().unwrap_or_default();
+        let group: Vec<Option<u32>> = (0..=last).map(|net| group.get(&net).copied()).collect();
+        let of = |net: u32| group.get(net as usize).copied().flatten();
+        let looks = |net: u32| of(net) != largest;
+        let apart = |one: u32, other: u32| of(one) != of(other);
         look(bridge, sight, &looks, &apart, &mut gaps);
     }
     gaps
@@ -196,7 +199,7 @@ fn look(
 ) {
     for contact in bridge.contacts.edges.iter().filter(|contact| looks(contact.island)) {
         let net = contact.island;
-        let spot = contact.from.towards(contact.to, 0.5);
+        let spot = contact.middle();
         let Some((at, theirs)) = bridge.nearest(contact, sight, &|theirs| other(net, theirs)) else {
             continue;
         };
@@ -230,7 +233,7 @@ fn is_behind(edge: &Edge, at: Spot) -> bool {
 impl Bridge<'_> {
     /// The nearest place of another net that can be seen from `contact`, and this net.
     fn nearest(&self, contact: &Edge, sight: Sight, other: &impl Fn(u32) -> bool) -> Option<(Spot, u32)> {
-        let spot = contact.from.towards(contact.to, 0.5);
+        let spot = contact.middle();
         if sight == Sight::Blind {
             let found = self.contacts.nearest(spot, f64::MAX, &|edge| other(edge.island));
             return found.map(|(_, at, edge)| (at, edge.island));
@@ -240,8 +243,7 @@ impl Bridge<'_> {
         let wanted = |cell: usize| self.owners.get(cell).copied().flatten().is_none_or(other);
         loop {
             near.clear();
-            let (low, high) = around(spot, spot, radius);
-            self.contacts.in_cells(low, high, &wanted, &mut |index, edge| {
+            self.contacts.ahead(contact, (done, radius), &wanted, &mut |index, edge| {
                 let away = is_behind(contact, edge.from) && is_behind(contact, edge.to);
                 if away || is_behind(edge, spot) || !other(edge.island) {
                     return;
