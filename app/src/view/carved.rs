@@ -7,10 +7,10 @@
 //!
 //! Comes in: a [`ReliefField`], [`Patch`]es, an [`Orbit`]. Goes out: a draw. Does not know what cut it.
 
+use super::off_screen::{Fit, Laying, OffScreen, begin};
 use super::orbit::Orbit;
 use super::palette::Colour;
 use super::relief::{Cutting, PATCH, Patch, Relief, ReliefField};
-use super::sheet::{Fit, Laying, Sheet, begin};
 
 /// How long a tool is drawn, in its diameters and at least, mm.
 const LONG_DIAMETERS: f32 = 7.0;
@@ -62,7 +62,7 @@ pub(super) struct Carved {
     /// Samples along a pixel's side.
     samples: f32,
     /// What a picture that is not sharp is drawn on; made when there is one.
-    coarse: Option<(Laying, Sheet)>,
+    coarse: Option<(Laying, OffScreen)>,
     format: wgpu::TextureFormat,
 }
 
@@ -169,14 +169,14 @@ impl Carved {
             self.cast(&mut begin(encoder, view, None));
             return true;
         }
-        if self.coarse.as_ref().is_none_or(|(_, sheet)| sheet.size_px != few_px) {
+        if self.coarse.as_ref().is_none_or(|(_, picture)| picture.size_px != few_px) {
             let laying = Laying::new(device, self.format, Fit::Stretched);
-            let sheet = laying.sheet(device, few_px, 1);
-            self.coarse = Some((laying, sheet));
+            let picture = laying.picture(device, few_px, 1);
+            self.coarse = Some((laying, picture));
         }
-        if let Some((laying, sheet)) = &self.coarse {
-            self.cast(&mut sheet.begin(encoder));
-            laying.lay(&mut begin(encoder, view, None), sheet);
+        if let Some((laying, picture)) = &self.coarse {
+            self.cast(&mut picture.begin(encoder));
+            laying.lay(&mut begin(encoder, view, None), picture);
         }
         true
     }

@@ -9,12 +9,12 @@
 use super::camera::Camera;
 use super::carved::{Carved, Sight};
 use super::marks::{self, Afar, Emphasis, Mark};
+use super::off_screen::begin;
 use super::orbit::Orbit;
 use super::palette::Palette;
 use super::pipelines::{Drawing, Paint, pipeline};
 use super::relief::{Cutting, Patch, ReliefField};
 use super::scene::{Line, OrderProgress, Scene};
-use super::sheet::begin;
 use super::still::Still;
 use super::strokes::{Kind, Sheaf, Strokes};
 use std::ops::Range;

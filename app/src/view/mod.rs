@@ -45,9 +45,9 @@ mod held;
 #[cfg(target_arch = "wasm32")]
 mod life;
 #[cfg(target_arch = "wasm32")]
-mod pipelines;
+mod off_screen;
 #[cfg(target_arch = "wasm32")]
-mod sheet;
+mod pipelines;
 #[cfg(target_arch = "wasm32")]
 mod solid;
 #[cfg(target_arch = "wasm32")]

@@ -1,8 +1,8 @@
-//! What stands still in the flat picture: the ground, the board's body and its layers, on a sheet of their own.
+//! What stands still in the flat picture: the ground, the board's body and its layers, on a picture of their own.
 //!
 //! ```text
-//! camera, colours, scene ─ other than before? ─▶ ground, body, layers ─▶ sheet
-//!                                  every frame:  sheet ─▶ window, then the marks over it
+//! camera, colours, scene ─ other than before? ─▶ ground, body, layers ─▶ picture
+//!                                  every frame:  picture ─▶ window, then the marks over it
 //! ```
 //!
 //! A playback, a slider or a pointer changes the marks alone.
@@ -11,13 +11,13 @@
 
 use super::areas::{Cover, Layers};
 use super::buffers::{fill, vertex_buffer};
+use super::off_screen::{Fit, Laying, OffScreen};
 use super::pipelines::{Make, OVER};
 use super::scene::Scene;
-use super::sheet::{Fit, Laying, Sheet};
 
 const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
 
-/// Ground, body and layers, and the sheet with them.
+/// Ground, body and layers, and the picture with them.
 pub(super) struct Still {
     ground: wgpu::RenderPipeline,
     body: wgpu::RenderPipeline,
@@ -29,7 +29,7 @@ pub(super) struct Still {
     corner_count: u32,
     laying: Laying,
     samples: u32,
-    sheet: Option<Sheet>,
+    picture: Option<OffScreen>,
     /// What it was drawn with; none where it is to be drawn anew.
     drawn_with: Option<Vec<u8>>,
 }
@@ -56,7 +56,7 @@ impl Still {
             corner_count: 0,
             laying: Laying::new(device, format, Fit::Same),
             samples,
-            sheet: None,
+            picture: None,
             drawn_with: None,
         }
     }
@@ -70,7 +70,7 @@ impl Still {
         self.drawn_with = None;
     }
 
-    /// Draws the sheet for a window of `size_px`, unless it is there, drawn `with` the same numbers. Layers have edges where
+    /// Draws the picture for a window of `size_px`, unless it is there, drawn `with` the same numbers. Layers have edges where
     /// they are `edged`.
     pub(super) fn draw(
         &mut self,
@@ -79,14 +79,14 @@ impl Still {
         size_px: [u32; 2],
         (with, edged): (&[u8], bool),
     ) {
-        if self.sheet.as_ref().is_none_or(|sheet| sheet.size_px != size_px) {
-            self.sheet = Some(self.laying.sheet(device, size_px, self.samples));
+        if self.picture.as_ref().is_none_or(|picture| picture.size_px != size_px) {
+            self.picture = Some(self.laying.picture(device, size_px, self.samples));
             self.drawn_with = None;
         }
-        let Some(sheet) = self.sheet.as_ref().filter(|_| self.drawn_with.as_deref() != Some(with)) else {
+        let Some(picture) = self.picture.as_ref().filter(|_| self.drawn_with.as_deref() != Some(with)) else {
             return;
         };
-        let mut pass = sheet.begin(encoder);
+        let mut pass = picture.begin(encoder);
         pass.set_bind_group(0, numbers, &[]);
         pass.set_pipeline(&self.ground);
         pass.draw(0..3, 0..1);
@@ -103,10 +103,10 @@ impl Still {
         self.drawn_with = Some(with.to_vec());
     }
 
-    /// Lays the sheet over the window.
+    /// Lays the picture over the window.
     pub(super) fn lay(&self, pass: &mut wgpu::RenderPass<'_>) {
-        if let Some(sheet) = &self.sheet {
-            self.laying.lay(pass, sheet);
+        if let Some(picture) = &self.picture {
+            self.laying.lay(pass, picture);
         }
     }
 }

@@ -6,7 +6,7 @@ use super::pipelines::{Paint, pipeline};
 
 const LAID: Paint = Paint { blend: None, writes: wgpu::ColorWrites::ALL };
 
-/// Lays sheets over the window.
+/// Lays such pictures over the window.
 pub(super) struct Laying {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
@@ -14,8 +14,8 @@ pub(super) struct Laying {
     format: wgpu::TextureFormat,
 }
 
-/// A picture of its own.
-pub(super) struct Sheet {
+/// A picture that is not in the window itself.
+pub(super) struct OffScreen {
     pub(super) size_px: [u32; 2],
     view: wgpu::TextureView,
     /// Where it is drawn before its samples become pixels; none where a pixel has one sample.
@@ -23,7 +23,7 @@ pub(super) struct Sheet {
     group: wgpu::BindGroup,
 }
 
-/// How a sheet becomes the window.
+/// How one becomes the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Fit {
     /// It is as large.
@@ -41,22 +41,22 @@ impl Laying {
             ty,
             count: None,
         };
-        let sheet = wgpu::BindingType::Texture {
+        let picture = wgpu::BindingType::Texture {
             sample_type: wgpu::TextureSampleType::Float { filterable: true },
             view_dimension: wgpu::TextureViewDimension::D2,
             multisampled: false,
         };
         let between = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
         let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("sheet"),
-            entries: &[entry(0, sheet), entry(1, between)],
+            label: Some("off screen"),
+            entries: &[entry(0, picture), entry(1, between)],
         });
         let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: None,
             bind_group_layouts: &[Some(&layout)],
             immediate_size: 0,
         });
-        let shader = device.create_shader_module(wgpu::include_wgsl!("sheet.wgsl"));
+        let shader = device.create_shader_module(wgpu::include_wgsl!("off_screen.wgsl"));
         let colour = if fit == Fit::Same { "same" } else { "stretched" };
         let drawing = (["corner", colour], wgpu::PrimitiveTopology::TriangleStrip);
         let pipeline = pipeline(device, (&pipeline_layout, &shader), (format, 1), &LAID, drawing, &[]);
@@ -68,12 +68,12 @@ impl Laying {
         Self { pipeline, layout, between, format }
     }
 
-    /// A sheet of so many samples a pixel.
-    pub(super) fn sheet(&self, device: &wgpu::Device, size_px: [u32; 2], samples: u32) -> Sheet {
+    /// One of so many samples a pixel.
+    pub(super) fn picture(&self, device: &wgpu::Device, size_px: [u32; 2], samples: u32) -> OffScreen {
         let [width, height] = size_px;
         let texture = |sample_count, usage| {
             let texture = device.create_texture(&wgpu::TextureDescriptor {
-                label: Some("sheet"),
+                label: Some("off screen"),
                 size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
                 mip_level_count: 1,
                 sample_count,
@@ -94,18 +94,18 @@ impl Laying {
                 wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.between) },
             ],
         });
-        Sheet { size_px, view, samples, group }
+        OffScreen { size_px, view, samples, group }
     }
 
     /// Lays it over the window.
-    pub(super) fn lay(&self, pass: &mut wgpu::RenderPass<'_>, sheet: &Sheet) {
+    pub(super) fn lay(&self, pass: &mut wgpu::RenderPass<'_>, picture: &OffScreen) {
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &sheet.group, &[]);
+        pass.set_bind_group(0, &picture.group, &[]);
         pass.draw(0..3, 0..1);
     }
 }
 
-impl Sheet {
+impl OffScreen {
     /// Begins to draw on it, on black.
     pub(super) fn begin<'a>(&self, encoder: &'a mut wgpu::CommandEncoder) -> wgpu::RenderPass<'a> {
         let resolved = self.samples.as_ref().map(|_| &self.view);

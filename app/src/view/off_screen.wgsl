@@ -1,6 +1,6 @@
 // A picture of its own, laid over the window.
 
-@group(0) @binding(0) var sheet: texture_2d<f32>;
+@group(0) @binding(0) var picture: texture_2d<f32>;
 @group(0) @binding(1) var between: sampler;
 
 struct Place { @builtin(position) position: vec4f, @location(0) share: vec2f }
@@ -10,12 +10,12 @@ struct Place { @builtin(position) position: vec4f, @location(0) share: vec2f }
   return Place(vec4f(at, 0.0, 1.0), vec2f(0.5 + 0.5 * at.x, 0.5 - 0.5 * at.y));
 }
 
-// Of a sheet as large as the window.
+// Of one as large as the window.
 @fragment fn same(place: Place) -> @location(0) vec4f {
-  return textureLoad(sheet, vec2i(place.position.xy), 0);
+  return textureLoad(picture, vec2i(place.position.xy), 0);
 }
 
 // Of a smaller one.
 @fragment fn stretched(place: Place) -> @location(0) vec4f {
-  return textureSampleLevel(sheet, between, place.share, 0.0);
+  return textureSampleLevel(picture, between, place.share, 0.0);
 }
