@@ -63,8 +63,8 @@ async function rests(board) {
   }, "a board at rest");
 }
 
-/** Holds a button of the jog pad, and waits until the axis has gone some way. Where a busy page let it end early, it is pressed again, as a
- * person would. */
+/** Holds a button of the jog pad, and waits until the axis has gone some way. Where a busy page let it end early, or the board was taken for
+ * one that lost a line, it is pressed again, as a person would. */
 async function hold(page, board, axis, up, mm) {
   const button = page.getByRole("button", { name: WAYS[axis][up ? 1 : 0], exact: true });
   const steps = async () => (await board.steps())["XYZ".indexOf(axis)];
@@ -75,7 +75,7 @@ async function hold(page, board, axis, up, mm) {
     await button.scrollIntoViewIfNeeded();
     await button.hover();
     await page.mouse.down();
-    await until(async () => (await steps()) !== from, "its begin");
+    for (const end = Date.now() + 20_000; Date.now() < end && (await steps()) === from; ) await new Promise((later) => setTimeout(later, 100));
     for (let before = from, now = await steps(); now !== before; before = now, now = await steps()) {
       if (Math.abs(now - from) > mm * STEPS) return;
       await new Promise((later) => setTimeout(later, 300));
