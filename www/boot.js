@@ -9,19 +9,31 @@ const own = (address) => {
 };
 globalThis.annulusPolicy = globalThis.trustedTypes?.createPolicy("annulus", { createScriptURL: own });
 
-/** The engine of the workers, fetched and compiled once; another try where it could not be had. */
-const fetched = async () => {
+/** Does something once; another try where it failed. */
+const once = (act) => {
+  let done;
+  return () =>
+    (done ??= act().catch((error) => {
+      done = undefined;
+      throw error;
+    }));
+};
+
+/** The engine of the workers, fetched and compiled. */
+globalThis.annulusEngine = once(async () => {
   const answer = await fetch(new URL("./engine_bg.wasm", import.meta.url));
   if (!answer.ok) throw new Error(`engine_bg.wasm: ${answer.status}`);
   const streams = answer.headers.get("content-type") === "application/wasm";
   return streams ? WebAssembly.compileStreaming(answer) : WebAssembly.compile(await answer.arrayBuffer());
-};
-let engine;
-globalThis.annulusEngine = () =>
-  (engine ??= fetched().catch((error) => {
-    engine = undefined;
-    throw error;
-  }));
+});
+
+/** What draws on the GPU, fetched when a picture is first drawn. */
+const painter = once(async () => {
+  const made = await import("./painter.js");
+  await made.default({ module_or_path: new URL("./painter_bg.wasm", import.meta.url) });
+  return made;
+});
+globalThis.annulusPainter = async (canvas, kind, whenLost) => (await painter()).open(canvas, kind, whenLost);
 
 init({ module_or_path: new URL("./page_bg.wasm", import.meta.url) }).catch((error) => {
   console.error(error);

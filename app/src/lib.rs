@@ -1,5 +1,5 @@
-//! The page of Annulus, and the engine that reads and plans in its workers, so that the page never waits. Each is a file of
-//! WebAssembly of its own (`bin/`): the window shows something before the engine is there.
+//! The page of Annulus, what draws in it on the GPU, and the engine that reads and plans in its workers, so that the page never
+//! waits. Each is a file of WebAssembly of its own (`bin/`): the window shows something before the others are there.
 //!
 //! ```text
 //! screens ─ Event ─▶ page ─▶ model ─▶ Effect ─▶ effects ═ worker, store, files ═▶ annulus-core

@@ -245,7 +245,8 @@ const GROUPS = {
     const sum = (names) => kB(names.reduce((sum, name) => sum + packed(name), 0));
     const styles = readdirSync(join(www, "style")).filter((name) => name.endsWith(".css"));
     row("HTML, CSS and start script, brotli", "30 kB", "45 kB", sum(["index.html", "boot.js", ...styles.map((name) => `style/${name}`)]));
-    row("Page with its pictures by WebGPU and WebGL2, brotli", "450 + 900 kB", "600 + 1200 kB", sum(["page_bg.wasm", "page.js"]));
+    row("Page, brotli", "450 kB", "600 kB", sum(["page_bg.wasm", "page.js"]));
+    row("What draws by WebGPU and WebGL2, brotli", "900 kB", "1200 kB", sum(["painter_bg.wasm", "painter.js"]));
     row("Engine of the workers, brotli", "500 kB", "700 kB", sum(["engine_bg.wasm", "engine.js", "worker.js"]));
   },
 

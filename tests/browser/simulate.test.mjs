@@ -90,6 +90,28 @@ test("a graphics card that is lost again and again leaves a flat picture that sa
   }
 });
 
+test("what draws on the graphics card is fetched by itself: without it there is a flat picture, and the next page has it", async () => {
+  const { page, context, problems } = await held.fresh();
+  try {
+    let asked = 0;
+    await page.route("**/painter_bg.wasm", (route) => ((asked += 1), route.abort()));
+    await page.reload();
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await page.getByText(/^Planned .* m,/).waitFor();
+    await until(async () => Number(await data(page, "frames")) > 0, "a picture");
+    assert.equal(await data(page, "backend"), "2D");
+    assert.ok(asked > 0, "it was asked for");
+    await page.screenshot({ path: picture("simulate-no-painter-1440") });
+    await page.unroute("**/painter_bg.wasm");
+    problems.length = 0;
+    await page.reload();
+    await until(async () => (await data(page, "backend")) === "WebGL2", "the graphics card draws");
+    assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+  }
+});
+
 test("the operations with their times are a menu, and choosing one goes to its beginning", async () => {
   const { page, context } = await held.opened();
   try {

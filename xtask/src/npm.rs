@@ -20,7 +20,7 @@ pub(crate) fn ensure() -> Done<PathBuf> {
     Ok(folder())
 }
 
-/// One installs at a time: the two files of WebAssembly are made small side by side, and both want the same folder.
+/// One installs at a time: the files of WebAssembly are made small side by side, and all want the same folder.
 static TURN: Mutex<()> = Mutex::new(());
 
 /// Installs what the lock file of a folder says, unless that was done already.

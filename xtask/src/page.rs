@@ -1,7 +1,7 @@
 //! Builds the page: compile, bind, shrink, compress.
 //!
 //! ```text
-//! app ─cargo▶ page.wasm, engine.wasm ─wasm-bindgen▶ page.js + page_bg.wasm, … ─wasm-opt▶ smaller ─▶ .br .gz
+//! app ─cargo▶ page.wasm, painter.wasm, engine.wasm ─wasm-bindgen▶ page.js + page_bg.wasm, … ─wasm-opt▶ smaller ─▶ .br .gz
 //! www ─copy────────────────────────────────────────────────────────────────────────────────────▶ .br .gz
 //! ```
 //!
@@ -22,8 +22,8 @@ pub(crate) fn folder() -> PathBuf {
     root().join("target/www")
 }
 
-/// The files of WebAssembly: what the window begins with, and what its workers do.
-pub(crate) const PARTS: [&str; 2] = ["page", "engine"];
+/// The files of WebAssembly: what the window begins with, what draws in it on the GPU, and what its workers do.
+pub(crate) const PARTS: [&str; 3] = ["page", "painter", "engine"];
 
 /// How much is done to make the page small.
 #[derive(Clone, Copy, Debug, PartialEq)]

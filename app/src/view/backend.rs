@@ -70,16 +70,13 @@ async fn make_painter(
     wanted: PainterChoice,
     when_lost: fn(),
 ) -> Result<Painter, String> {
-    let backends = match wanted {
+    let kind = match wanted {
         PainterChoice::Flat => return Flat::new(canvas).map(Painter::Flat),
-        PainterChoice::WebGl2 => wgpu::Backends::GL,
-        PainterChoice::WebGpu => wgpu::Backends::BROWSER_WEBGPU,
-        PainterChoice::Auto if wgpu::util::is_browser_webgpu_supported().await => {
-            wgpu::Backends::BROWSER_WEBGPU
-        }
-        PainterChoice::Auto => wgpu::Backends::GL,
+        PainterChoice::WebGl2 => "webgl2",
+        PainterChoice::WebGpu => "webgpu",
+        PainterChoice::Auto => "best",
     };
-    Gpu::new(canvas, backends, when_lost).await.map(|gpu| Painter::Gpu(Box::new(gpu)))
+    Gpu::new(canvas, kind, when_lost).await.map(|gpu| Painter::Gpu(Box::new(gpu)))
 }
 
 /// A painter of the wanted kind, or the next worse that works, each on a canvas of its own: a canvas that was asked for

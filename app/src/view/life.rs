@@ -10,10 +10,10 @@
 use super::backend::{Painter, PainterChoice, set_up};
 use super::camera::Camera;
 use super::gestures;
-use super::gpu::Painted;
 use super::handle::{View, keep, wake_all};
 use super::held::{Gestures, tell};
 use super::marks::Emphasis;
+use super::numbers::Painted;
 use super::palette::Palette;
 use super::scene::{OrderProgress, Scene};
 use super::solid::Solid;

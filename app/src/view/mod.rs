@@ -1,8 +1,8 @@
 //! The picture: discs, lines and a plate, drawn by the GPU as sharp as the screen allows.
 //!
 //! ```text
-//! Scene ─ marks ─▶ strokes ─── gpu ──▶ canvas      pointer ─ gestures ─▶ Camera
-//!    └──────────────────────── flat ─▶ canvas                      └─ pick ─▶ index of a disc
+//! Scene ─ marks, numbers ─▶ gpu ══ bytes ══▶ device ─▶ canvas      pointer ─ gestures ─▶ Camera
+//!    └────────────────────────────────────── flat ─▶ canvas                      └─ pick ─▶ index of a disc
 //! ```
 //!
 //! A board that is carved is drawn in space instead: a [`Relief`] by its tiles, seen from an [`Orbit`].
@@ -10,11 +10,14 @@
 //! Comes in: a [`Scene`] in millimetres of the board, a [`Palette`], what is done. Goes out: pixels, and which disc lies
 //! under the pointer. Knows no boards, no screens and no leptos.
 //!
-//! WebGPU is taken where there is one, else WebGL2, else a plain 2D canvas. Frames are painted on demand.
+//! WebGPU is taken where there is one, else WebGL2, else a plain 2D canvas. Frames are painted on demand. What knows the GPU
+//! (`device/`) is a WebAssembly of its own, so that the page is there before it.
 
 mod camera;
 #[cfg(any(target_arch = "wasm32", test))]
 mod marks;
+#[cfg(any(target_arch = "wasm32", test))]
+mod numbers;
 mod orbit;
 mod palette;
 mod pick;
@@ -25,13 +28,9 @@ mod thinned;
 mod touch;
 
 #[cfg(target_arch = "wasm32")]
-mod areas;
-#[cfg(target_arch = "wasm32")]
 mod backend;
 #[cfg(target_arch = "wasm32")]
-mod buffers;
-#[cfg(target_arch = "wasm32")]
-mod carved;
+mod device;
 #[cfg(target_arch = "wasm32")]
 mod flat;
 #[cfg(target_arch = "wasm32")]
@@ -44,20 +43,14 @@ mod handle;
 mod held;
 #[cfg(target_arch = "wasm32")]
 mod life;
-#[cfg(target_arch = "wasm32")]
-mod off_screen;
-#[cfg(target_arch = "wasm32")]
-mod pipelines;
+#[cfg(all(target_arch = "wasm32", not(test)))]
+mod remote;
 #[cfg(target_arch = "wasm32")]
 mod solid;
 #[cfg(target_arch = "wasm32")]
 mod space;
 #[cfg(target_arch = "wasm32")]
 mod stage;
-#[cfg(target_arch = "wasm32")]
-mod still;
-#[cfg(target_arch = "wasm32")]
-mod strokes;
 
 pub use camera::Camera;
 pub use orbit::Orbit;
@@ -71,6 +64,8 @@ pub use touch::Touch;
 
 #[cfg(target_arch = "wasm32")]
 pub use backend::{Backend, PainterChoice};
+#[cfg(target_arch = "wasm32")]
+pub use device::Device;
 #[cfg(target_arch = "wasm32")]
 pub use handle::View;
 #[cfg(target_arch = "wasm32")]

@@ -1,28 +1,31 @@
 //! The layers on the GPU: their triangles, written only when a layer is another one, and a colour each.
 //!
 //! ```text
-//! mesh ─▶ corners, indices     once: of the triangles, and of the edges round them
+//! mesh ─▶ corners, indices     once, under a number: of the triangles, and of the edges round them
 //! colour ─▶ tints[n]           whenever eye or opacity changes: four bytes
 //!
 //! a film with openings, by the alpha of the picture itself, which is 1 before and after:
 //!   body ─▶ its share │ openings ─▶ 0 │ body ─▶ its colour by that alpha │ both ─▶ 1
 //! ```
 //!
-//! Comes in: [`FilledLayer`]s, the lowest first. Goes out: draws. Does not know what they show.
+//! Comes in: meshes; rows of layers, the lowest first. Goes out: draws. Does not know what they show.
 
 use super::buffers::{fill, vertex_buffer};
-use super::palette::Colour;
 use super::pipelines::{Make, OVER, Paint};
-use super::scene::{FilledLayer, Mesh};
-use std::sync::Arc;
+use std::collections::BTreeMap;
 
-const TINT_BYTES: u64 = size_of::<Colour>() as u64;
+/// From red to alpha, a byte each.
+type Tint = [u8; 4];
+const TINT_BYTES: u64 = size_of::<Tint>() as u64;
+
+/// Corners, two numbers each; triangles and pieces of edges, by the numbers of their corners.
+pub(super) type Corners<'a> = (&'a [f32], &'a [u32], &'a [u32]);
 
 /// One layer's triangles.
 struct Area {
-    mesh: Arc<Mesh>,
     corners: wgpu::Buffer,
     indices: wgpu::Buffer,
+    triangle_ends: u32,
     edges: wgpu::Buffer,
     edge_ends: u32,
 }
@@ -41,7 +44,9 @@ pub(super) struct Layers {
     share: wgpu::RenderPipeline,
     /// Only the colours of the picture, by its own alpha.
     film: wgpu::RenderPipeline,
-    areas: Vec<(Area, Drawn)>,
+    areas: BTreeMap<u32, Area>,
+    next: u32,
+    order: Vec<(u32, Drawn)>,
     tints: wgpu::Buffer,
 }
 
@@ -83,37 +88,46 @@ impl Layers {
             edged: make(&OVER, edge, &buffers),
             share: make(&SHARE, filling, &buffers),
             film: make(&FILM, filling, &buffers),
-            areas: Vec::new(),
+            areas: BTreeMap::new(),
+            next: 0,
+            order: Vec::new(),
             tints: vertex_buffer(device, 64),
         }
     }
 
     pub(super) fn is_empty(&self) -> bool {
-        self.areas.is_empty()
+        self.order.is_empty()
     }
 
-    /// Shows `layers` and no others. What is on the GPU already is not written again.
-    pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, layers: &[FilledLayer]) {
-        let mut before = std::mem::take(&mut self.areas);
-        let wanted = layers.iter().filter(|layer| layer.openings || !layer.mesh.triangles.is_empty());
-        let mut tints: Vec<Colour> = Vec::new();
-        for layer in wanted {
+    /// Another mesh. Goes out: its number.
+    pub(super) fn add(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, mesh: Corners<'_>) -> u32 {
+        self.next += 1;
+        self.areas.insert(self.next, area(device, queue, mesh));
+        self.next
+    }
+
+    /// Shows these and no others, three numbers each: the mesh, its tint, 1 where it is openings. Other meshes are forgotten.
+    pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, rows: &[u32]) {
+        let mut tints: Vec<Tint> = Vec::new();
+        self.order.clear();
+        for row in rows.chunks_exact(3) {
+            let (number, tint, openings) = (row[0], row[1].to_le_bytes(), row[2] == 1);
             let first = tints.len() as u64;
-            tints.push(layer.colour);
-            if layer.openings {
-                tints.extend([layer.colour.alpha(0), layer.colour.alpha(255)]);
+            tints.push(tint);
+            if openings {
+                let [red, green, blue, _] = tint;
+                tints.extend([[red, green, blue, 0], [red, green, blue, 255]]);
             }
-            let known = before.iter().position(|(area, _)| Arc::ptr_eq(&area.mesh, &layer.mesh));
-            let area =
-                known.map_or_else(|| area(device, queue, &layer.mesh), |index| before.swap_remove(index).0);
-            self.areas.push((area, if layer.openings { Drawn::Film(first) } else { Drawn::Filled(first) }));
+            self.order.push((number, if openings { Drawn::Film(first) } else { Drawn::Filled(first) }));
         }
-        fill(device, queue, &mut self.tints, bytemuck::cast_slice(&tints));
+        self.areas.retain(|number, _| self.order.iter().any(|(shown, _)| shown == number));
+        fill(device, queue, &mut self.tints, tints.as_flattened());
     }
 
     /// Each layer, and over it its edges where they are `edged`.
     pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, cover: &Cover<'_>, edged: bool) {
-        for (area, drawn) in &self.areas {
+        for (number, drawn) in &self.order {
+            let Some(area) = self.areas.get(number) else { continue };
             match *drawn {
                 Drawn::Film(first) => self.draw_film(pass, cover, area, first),
                 Drawn::Filled(tint) => {
@@ -151,18 +165,21 @@ impl Layers {
         pass.set_vertex_buffer(0, area.corners.slice(..));
         pass.set_vertex_buffer(1, self.tints.slice(tint * TINT_BYTES..));
         pass.set_index_buffer(area.indices.slice(..), wgpu::IndexFormat::Uint32);
-        pass.draw_indexed(0..3 * area.mesh.triangles.len() as u32, 0, 0..1);
+        pass.draw_indexed(0..area.triangle_ends, 0, 0..1);
     }
 }
 
-fn area(device: &wgpu::Device, queue: &wgpu::Queue, mesh: &Arc<Mesh>) -> Area {
-    let corner_bytes: &[u8] = bytemuck::cast_slice(&mesh.corners_mm);
-    let mut corners = vertex_buffer(device, corner_bytes.len() as u64);
-    fill(device, queue, &mut corners, corner_bytes);
-    let indices = index_buffer(device, queue, bytemuck::cast_slice(&mesh.triangles));
-    let ends: Vec<[u32; 2]> = mesh.edges().collect();
-    let edges = index_buffer(device, queue, bytemuck::cast_slice(&ends));
-    Area { mesh: mesh.clone(), corners, indices, edges, edge_ends: 2 * ends.len() as u32 }
+fn area(device: &wgpu::Device, queue: &wgpu::Queue, (corners_mm, triangles, edges): Corners<'_>) -> Area {
+    let bytes: &[u8] = bytemuck::cast_slice(corners_mm);
+    let mut corners = vertex_buffer(device, bytes.len() as u64);
+    fill(device, queue, &mut corners, bytes);
+    Area {
+        corners,
+        indices: index_buffer(device, queue, bytemuck::cast_slice(triangles)),
+        triangle_ends: triangles.len() as u32,
+        edges: index_buffer(device, queue, bytemuck::cast_slice(edges)),
+        edge_ends: edges.len() as u32,
+    }
 }
 
 fn index_buffer(device: &wgpu::Device, queue: &wgpu::Queue, bytes: &[u8]) -> wgpu::Buffer {

@@ -2,9 +2,7 @@
 //!
 //! Comes in: a size in pixels. Goes out: what to draw on, and its draw over the window. Does not know what is on it.
 
-use super::pipelines::{Paint, pipeline};
-
-const LAID: Paint = Paint { blend: None, writes: wgpu::ColorWrites::ALL };
+use super::pipelines::{INSTEAD, group, group_layout, pipeline, pipeline_layout, texture_of};
 
 /// Lays such pictures over the window.
 pub(super) struct Laying {
@@ -35,31 +33,15 @@ pub(super) enum Fit {
 impl Laying {
     /// Over windows of `format`.
     pub(super) fn new(device: &wgpu::Device, format: wgpu::TextureFormat, fit: Fit) -> Self {
-        let entry = |binding, ty| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::FRAGMENT,
-            ty,
-            count: None,
-        };
-        let picture = wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Float { filterable: true },
-            view_dimension: wgpu::TextureViewDimension::D2,
-            multisampled: false,
-        };
+        let stage = wgpu::ShaderStages::FRAGMENT;
+        let picture = texture_of(wgpu::TextureSampleType::Float { filterable: true });
         let between = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("off screen"),
-            entries: &[entry(0, picture), entry(1, between)],
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(&layout)],
-            immediate_size: 0,
-        });
+        let layout = group_layout(device, &[(stage, picture), (stage, between)]);
+        let of_pipeline = pipeline_layout(device, &[&layout]);
         let shader = device.create_shader_module(wgpu::include_wgsl!("off_screen.wgsl"));
         let colour = if fit == Fit::Same { "same" } else { "stretched" };
         let drawing = (["corner", colour], wgpu::PrimitiveTopology::TriangleStrip);
-        let pipeline = pipeline(device, (&pipeline_layout, &shader), (format, 1), &LAID, drawing, &[]);
+        let pipeline = pipeline(device, (&of_pipeline, &shader), (format, 1), &INSTEAD, drawing, &[]);
         let between = device.create_sampler(&wgpu::SamplerDescriptor {
             mag_filter: wgpu::FilterMode::Linear,
             min_filter: wgpu::FilterMode::Linear,
@@ -86,14 +68,8 @@ impl Laying {
         };
         let view = texture(1, wgpu::TextureUsages::TEXTURE_BINDING);
         let samples = (samples > 1).then(|| texture(samples, wgpu::TextureUsages::empty()));
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &[
-                wgpu::BindGroupEntry { binding: 0, resource: wgpu::BindingResource::TextureView(&view) },
-                wgpu::BindGroupEntry { binding: 1, resource: wgpu::BindingResource::Sampler(&self.between) },
-            ],
-        });
+        let read = [wgpu::BindingResource::TextureView(&view), wgpu::BindingResource::Sampler(&self.between)];
+        let group = group(device, &self.layout, read);
         OffScreen { size_px, view, samples, group }
     }
 

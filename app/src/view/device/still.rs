@@ -7,13 +7,12 @@
 //!
 //! A playback, a slider or a pointer changes the marks alone.
 //!
-//! Comes in: a scene, the numbers of a frame. Goes out: draws. Does not know the marks.
+//! Comes in: corners, meshes, the numbers of a frame. Goes out: draws. Does not know the marks.
 
-use super::areas::{Cover, Layers};
+use super::areas::{Corners, Cover, Layers};
 use super::buffers::{fill, vertex_buffer};
 use super::off_screen::{Fit, Laying, OffScreen};
 use super::pipelines::{Make, OVER};
-use super::scene::Scene;
 
 const CORNER_SIZE: u64 = size_of::<[f32; 2]>() as u64;
 
@@ -61,12 +60,28 @@ impl Still {
         }
     }
 
-    /// Another scene.
-    pub(super) fn set(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, scene: &Scene) {
-        let cover = scene.cover();
-        (self.cover_count, self.corner_count) = (cover.len() as u32, scene.body.len() as u32);
-        fill(device, queue, &mut self.triangles, bytemuck::cast_slice(&cover));
-        self.layers.set(device, queue, &scene.layers);
+    /// Another body, two numbers each corner; of its corners `body` are drawn.
+    pub(super) fn set_body(
+        &mut self,
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        corners_mm: &[f32],
+        body: u32,
+    ) {
+        self.cover_count = corners_mm.len() as u32 / 2;
+        self.corner_count = body.min(self.cover_count);
+        fill(device, queue, &mut self.triangles, bytemuck::cast_slice(corners_mm));
+        self.drawn_with = None;
+    }
+
+    /// Another mesh. Goes out: its number.
+    pub(super) fn add_mesh(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, mesh: Corners<'_>) -> u32 {
+        self.layers.add(device, queue, mesh)
+    }
+
+    /// Other layers, as rows of three numbers.
+    pub(super) fn set_layers(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, rows: &[u32]) {
+        self.layers.set(device, queue, rows);
         self.drawn_with = None;
     }
 

@@ -7,16 +7,17 @@
 //!
 //! Not an instance each: a processor that paints in software sets up every instance as a draw of its own, 50 µs a mark.
 //!
-//! Comes in: marks. Goes out: draws. Does not know what they mean.
+//! Comes in: marks, as bytes. Goes out: draws. Does not know what they mean.
 
-use super::marks::Mark;
-use super::pipelines::{OVER, pipeline};
+use super::pipelines::{OVER, group, group_layout, pipeline, pipeline_layout, texture_of};
 use std::ops::Range;
 
 /// Marks in a row of the texture; the shader has the same number.
 const ROW: u32 = 1024;
-/// Texels a mark takes.
-const TEXELS: u32 = (size_of::<Mark>() / 16) as u32;
+/// Bytes of a mark.
+const BYTES: u32 = 32;
+/// Texels it takes, of 16 bytes each.
+const TEXELS: u32 = BYTES / 16;
 /// Corners of a mark's two triangles.
 const CORNERS: u32 = 6;
 
@@ -54,27 +55,12 @@ impl Strokes {
         shader: &wgpu::ShaderModule,
         frame: &wgpu::BindGroupLayout,
     ) -> Self {
-        let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("marks"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX,
-                ty: wgpu::BindingType::Texture {
-                    sample_type: wgpu::TextureSampleType::Uint,
-                    view_dimension: wgpu::TextureViewDimension::D2,
-                    multisampled: false,
-                },
-                count: None,
-            }],
-        });
-        let pipeline_layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: None,
-            bind_group_layouts: &[Some(frame), Some(&layout)],
-            immediate_size: 0,
-        });
+        let texels = texture_of(wgpu::TextureSampleType::Uint);
+        let layout = group_layout(device, &[(wgpu::ShaderStages::VERTEX, texels)]);
+        let of_pipelines = pipeline_layout(device, &[frame, &layout]);
         let [lines, discs, head] = ["line_colour", "disc_colour", "head_colour"].map(|colour| {
             let drawing = (["stroke_corner", colour], wgpu::PrimitiveTopology::TriangleList);
-            pipeline(device, (&pipeline_layout, shader), (format, 1), &OVER, drawing, &[])
+            pipeline(device, (&of_pipelines, shader), (format, 1), &OVER, drawing, &[])
         });
         Self { lines, discs, head, layout }
     }
@@ -96,14 +82,7 @@ impl Strokes {
             view_formats: &[],
         });
         let view = texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
-            label: None,
-            layout: &self.layout,
-            entries: &[wgpu::BindGroupEntry {
-                binding: 0,
-                resource: wgpu::BindingResource::TextureView(&view),
-            }],
-        });
+        let group = group(device, &self.layout, [wgpu::BindingResource::TextureView(&view)]);
         Sheaf { texture, group, count: 0 }
     }
 
@@ -112,56 +91,47 @@ impl Strokes {
         &self,
         sheaf: &mut Sheaf,
         (device, queue): (&wgpu::Device, &wgpu::Queue),
-        marks: &[Mark],
+        marks: &[u8],
     ) {
         let most = device.limits().max_texture_dimension_2d;
-        let rows = (marks.len() as u32).div_ceil(ROW).min(most);
+        let count = marks.len() as u32 / BYTES;
+        let rows = count.div_ceil(ROW).min(most);
         if rows > sheaf.texture.height() {
             *sheaf = self.with_rows(device, rows.next_power_of_two().min(most));
         }
-        sheaf.count = (marks.len() as u32).min(rows * ROW);
+        sheaf.count = count.min(rows * ROW);
         sheaf.write(queue, 0, marks);
     }
 
-    /// Draws those in `ranges`, in order. The numbers of the frame are bound.
-    pub(super) fn draw(
-        &self,
-        pass: &mut wgpu::RenderPass<'_>,
-        kind: Kind,
-        sheaf: &Sheaf,
-        ranges: impl IntoIterator<Item = Range<u32>>,
-    ) {
+    /// Draws those of a range that are there. The numbers of the frame are bound.
+    pub(super) fn draw(&self, pass: &mut wgpu::RenderPass<'_>, kind: Kind, sheaf: &Sheaf, range: Range<u32>) {
+        let (first, end) = (range.start.min(sheaf.count), range.end.min(sheaf.count));
+        if first >= end {
+            return;
+        }
         pass.set_pipeline(match kind {
             Kind::Lines => &self.lines,
             Kind::Discs => &self.discs,
             Kind::Head => &self.head,
         });
         pass.set_bind_group(1, &sheaf.group, &[]);
-        for range in ranges {
-            let (first, end) = (range.start.min(sheaf.count), range.end.min(sheaf.count));
-            if first < end {
-                pass.draw(first * CORNERS..end * CORNERS, 0..1);
-            }
-        }
+        pass.draw(first * CORNERS..end * CORNERS, 0..1);
     }
 }
 
 impl Sheaf {
-    /// How many there are.
-    pub(super) fn count(&self) -> u32 {
-        self.count
-    }
-
     /// Writes `marks` over those from `first` on, row by row.
-    pub(super) fn write(&self, queue: &wgpu::Queue, first: u32, marks: &[Mark]) {
-        let (mut first, mut marks) =
-            (first, &marks[..marks.len().min(self.count.saturating_sub(first) as usize)]);
+    pub(super) fn write(&self, queue: &wgpu::Queue, mut first: u32, mut marks: &[u8]) {
+        let room = (self.count.saturating_sub(first) * BYTES) as usize;
+        marks = &marks[..marks.len().min(room)];
         while !marks.is_empty() {
-            let column = first % ROW;
-            let whole = if column == 0 { marks.len() as u32 / ROW } else { 0 };
-            let (width, height) =
-                if whole > 0 { (ROW, whole) } else { ((ROW - column).min(marks.len() as u32), 1) };
-            let (now, rest) = marks.split_at((width * height) as usize);
+            let (column, left) = (first % ROW, marks.len() as u32 / BYTES);
+            let whole = if column == 0 { left / ROW } else { 0 };
+            let (width, height) = if whole > 0 { (ROW, whole) } else { ((ROW - column).min(left), 1) };
+            if width == 0 {
+                return;
+            }
+            let (now, rest) = marks.split_at((width * height * BYTES) as usize);
             queue.write_texture(
                 wgpu::TexelCopyTextureInfo {
                     texture: &self.texture,
@@ -169,10 +139,10 @@ impl Sheaf {
                     origin: wgpu::Origin3d { x: column * TEXELS, y: first / ROW, z: 0 },
                     aspect: wgpu::TextureAspect::All,
                 },
-                bytemuck::cast_slice(now),
+                now,
                 wgpu::TexelCopyBufferLayout {
                     offset: 0,
-                    bytes_per_row: Some(width * size_of::<Mark>() as u32),
+                    bytes_per_row: Some(width * BYTES),
                     rows_per_image: None,
                 },
                 wgpu::Extent3d { width: width * TEXELS, height, depth_or_array_layers: 1 },

@@ -1,0 +1,318 @@
+//! What draws on the GPU, by WebGPU or WebGL2: what stands still, the marks over it, or the board in space instead of both.
+//!
+//! ```text
+//! marks ──────▶ strokes ─┐         numbers of the frame ─▶ every shader
+//! body, layers ▶ still ──┴▶ window ◀─ carved ◀── depths
+//! ```
+//!
+//! Comes in: bytes, laid out as the shaders have them. Goes out: pixels in a canvas. Does not know scenes, pointers or clocks.
+//! A WebAssembly of its own (`bin/painter.rs`): nothing else names wgpu.
+//!
+//! Both back ends blend in linear light: where the canvas is not sRGB itself (WebGPU) it is drawn through an sRGB view.
+//! Where the adapter can, what stands still is sampled four times a pixel, so that the edges of triangles are smooth too;
+//! marks know themselves how much of a pixel is theirs.
+
+mod areas;
+mod buffers;
+mod carved;
+mod off_screen;
+mod pipelines;
+mod still;
+mod strokes;
+
+use super::numbers::{FlatNumbers, Painted, SpaceNumbers};
+use carved::Carved;
+use futures_channel::oneshot;
+use off_screen::begin;
+use pipelines::{Drawing, NUMBERS, Paint, group, group_layout, numbers_buffer, pipeline, pipeline_layout};
+use std::cell::Cell;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use still::Still;
+use strokes::{Kind, Sheaf, Strokes};
+use web_sys::HtmlCanvasElement;
+
+/// A canvas and what draws in it.
+pub struct Device {
+    surface: wgpu::Surface<'static>,
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    config: wgpu::SurfaceConfiguration,
+    view_format: wgpu::TextureFormat,
+    still: Still,
+    strokes: Strokes,
+    numbers: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    marks: Sheaf,
+    over: Sheaf,
+    head: Sheaf,
+    /// Made when a board in space is first looked at.
+    carved: Option<Carved>,
+    hardware: bool,
+    lost: Arc<AtomicBool>,
+}
+
+impl Device {
+    /// A device for `canvas` by one of the back ends that `kind` names: `webgpu`, `webgl2`, or `best` of both; or why there is
+    /// none. `when_lost` is called when it goes.
+    pub async fn open(
+        canvas: &HtmlCanvasElement,
+        kind: &str,
+        when_lost: impl FnOnce() + 'static,
+    ) -> Result<Self, String> {
+        let mut wanted = wgpu::InstanceDescriptor::new_without_display_handle();
+        wanted.backends = backends(kind).await;
+        let instance = wgpu::Instance::new(wanted);
+        let target = wgpu::SurfaceTarget::Canvas(canvas.clone());
+        let surface = instance.create_surface(target).map_err(|error| error.to_string())?;
+        let options =
+            wgpu::RequestAdapterOptions { compatible_surface: Some(&surface), ..Default::default() };
+        let adapter = instance.request_adapter(&options).await.map_err(|error| error.to_string())?;
+        let limits = wgpu::Limits::downlevel_webgl2_defaults().using_resolution(adapter.limits());
+        let asked = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+        let (device, queue) = adapter.request_device(&asked).await.map_err(|error| error.to_string())?;
+        let lost = watch(&device, when_lost);
+        let (config, view_format) = surface_config(&surface, &adapter, canvas)?;
+        surface.configure(&device, &config);
+        let can = adapter.get_texture_format_features(view_format).flags;
+        // A processor that paints in software has four times the work with them.
+        let hardware = adapter.get_info().device_type != wgpu::DeviceType::Cpu;
+        let samples = if hardware && can.sample_count_supported(4) { 4 } else { 1 };
+        Ok(Self::assemble(surface, (device, queue), (config, view_format, samples), hardware, lost))
+    }
+
+    fn assemble(
+        surface: wgpu::Surface<'static>,
+        (device, queue): (wgpu::Device, wgpu::Queue),
+        (config, view_format, samples): (wgpu::SurfaceConfiguration, wgpu::TextureFormat, u32),
+        hardware: bool,
+        lost: Arc<AtomicBool>,
+    ) -> Self {
+        let shader = device.create_shader_module(wgpu::include_wgsl!("marks.wgsl"));
+        let (numbers, group_layout, group) = frame_group(&device);
+        let layout = pipeline_layout(&device, &[&group_layout]);
+        let make = |paint: &Paint, drawing: Drawing, buffers: &[Option<wgpu::VertexBufferLayout<'_>>]| {
+            pipeline(&device, (&layout, &shader), (view_format, samples), paint, drawing, buffers)
+        };
+        let still = Still::new(&device, (view_format, samples), &make);
+        let strokes = Strokes::new(&device, view_format, &shader, &group_layout);
+        let [marks, over, head] = [(); 3].map(|()| strokes.sheaf(&device));
+        Self {
+            surface,
+            device,
+            queue,
+            config,
+            view_format,
+            still,
+            strokes,
+            numbers,
+            group,
+            marks,
+            over,
+            head,
+            carved: None,
+            hardware,
+            lost,
+        }
+    }
+
+    /// Which of the two it is.
+    pub fn is_webgpu(&self) -> bool {
+        // WebGL2 canvases are sRGB themselves; only a WebGPU canvas needs another view.
+        self.view_format != self.config.format
+    }
+
+    /// A graphics card draws, and not the processor.
+    pub fn hardware(&self) -> bool {
+        self.hardware
+    }
+
+    /// The longest side of a canvas and of a board in space, in pixels and cells.
+    pub fn most_px(&self) -> u32 {
+        self.device.limits().max_texture_dimension_2d
+    }
+
+    /// The canvas has another size, in device pixels, from 1 to [`most_px`](Self::most_px).
+    pub fn resize(&mut self, width: u32, height: u32) {
+        (self.config.width, self.config.height) = (width, height);
+        self.surface.configure(&self.device, &self.config);
+    }
+
+    /// The marks of the scene anew, 32 bytes each.
+    pub fn set_marks(&mut self, marks: &[u8]) {
+        self.strokes.set(&mut self.marks, (&self.device, &self.queue), marks);
+    }
+
+    /// The marks over the scene anew.
+    pub fn set_over(&mut self, marks: &[u8]) {
+        self.strokes.set(&mut self.over, (&self.device, &self.queue), marks);
+    }
+
+    /// These marks of the scene from number `first` on.
+    pub fn write_marks(&self, first: u32, marks: &[u8]) {
+        self.marks.write(&self.queue, first, marks);
+    }
+
+    /// The body of the board as triangles, two numbers each corner; of its corners `body` are drawn, 0 where the ground has them.
+    pub fn set_body(&mut self, corners_mm: &[f32], body: u32) {
+        self.still.set_body(&self.device, &self.queue, corners_mm, body);
+    }
+
+    /// Triangles of a layer and the pieces of their edges, by the numbers of their corners. Goes out: the layer's number.
+    pub fn add_mesh(&mut self, corners_mm: &[f32], triangles: &[u32], edges: &[u32]) -> u32 {
+        self.still.add_mesh(&self.device, &self.queue, (corners_mm, triangles, edges))
+    }
+
+    /// The layers from now on, the lowest first, three numbers each: its own, its colour from red to alpha, 1 where its triangles
+    /// are openings. Those not named are forgotten.
+    pub fn set_layers(&mut self, rows: &[u32]) {
+        self.still.set_layers(&self.device, &self.queue, rows);
+    }
+
+    /// A board in space of so many cells, uncut, also cut from below; none of no size.
+    pub fn set_depths(&mut self, width: u32, height: u32, under: bool) {
+        if width == 0 || height == 0 {
+            self.carved = None;
+            return;
+        }
+        let carved = self.carved.get_or_insert_with(|| Carved::new(&self.device, self.view_format));
+        carved.set(&self.device, [width, height], under);
+    }
+
+    /// A tile of it that begins at this cell: depths in µm, row by row, as many rows as columns.
+    pub fn write_depths(&self, below: bool, x: u32, y: u32, depths_um: &[u16]) {
+        if let Some(carved) = &self.carved {
+            carved.write(&self.queue, below, [x, y], depths_um);
+        }
+    }
+
+    /// Draws the flat picture: by its numbers, which marks of the scene from where to where (lines twice, discs), the head's mark,
+    /// with edges round the layers where it is `edged`.
+    pub fn paint_flat(&mut self, numbers: &[u8], ranges: &[u32], head: &[u8], edged: bool) -> Painted {
+        let numbers: FlatNumbers = match bytemuck::try_pod_read_unaligned(numbers) {
+            Ok(numbers) => numbers,
+            Err(_) => return Painted::Lost,
+        };
+        self.queue.write_buffer(&self.numbers, 0, bytemuck::bytes_of(&numbers));
+        self.strokes.set(&mut self.head, (&self.device, &self.queue), head);
+        self.paint(|own, encoder, view| {
+            let alone = numbers.without_progress();
+            let size_px = [own.config.width, own.config.height];
+            let with = (bytemuck::bytes_of(&alone), edged);
+            own.still.draw((&own.device, encoder), &own.group, size_px, with);
+            let mut pass = begin(encoder, view, None);
+            own.still.lay(&mut pass);
+            pass.set_bind_group(0, &own.group, &[]);
+            for (range, kind) in ranges.chunks_exact(2).zip([Kind::Lines, Kind::Lines, Kind::Discs]) {
+                own.strokes.draw(&mut pass, kind, &own.marks, range[0]..range[1]);
+            }
+            own.strokes.draw(&mut pass, Kind::Lines, &own.over, 0..u32::MAX);
+            own.strokes.draw(&mut pass, Kind::Head, &own.head, 0..u32::MAX);
+        })
+    }
+
+    /// Draws the board in space by its numbers, a picture of another size than the window stretched over it.
+    pub fn paint_space(&mut self, numbers: &[u8]) -> Painted {
+        let numbers: SpaceNumbers = match bytemuck::try_pod_read_unaligned(numbers) {
+            Ok(numbers) => numbers,
+            Err(_) => return Painted::Lost,
+        };
+        self.paint(|own, encoder, view| {
+            let window_px = [own.config.width, own.config.height];
+            match &mut own.carved {
+                Some(carved) => {
+                    carved.draw((&own.device, &own.queue), encoder, (view, window_px), &numbers);
+                }
+                None => drop(begin(encoder, view, None)),
+            }
+        })
+    }
+
+    /// Shows what `draw` draws.
+    fn paint(
+        &mut self,
+        draw: impl FnOnce(&mut Self, &mut wgpu::CommandEncoder, &wgpu::TextureView),
+    ) -> Painted {
+        use wgpu::CurrentSurfaceTexture as Current;
+        if self.lost.load(Ordering::Relaxed) {
+            return Painted::Lost;
+        }
+        let texture = match self.surface.get_current_texture() {
+            Current::Success(texture) | Current::Suboptimal(texture) => texture,
+            Current::Timeout | Current::Occluded => return Painted::Later,
+            Current::Outdated => {
+                self.surface.configure(&self.device, &self.config);
+                return Painted::Later;
+            }
+            Current::Lost | Current::Validation => return Painted::Lost,
+        };
+        let view = texture.texture.create_view(&wgpu::TextureViewDescriptor {
+            format: Some(self.view_format),
+            ..Default::default()
+        });
+        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        draw(self, &mut encoder, &view);
+        self.queue.submit([encoder.finish()]);
+        self.queue.present(texture);
+        Painted::Shown
+    }
+
+    /// Throws it away.
+    pub fn lose(&self) {
+        self.device.destroy();
+        self.lost.store(true, Ordering::Relaxed);
+    }
+}
+
+/// What `kind` names.
+async fn backends(kind: &str) -> wgpu::Backends {
+    match kind {
+        "webgpu" => wgpu::Backends::BROWSER_WEBGPU,
+        "webgl2" => wgpu::Backends::GL,
+        _ if wgpu::util::is_browser_webgpu_supported().await => wgpu::Backends::BROWSER_WEBGPU,
+        _ => wgpu::Backends::GL,
+    }
+}
+
+/// A flag that is up once the device is gone; `when_lost` is called then.
+fn watch(device: &wgpu::Device, when_lost: impl FnOnce() + 'static) -> Arc<AtomicBool> {
+    let lost = Arc::new(AtomicBool::new(false));
+    let (told, (tell, hear)) = (lost.clone(), oneshot::channel());
+    let tell = Cell::new(Some(tell));
+    device.set_device_lost_callback(move |_, _| {
+        told.store(true, Ordering::Relaxed);
+        if let Some(tell) = tell.take() {
+            let _ = tell.send(());
+        }
+    });
+    wasm_bindgen_futures::spawn_local(async move {
+        if hear.await.is_ok() {
+            when_lost();
+        }
+    });
+    lost
+}
+
+/// The numbers of a frame as the shader sees them.
+fn frame_group(device: &wgpu::Device) -> (wgpu::Buffer, wgpu::BindGroupLayout, wgpu::BindGroup) {
+    let numbers = numbers_buffer(device, size_of::<FlatNumbers>());
+    let layout = group_layout(device, &[(wgpu::ShaderStages::VERTEX_FRAGMENT, NUMBERS)]);
+    let group = group(device, &layout, [numbers.as_entire_binding()]);
+    (numbers, layout, group)
+}
+
+fn surface_config(
+    surface: &wgpu::Surface<'_>,
+    adapter: &wgpu::Adapter,
+    canvas: &HtmlCanvasElement,
+) -> Result<(wgpu::SurfaceConfiguration, wgpu::TextureFormat), String> {
+    let (width, height) = (canvas.width().max(1), canvas.height().max(1));
+    let mut config = surface
+        .get_default_config(adapter, width, height)
+        .ok_or("this canvas cannot be drawn to by the adapter")?;
+    let view_format = config.format.add_srgb_suffix();
+    if view_format != config.format {
+        config.view_formats.push(view_format);
+    }
+    Ok((config, view_format))
+}

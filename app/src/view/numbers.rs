@@ -1,0 +1,255 @@
+//! What a frame is drawn with: numbers, laid out as the shaders have them.
+//!
+//! ```text
+//! camera, colours, progress ─▶ FlatNumbers  ─▶ marks.wgsl
+//! orbit, relief, tool       ─▶ SpaceNumbers ─▶ relief.wgsl
+//! ```
+//!
+//! Comes in: a [`Look`]. Goes out: plain memory. Does not know the GPU.
+
+use super::camera::Camera;
+use super::orbit::Orbit;
+use super::palette::{Colour, Palette};
+use super::relief::{Cutting, ReliefField};
+use super::scene::{Line, OrderProgress, Scene};
+
+/// How long a tool is drawn, in its diameters and at least, mm.
+const LONG_DIAMETERS: f32 = 7.0;
+const LEAST_LONG_MM: f32 = 8.0;
+
+/// What a frame is drawn from.
+pub(super) struct Look<'a> {
+    pub(super) camera: &'a Camera,
+    pub(super) density: f64,
+    pub(super) scene: &'a Scene,
+    pub(super) over: &'a [Line],
+    pub(super) palette: &'a Palette,
+    pub(super) grid: bool,
+    pub(super) progress: OrderProgress,
+    pub(super) head_mm: Option<[f32; 2]>,
+    /// The board in space instead of all that.
+    pub(super) solid: Option<(&'a ReliefField, &'a Orbit, Option<Cutting>)>,
+    /// It is sharp whatever that takes.
+    pub(super) sharp: bool,
+}
+
+/// What happened to a frame.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Painted {
+    /// It is on the screen.
+    Shown,
+    /// It is on the screen, less sharp than it can be: this device takes long for the rest.
+    Coarse,
+    /// Not now; ask again.
+    Later,
+    /// The device is gone; a new painter is needed.
+    Lost,
+}
+
+impl Painted {
+    /// As a number, for another WebAssembly.
+    pub const fn code(self) -> u8 {
+        self as u8
+    }
+
+    /// From such a number; what says nothing has lost its device.
+    pub(super) const fn of_code(code: u8) -> Self {
+        match code {
+            0 => Self::Shown,
+            1 => Self::Coarse,
+            2 => Self::Later,
+            _ => Self::Lost,
+        }
+    }
+}
+
+/// The flat picture, but for its marks.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct FlatNumbers {
+    centre_mm: [f32; 2],
+    half_px: [f32; 2],
+    px_per_mm: f32,
+    density: f32,
+    grid_mm: f32,
+    grid_fade: f32,
+    plate_mm: [f32; 4],
+    corner_mm: f32,
+    has_plate: f32,
+    discs: u32,
+    lines: u32,
+    drilling: u32,
+    hand: f32,
+    unused: [u32; 2],
+    colours: [[f32; 4]; 10],
+}
+
+/// The board in space.
+#[derive(Clone, Copy, Debug, PartialEq, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+pub(super) struct SpaceNumbers {
+    eye: [f32; 4],
+    forward: [f32; 4],
+    right: [f32; 4],
+    up: [f32; 4],
+    low: [f32; 2],
+    cell: f32,
+    thickness: f32,
+    cells: [f32; 2],
+    copper_mm: f32,
+    both: f32,
+    tip: [f32; 4],
+    tool: [f32; 4],
+    window: [f32; 2],
+    samples: f32,
+    under: f32,
+    ground: [f32; 4],
+}
+
+impl FlatNumbers {
+    /// Of a window of `size_px` device pixels.
+    pub(super) fn of(look: &Look<'_>, size_px: [u32; 2]) -> Self {
+        let (camera, palette) = (look.camera, look.palette);
+        let (grid_mm, grid_fade) = camera.grid();
+        let plate = look.scene.plate;
+        let corners = plate.map_or([0.0; 4], |p| [p.min_mm[0], p.min_mm[1], p.max_mm[0], p.max_mm[1]]);
+        let colours = [
+            palette.background,
+            palette.plate,
+            palette.edge,
+            palette.grid,
+            palette.bore,
+            palette.done,
+            palette.current,
+            palette.failed,
+            palette.selected,
+            palette.travelled,
+        ];
+        Self {
+            centre_mm: camera.centre_mm.map(|mm| mm as f32),
+            half_px: size_px.map(|px| px as f32 / 2.0),
+            px_per_mm: (camera.px_per_mm * look.density) as f32,
+            density: look.density as f32,
+            grid_mm: if look.grid { grid_mm as f32 } else { 0.0 },
+            grid_fade: grid_fade as f32,
+            plate_mm: corners,
+            corner_mm: plate.map_or(0.0, |plate| plate.corner_mm),
+            has_plate: f32::from(u8::from(plate.is_some())),
+            discs: look.progress.discs,
+            lines: look.progress.lines,
+            drilling: u32::from(look.progress.drilling),
+            hand: camera.hand() as f32,
+            unused: [0; 2],
+            colours: colours.map(Colour::linear),
+        }
+    }
+
+    /// What of them tells on what stands still.
+    pub(super) fn without_progress(self) -> Self {
+        Self { discs: 0, lines: 0, drilling: 0, ..self }
+    }
+}
+
+impl SpaceNumbers {
+    /// Of a board in a picture of `drawn_px`, with so many rays along each side of a pixel, over `ground`.
+    pub(super) fn of(
+        (field, orbit, tool): (&ReliefField, &Orbit, Option<Cutting>),
+        drawn_px: [u32; 2],
+        samples: f32,
+        ground: Colour,
+    ) -> Self {
+        let window = drawn_px.map(|px| px as f32);
+        let rays = orbit.rays(window.map(f64::from));
+        let four = |spot: [f64; 3]| [spot[0] as f32, spot[1] as f32, spot[2] as f32, 0.0];
+        let relief = &field.relief;
+        let tip = tool.map_or([0.0; 4], |tool| [tool.tip_mm[0], tool.tip_mm[1], tool.tip_mm[2], 1.0]);
+        let long = |tool: Cutting| (2.0 * LONG_DIAMETERS * tool.radius_mm).max(LEAST_LONG_MM);
+        Self {
+            eye: four(rays.eye),
+            forward: four(rays.forward),
+            right: four(rays.right),
+            up: four(rays.up),
+            low: relief.low_mm,
+            cell: relief.cell_mm,
+            thickness: relief.thickness_mm,
+            cells: relief.cells.map(|cells| cells as f32),
+            copper_mm: relief.copper_mm,
+            both: f32::from(u8::from(relief.both_sides)),
+            tip,
+            tool: tool.map_or([0.0; 4], |tool| [tool.end_mm, tool.radius_mm, tool.slope, long(tool)]),
+            window,
+            samples,
+            under: f32::from(u8::from(!field.under().is_empty())),
+            ground: ground.linear(),
+        }
+    }
+
+    /// Size of the picture that they are for, in pixels.
+    pub(super) fn drawn_px(&self) -> [u32; 2] {
+        self.window.map(|px| px as u32)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::view::{Plate, Relief};
+
+    /// What a uniform buffer asks of a structure: a whole number of four floats.
+    #[test]
+    fn numbers_are_whole_rows_of_four() {
+        assert_eq!((size_of::<FlatNumbers>(), size_of::<SpaceNumbers>()), (240, 160));
+        assert_eq!(size_of::<FlatNumbers>() % 16 + size_of::<SpaceNumbers>() % 16, 0);
+    }
+
+    #[test]
+    fn what_happened_to_a_frame_goes_through_a_number() {
+        for painted in [Painted::Shown, Painted::Coarse, Painted::Later, Painted::Lost] {
+            assert_eq!(Painted::of_code(painted.code()), painted);
+        }
+    }
+
+    fn look<'a>(scene: &'a Scene, camera: &'a Camera, progress: OrderProgress) -> Look<'a> {
+        let (over, palette) = (&[][..], &Palette::DARK);
+        let (density, grid, head_mm, solid, sharp) = (2.0, true, None, None, false);
+        Look { camera, density, scene, over, palette, grid, progress, head_mm, solid, sharp }
+    }
+
+    #[test]
+    fn progress_alone_leaves_what_stands_still_as_it_is() {
+        let plate = Plate { min_mm: [1.0, 2.0], max_mm: [30.0, 40.0], corner_mm: 3.0 };
+        let (scene, camera) = (Scene { plate: Some(plate), ..Scene::default() }, Camera::default());
+        let at = |discs, drilling, lines| {
+            FlatNumbers::of(&look(&scene, &camera, OrderProgress { discs, drilling, lines }), [800, 601])
+        };
+        let (before, after) = (at(0, false, 0), at(7, true, 90));
+        assert_ne!(before, after);
+        assert_eq!(before, after.without_progress());
+        let moved = Camera { centre_mm: [5.0, 0.0], ..camera };
+        let elsewhere = FlatNumbers::of(&look(&scene, &moved, OrderProgress::default()), [800, 601]);
+        assert_ne!(elsewhere.without_progress(), before);
+        assert_eq!((before.half_px, before.plate_mm), ([400.0, 300.5], [1.0, 2.0, 30.0, 40.0]));
+        assert_eq!((before.px_per_mm, before.density), (2.0 * camera.px_per_mm as f32, 2.0));
+    }
+
+    #[test]
+    fn a_board_in_space_says_for_how_large_a_picture() {
+        let relief = Relief {
+            low_mm: [0.0, 1.0],
+            cell_mm: 0.1,
+            cells: [100, 70],
+            thickness_mm: 1.6,
+            copper_mm: 0.035,
+            both_sides: true,
+        };
+        let orbit = Orbit::of(relief.bounds_mm(), [300.0, 200.0], false);
+        let field = ReliefField::new(relief);
+        let tool = Cutting { tip_mm: [1.0, 2.0, -0.5], end_mm: 0.1, radius_mm: 0.2, slope: 0.0 };
+        let numbers = SpaceNumbers::of((&field, &orbit, Some(tool)), [300, 200], 2.0, Palette::DARK.bore);
+        assert_eq!(numbers.drawn_px(), [300, 200]);
+        assert_eq!((numbers.both, numbers.under, numbers.samples), (1.0, 0.0, 2.0));
+        assert_eq!((numbers.tip, numbers.tool), ([1.0, 2.0, -0.5, 1.0], [0.1, 0.2, 0.0, 8.0]));
+        let none = SpaceNumbers::of((&field, &orbit, None), [300, 200], 2.0, Palette::DARK.bore);
+        assert_eq!((none.tip, none.tool), ([0.0; 4], [0.0; 4]), "no tool");
+    }
+}
