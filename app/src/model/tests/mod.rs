@@ -14,6 +14,8 @@ mod contacts_rows;
 mod controller_rows;
 mod draw_rows;
 mod drawn_files_rows;
+mod drawn_groups_rows;
+mod drawn_kept_rows;
 mod files_rows;
 mod job_rows;
 mod keeping_rows;

@@ -3,7 +3,7 @@
 //! Comes in: tool, pen, grid. Goes out: others.
 
 use super::focus_picture;
-use super::inputs::{self, LAYERS, SHAPES, shown, tick};
+use super::inputs::{self, LAYERS, SHAPES, tick};
 use crate::drawing::fields::Field;
 use crate::drawing::{Act, DrawKey, GRIDS, Pen, Tool};
 use crate::i18n::{self, key, t};
@@ -142,7 +142,7 @@ fn grid() -> impl IntoView {
         let (unit, now) = (frame().unit.get(), step.get());
         let known = GRIDS.into_iter().chain((!GRIDS.contains(&now)).then_some(now));
         let word = |one| {
-            let text = format!("{} {}", i18n::number(shown(unit, one)), i18n::unit_word());
+            let text = format!("{} {}", i18n::number(unit.short(one.mm())), i18n::unit_word());
             html::option()
                 .attr("value", format!("{}mm", one.mm()))
                 .prop("selected", move || step.get() == one)
