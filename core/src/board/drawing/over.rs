@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Comes in: an [`Artwork`] and a [`Drawing`]. Goes out: the same artwork, changed; diagnostics where a file is not as it was.
-//! A repeat of which something is changed is taken apart into what it draws; what lies in apertures that are blocks stays as it is.
+//! A repeat of which something is changed is taken apart into what it draws; what a block aperture draws is one thing.
 
 use super::body::{path_about, placed_about, shifted};
 use super::holes_written::excellon_text;
