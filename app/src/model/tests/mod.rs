@@ -17,6 +17,7 @@ mod drawn_files_rows;
 mod drawn_groups_rows;
 mod drawn_kept_rows;
 mod files_rows;
+mod job_board_rows;
 mod job_rows;
 mod keeping_rows;
 mod lab_rows;
