@@ -36,6 +36,16 @@ pub fn from_artwork(artwork: &Artwork, used: &[usize]) -> (Board, Vec<Diagnostic
 /// Makes the board of the files at `used`. What has neither holes nor copper among them adds nothing. The
 /// diagnostics are those of the files used, and those of the board itself.
 pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: BoardWanted) -> (Board, Vec<Diagnostic>) {
+    from_artwork_telling(artwork, used, wanted, &mut |_, _| {})
+}
+
+/// The same; `progress` is told how many sides of the copper are painted, and how many there are.
+pub fn from_artwork_telling(
+    artwork: &Artwork,
+    used: &[usize],
+    wanted: BoardWanted,
+    progress: &mut dyn FnMut(u64, u64),
+) -> (Board, Vec<Diagnostic>) {
     let mut board = Board::default();
     let mut diagnostics = Vec::new();
     for file in used.iter().filter_map(|&index| artwork.files.get(index)) {
@@ -69,7 +79,7 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: BoardWanted)
     board.name = name(artwork, used, &board.sources);
     outline(&mut board, artwork, used, wanted, &mut diagnostics);
     if wanted.copper {
-        copper::add(&mut board, artwork, used, &mut diagnostics);
+        copper::add(&mut board, (artwork, used), &mut diagnostics, progress);
         legend::add(&mut board, artwork, used);
         if board.holes.is_empty() && board.slots.is_empty() && !board.copper.is_empty() {
             diagnostics.push(Diagnostic::note("board.no_holes"));

@@ -284,7 +284,7 @@ pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
         job: wanted.job.clone(),
         machine: Some(Settings::of(&model.machine)),
     });
-    model.on_the_way = OnTheWay::Reading { number, wanted: Box::new(wanted) };
+    model.on_the_way = OnTheWay::Reading { number, wanted: Box::new(wanted), share: 0.0 };
     effects.push(Effect::ask(number, request));
     effects
 }

@@ -41,8 +41,17 @@ pub fn lay_over_all(
 
 /// The artwork of what is no drawing among `files`.
 pub fn read_under(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
+    read_under_telling(files, overrides, &mut |_, _| {})
+}
+
+/// The same; `progress` is told how many bytes are read, and how many there are.
+pub fn read_under_telling(
+    files: &[(String, Vec<u8>)],
+    overrides: &Overrides,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Artwork {
     let under: Vec<_> = files.iter().filter(|(_, bytes)| !is_one(bytes)).cloned().collect();
-    artwork::read_set(&under, overrides)
+    artwork::read_set_telling(&under, overrides, progress)
 }
 
 /// Makes the artwork what the drawing says it is: takes out, moves, adds. `used` follows.
