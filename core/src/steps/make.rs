@@ -26,9 +26,6 @@ use crate::motion::{AxisMove, Motion, MotorPath, Move, TableSteps, Timeline, eac
 /// The most runs of a stream. A board of 100,000 holes needs about a tenth of them.
 const MOST_RUNS: usize = 100_000_000;
 
-/// So many moves are made between two words of how far it is.
-const AT_ONCE: usize = 250;
-
 /// Both steps at a turn may be 1 µs off their time.
 const TURN_ROOM_S: f64 = 2.1e-6;
 
@@ -46,9 +43,9 @@ pub fn stream_telling(
     let mut pile =
         Pile { maker: Maker::new(machine), segments: Vec::with_capacity(timeline.moves.len()), runs: 0 };
     let total = timeline.moves.len() as u64;
-    for (done, planned) in (0..).zip(timeline.moves.chunks(AT_ONCE)) {
-        progress(done * AT_ONCE as u64, total);
-        pile.take(planned)?;
+    for (done, planned) in (0..).zip(&timeline.moves) {
+        progress(done, total);
+        pile.take(std::slice::from_ref(planned))?;
     }
     Ok(StepStream { start: timeline.start, segments: pile.segments })
 }
