@@ -11,6 +11,7 @@ use crate::keys::KeyAction;
 use crate::model::DrawEvent;
 use crate::page::{frame, key_of, open_drawing, send};
 use crate::widgets::{Icon, picture_button_if};
+use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{self, button, div, h2, header, section, select, span};
 use leptos::prelude::*;
@@ -141,7 +142,7 @@ fn grid() -> impl IntoView {
     let options = move || {
         let (unit, now) = (frame().unit.get(), step.get());
         let known = GRIDS.into_iter().chain((!GRIDS.contains(&now)).then_some(now));
-        let word = |one| {
+        let word = |one: Length| {
             let text = format!("{} {}", i18n::number(unit.short(one.mm())), i18n::unit_word());
             html::option()
                 .attr("value", format!("{}mm", one.mm()))

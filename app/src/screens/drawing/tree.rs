@@ -10,6 +10,7 @@ use crate::page::{frame, open_drawing, send};
 use crate::widgets::{push, row_top, virtual_list};
 use annulus_core::board::drawing::{Catch, Id, Thing};
 use annulus_core::geometry::Point;
+use annulus_core::units::Length;
 use leptos::ev::{self, DragEvent, KeyboardEvent, MouseEvent};
 use leptos::html::{div, h2, header, p, section, span};
 use leptos::prelude::*;
@@ -125,7 +126,7 @@ fn place(at: Point) -> String {
 /// What a line says.
 fn words(row: &TreeRow) -> String {
     let unit = frame().unit.get();
-    let size = |length| number(unit.short(length.mm()));
+    let size = |length: Length| number(unit.short(length.mm()));
     match &row.item.thing {
         Thing::Group { name } => name.clone(),
         Thing::Track { width, layer, .. } => {
