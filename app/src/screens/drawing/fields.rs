@@ -59,7 +59,7 @@ fn row(field: Field) -> Option<AnyView> {
         }
         FieldValue::Fixed(_) => {
             let text = move || match now() {
-                Some(FieldValue::Fixed(Some(length))) => number(frame().unit.short(length.mm())),
+                Some(FieldValue::Fixed(Some(length))) => number(frame().unit.get().short(length.mm())),
                 _ => String::new(),
             };
             div()

@@ -142,7 +142,7 @@ pub(super) fn length(
     act: impl Fn(String) + 'static,
 ) -> impl IntoView {
     let text = Signal::derive(move || {
-        value.get().map_or_else(String::new, |length| number(frame().unit.short(length.mm())))
+        value.get().map_or_else(String::new, |length| number(frame().unit.get().short(length.mm())))
     });
     let fits = |text: &str| typed::length(text, Unit::default()).is_some();
     typed_field(id, field, text, i18n::unit_word, fits, act)
