@@ -31,6 +31,12 @@ impl Unit {
         self.with_digits(mm, if self == Self::Inch { 4 } else { 3 })
     }
 
+    /// A coordinate without the zeros at its end.
+    pub fn short(self, mm: f64) -> String {
+        let text = self.coordinate(mm);
+        text.trim_end_matches('0').trim_end_matches('.').to_owned()
+    }
+
     /// A size as written on a drill bit.
     pub fn size(self, mm: f64) -> String {
         match self {
@@ -110,6 +116,15 @@ mod tests {
         for (unit, mm, coordinate, size) in rows {
             assert_eq!(unit.coordinate(mm), coordinate);
             assert_eq!(unit.size(mm), size);
+        }
+        let short = [(Unit::Millimetre, 12.345_678, "12.346"), (Unit::Millimetre, -0.000_4, "0")];
+        let more = [
+            (Unit::Millimetre, 100.0, "100"),
+            (Unit::Millimetre, 0.85, "0.85"),
+            (Unit::Inch, 20.0, "0.7874"),
+        ];
+        for (unit, mm, text) in short.into_iter().chain(more) {
+            assert_eq!(unit.short(mm), text);
         }
     }
 

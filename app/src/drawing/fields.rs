@@ -277,16 +277,16 @@ pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edi
         Field::X | Field::Y | Field::ByX | Field::ByY => {
             let now = rows(editor).into_iter().find(|row| row.field == field)?.value;
             let FieldValue::Length(Some(now)) = now else { return None };
-            let by = along(matches!(field, Field::X | Field::ByX), length(text, unit)? - now);
+            let by = along(matches!(field, Field::X | Field::ByX), meant(text, unit, now)? - now);
             Some(editor.selection().moved(by))
         }
         Field::FromX | Field::FromY | Field::ToX | Field::ToY => {
             let Some(Thing::Track { from, to, .. }) = drawing.thing(*ids.first()?) else { return None };
             let node = if matches!(field, Field::FromX | Field::FromY) { *from } else { *to };
-            let (at, wanted) = (drawing.at(node)?, length(text, unit)?);
+            let at = drawing.at(node)?;
             let at = match field {
-                Field::FromX | Field::ToX => Point::new(wanted, at.y),
-                _ => Point::new(at.x, wanted),
+                Field::FromX | Field::ToX => Point::new(meant(text, unit, at.x)?, at.y),
+                _ => Point::new(at.x, meant(text, unit, at.y)?),
             };
             Some(put(drawing, node, Thing::Node { at }))
         }
@@ -298,6 +298,12 @@ pub fn edit(editor: &Editor, field: Field, text: &str, unit: Unit) -> Option<Edi
         }
         _ => of_things(drawing, &ids, field, text, unit),
     }
+}
+
+/// The place that is typed where `now` stands: it has more digits than are shown, and what is left as it is shown stays.
+fn meant(text: &str, unit: Unit, now: Length) -> Option<Length> {
+    let typed = length(text, unit)?;
+    Some(if length(&unit.short(now.mm()), unit) == Some(typed) { now } else { typed })
 }
 
 fn along(x: bool, by: Length) -> Point {

@@ -11,7 +11,7 @@ use annulus_core::diagnostic::Diagnostic;
 /// Writes it.
 pub(super) fn write(wanted: &ToWriteOver) -> Result<WrittenOver, Diagnostic> {
     let read = &wanted.read;
-    let under = board_files::as_said(read, board_files::artwork(read));
+    let under = board_files::as_said(read, board_files::artwork(read, &mut |_, _| {}));
     let drawn = read.files.iter().find(|(_, bytes)| drawing::is_one(bytes));
     let history = match drawn {
         Some((name, bytes)) => drawing::read(name, &String::from_utf8_lossy(bytes))?,
@@ -20,7 +20,7 @@ pub(super) fn write(wanted: &ToWriteOver) -> Result<WrittenOver, Diagnostic> {
     let name = history.now().name();
     let stem = drawing::stem(name);
     if wanted.picture {
-        let (.., board, mut lost) = board_files::board(read, under);
+        let (.., board, mut lost) = board_files::board(read, under, &mut |_, _| {});
         // Nothing else is asked of the board here.
         lost.retain(|one| one.code == "drawing.file_is_another");
         let bytes = drawing::board_svg(&board, name).into_bytes();

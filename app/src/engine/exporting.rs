@@ -14,6 +14,7 @@ use super::cache::Cache;
 use super::messages::{Exported, ToExport, ToPlan};
 use super::planning::{self, Side};
 use super::proving;
+use super::share::part;
 use annulus_core::board::Face;
 use annulus_core::cam::briefing;
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -25,6 +26,9 @@ use annulus_core::{motion, proof, sim};
 /// The name of the person's own dialect in diagnostics.
 pub(super) const OWN: &str = "template.toml";
 
+/// So many hundredths of a side are done when it is planned, and not proved yet.
+const PLANNED: u64 = 50;
+
 /// What a board is called that has no name.
 const NAMELESS: &str = "board";
 
@@ -35,15 +39,16 @@ pub(super) fn export(
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Exported, Vec<Diagnostic>> {
     let mut unread = Vec::new();
-    let sides = planned(wanted, cache, progress, &mut |plan, side, cache| {
-        let names = proving::to_be_read(side, &plan.work, cache);
+    let mut look = |plan: &ToPlan, side: &Side, cache: &mut Cache, progress: &mut dyn FnMut(u64, u64)| {
+        let names = proving::to_be_read(side, &plan.work, cache, progress);
         let findings = names.iter().filter(|name| !wanted.read.contains(name)).count();
         let errors =
             side.diagnostics.iter().filter(|diagnostic| diagnostic.is_unacknowledged(&plan.accept)).count();
         if findings + errors > 0 {
             unread.push((plan.work.setup.face, u32::try_from(findings + errors).unwrap_or(u32::MAX)));
         }
-    })?;
+    };
+    let sides = planned(wanted, cache, progress, &mut look)?;
     if !unread.is_empty() {
         return Ok(Exported { unread, ..Exported::default() });
     }
@@ -57,7 +62,7 @@ pub(super) fn lines(
     cache: &mut Cache,
     progress: &mut dyn FnMut(u64, u64),
 ) -> Result<Vec<OutputFile>, Vec<Diagnostic>> {
-    let sides = planned(wanted, cache, progress, &mut |_, _, _| {})?;
+    let sides = planned(wanted, cache, progress, &mut |_, _, _, _| {})?;
     let up = sides.iter().position(|(face, _)| *face == wanted.plan.work.setup.face);
     let (mut sides, _) = written(sides, wanted)?;
     match up.filter(|up| *up < sides.len()) {
@@ -66,8 +71,8 @@ pub(super) fn lines(
     }
 }
 
-/// What looks at a side that was planned.
-type Look<'l> = dyn FnMut(&ToPlan, &Side, &mut Cache) + 'l;
+/// What looks at a side that was planned, and tells how far it is.
+type Look<'l> = dyn FnMut(&ToPlan, &Side, &mut Cache, &mut dyn FnMut(u64, u64)) + 'l;
 
 /// All sides of the job in the order of running; `look` sees each when it is planned.
 fn planned(
@@ -82,8 +87,8 @@ fn planned(
         let mut plan: ToPlan = wanted.plan.clone();
         plan.work.setup.face = face;
         let mut share = |part, parts| progress(done * parts + part, faces.len() as u64 * parts);
-        let side = planning::side(&plan, cache, &mut share)?;
-        look(&plan, &side, cache);
+        let side = planning::side(&plan, cache, &mut part(&mut share, 0, PLANNED))?;
+        look(&plan, &side, cache, &mut part(&mut share, PLANNED, 100));
         sides.push((face, side));
     }
     if sides.is_empty() { Err(vec![Diagnostic::error("cam.nothing_to_do")]) } else { Ok(sides) }

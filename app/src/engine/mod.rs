@@ -17,6 +17,7 @@ mod mesh;
 pub mod messages;
 mod planning;
 mod proving;
+mod share;
 mod underside;
 mod work;
 mod writing;

@@ -75,14 +75,19 @@ fn parts(
     let operations: Vec<usize> = toolpaths::planned_operations(work).map(|(index, _)| index).collect();
     let mut parts = Vec::new();
     for (done, &index) in operations.iter().enumerate() {
-        progress(done as u64, operations.len() as u64);
+        let (before, total) = (done as u64 * toolpaths::WHOLE, operations.len() as u64 * toolpaths::WHOLE);
+        progress(before, total);
+        let mut tick = |part: u64| {
+            progress(before + part, total);
+            true
+        };
         let key = format!("{}|{:?}", toolpaths::key(work, index, machine), wanted.loaded);
         let known = cache.part(&key).map(|part| PlannedOperation { operation: index as u32, ..part });
         let part = match known {
             Some(part) => part,
             None => {
                 cache.makes_part();
-                let made = toolpaths::plan_operation(scene, work, index, machine, means, &mut |_| true);
+                let made = toolpaths::plan_operation(scene, work, index, machine, means, &mut tick);
                 made.map_err(|why| vec![why])?
             }
         };

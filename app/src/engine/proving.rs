@@ -13,15 +13,22 @@ use annulus_core::job::Program;
 use annulus_core::proof::{self, Verdict};
 use annulus_core::wire::program;
 
-/// What copper the program leaves, against the board as it lies.
-pub(super) fn prove(wanted: &ToProve, cache: &mut Cache) -> Result<Proved, Vec<Diagnostic>> {
+/// What copper the program leaves, against the board as it lies. `progress` is told how far it is.
+pub(super) fn prove(
+    wanted: &ToProve,
+    cache: &mut Cache,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Proved, Vec<Diagnostic>> {
     let program = program::decode(&wanted.program).map_err(|diagnostic| vec![diagnostic])?;
     let last = cache.last(wanted.board_key)?;
     let key = key(&last.laid_key, &program, &wanted.work);
     let verdict = match cache.verdict(&key) {
         Some(known) => known,
-        None => cache
-            .keep_verdict(key, verdict(&cache.last(wanted.board_key)?.planned.board, &program, &wanted.work)),
+        None => {
+            let board = &cache.last(wanted.board_key)?.planned.board;
+            let made = verdict(board, &program, &wanted.work, progress);
+            cache.keep_verdict(key, made)
+        }
     };
     let last = cache.last(wanted.board_key)?;
     let mut findings = verdict.findings.clone();
@@ -40,12 +47,18 @@ pub(super) fn prove(wanted: &ToProve, cache: &mut Cache) -> Result<Proved, Vec<D
     })
 }
 
-/// Names of the findings of the program of a side that a person must have read. What was proved is not proved again.
-pub(super) fn to_be_read(side: &Side, work: &Work, cache: &mut Cache) -> Vec<String> {
+/// Names of the findings of the program of a side that a person must have read. What was proved is not proved again; `progress`
+/// is told how far it is.
+pub(super) fn to_be_read(
+    side: &Side,
+    work: &Work,
+    cache: &mut Cache,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Vec<String> {
     let key = key(&side.laid_key, &side.program, work);
     let verdict = match cache.verdict(&key) {
         Some(known) => known,
-        None => cache.keep_verdict(key, verdict(&side.planned.board, &side.program, work)),
+        None => cache.keep_verdict(key, verdict(&side.planned.board, &side.program, work, progress)),
     };
     proof::to_be_read(&verdict.groups).map(|(_, id)| id.to_owned()).collect()
 }
@@ -59,9 +72,9 @@ fn key(laid_key: &str, program: &Program, work: &Work) -> String {
 }
 
 /// What copper `program` leaves on `board`. The copper left itself is not kept.
-fn verdict(board: &Board, program: &Program, work: &Work) -> Verdict {
+fn verdict(board: &Board, program: &Program, work: &Work, progress: &mut dyn FnMut(u64, u64)) -> Verdict {
     let face = work.setup.face;
     let options = proof::ProofOptions::of(face, work.promised(face));
-    let verdict = proof::prove(board, std::slice::from_ref(program), &options);
+    let verdict = proof::prove_telling(board, std::slice::from_ref(program), &options, progress);
     Verdict { left: Region::default(), ..verdict }
 }

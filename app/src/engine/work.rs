@@ -8,6 +8,7 @@ use super::mesh::mesh;
 use super::messages::{
     Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow,
 };
+use super::share::part;
 use super::{board_files, comparing, drawn_over, exporting, planning, proving, underside, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
@@ -27,6 +28,18 @@ const MOST_LAYERS: usize = 24;
 /// The most boards of which there is a picture to choose from.
 const MOST_PICTURES: usize = 12;
 
+/// So many hundredths of reading are done when all files are read through.
+const READ: u64 = 10;
+/// And when the board is there with its copper,
+const PAINTED: u64 = 70;
+/// and that is cut into triangles.
+const MESHED: u64 = 80;
+
+/// So many hundredths of timing are done when all moves are timed.
+const TIMED: u64 = 30;
+/// And when their steps are made.
+const STEPPED: u64 = 95;
+
 /// Does what is asked, with what `cache` keeps. `progress` is told what is done and how much there is.
 pub fn perform(
     request: Request,
@@ -37,7 +50,7 @@ pub fn perform(
     match request {
         Request::Open(wanted) => saved::read(&wanted.name, &wanted.bytes).map(Answer::Opened).map_err(one),
         Request::Save(project) => saved::write(&project).map(Answer::Saved).map_err(one),
-        Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, cache)))),
+        Request::Read(wanted) => Ok(Answer::Read(Box::new(read(&wanted, cache, progress)))),
         Request::Trace(wanted) => Ok(Answer::Traced(trace(&wanted))),
         Request::WriteOver(wanted) => {
             drawn_over::write(&wanted).map(|written| Answer::WrittenOver(Box::new(written))).map_err(one)
@@ -45,27 +58,30 @@ pub fn perform(
         Request::Plan(wanted) => {
             planning::plan(&wanted, cache, progress).map(|planned| Answer::Planned(Box::new(planned)))
         }
-        Request::Prove(wanted) => proving::prove(&wanted, cache).map(Answer::Proved),
+        Request::Prove(wanted) => proving::prove(&wanted, cache, progress).map(Answer::Proved),
         Request::Export(wanted) => {
             exporting::export(&wanted, cache, progress).map(|exported| Answer::Exported(Box::new(exported)))
         }
         Request::Lines(wanted) => exporting::lines(&wanted, cache, progress).map(Answer::Lines),
         Request::Check(wanted) => Ok(Answer::Checked(writing::check(&wanted))),
-        Request::Time(wanted) => time(&wanted).map(Answer::Timed),
+        Request::Time(wanted) => time(&wanted, progress).map(Answer::Timed),
         Request::Compare(wanted) => Ok(Answer::Compared(Box::new(comparing::compare(&wanted)))),
         Request::Underside(wanted) => underside::underside(&wanted, cache).map(Answer::Underside),
     }
 }
 
-fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
-    let artwork = board_files::artwork(wanted);
+fn read(wanted: &ToRead, cache: &mut Cache, progress: &mut dyn FnMut(u64, u64)) -> Reading {
+    let artwork = board_files::artwork(wanted, &mut part(progress, 0, READ));
     let boards = several(&artwork);
     let artwork = board_files::as_said(wanted, artwork);
-    let (artwork, used, mut board, mut diagnostics) = board_files::board(wanted, artwork);
+    let (artwork, used, mut board, mut diagnostics) =
+        board_files::board(wanted, artwork, &mut part(progress, READ, PAINTED));
+    progress(PAINTED, 100);
     let body = picture::body(&board);
     let mut layers = layers(&board, body);
+    progress(MESHED, 100);
     let copper = layers.clone();
-    layers.extend(other_layers(&artwork, body, &mut diagnostics));
+    layers.extend(other_layers(&artwork, body, &mut diagnostics, &mut part(progress, MESHED, 100)));
     let machine = wanted.machine.as_ref().and_then(|machine| machine.machine().ok());
     let work = work(wanted, &board, &machine.unwrap_or_else(virtual_drill), &mut diagnostics);
     let all: Vec<usize> = (0..artwork.files.len()).collect();
@@ -92,7 +108,7 @@ fn read(wanted: &ToRead, cache: &mut Cache) -> Reading {
 
 /// What files draw, without the drawings among them.
 fn trace(wanted: &ToRead) -> Vec<drawing::Imported> {
-    let artwork = board_files::as_said(wanted, board_files::artwork(wanted));
+    let artwork = board_files::as_said(wanted, board_files::artwork(wanted, &mut |_, _| {}));
     drawing::imported(&artwork, &board_files::used(wanted, &artwork))
 }
 
@@ -134,11 +150,18 @@ fn work(wanted: &ToRead, board: &board::Board, machine: &Machine, diagnostics: &
 }
 
 /// Mask, legend, paste and inner copper, painted, as far as the picture shows them. The first of each kind and side.
-fn other_layers(artwork: &Artwork, body: Option<Bounds>, diagnostics: &mut Vec<Diagnostic>) -> Vec<LayerRow> {
+/// `progress` is told how many files are looked at.
+fn other_layers(
+    artwork: &Artwork,
+    body: Option<Bounds>,
+    diagnostics: &mut Vec<Diagnostic>,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Vec<LayerRow> {
     let origin = picture::origin(body);
     let mut seen = Vec::new();
     let mut rows = Vec::new();
     for (index, file) in (0..).zip(&artwork.files) {
+        progress(u64::from(index), artwork.files.len() as u64);
         let shown = matches!(file.role, Role::Mask | Role::Silk | Role::Paste)
             || (file.role == Role::Copper && file.side == Some(Side::Inner));
         let Some(gerber) = file.gerber.as_ref().filter(|_| shown && rows.len() < MOST_LAYERS) else {
@@ -207,14 +230,17 @@ fn drill_row(file: &FileRead, drill: &DrillFile) -> DrillRow {
     }
 }
 
-fn time(wanted: &ToTime) -> Result<Timed, Vec<Diagnostic>> {
+fn time(wanted: &ToTime, progress: &mut dyn FnMut(u64, u64)) -> Result<Timed, Vec<Diagnostic>> {
     let one = |diagnostic| vec![diagnostic];
     let machine = wanted.machine.machine()?;
     let program = program::decode(&wanted.program).map_err(one)?;
-    let timeline = motion::timeline(&program, &machine).map_err(one)?;
-    let stream = steps::stream(&timeline, &machine).map_err(one)?;
+    let timeline =
+        motion::timeline_telling(&program, &machine, &mut part(progress, 0, TIMED)).map_err(one)?;
+    let stream =
+        steps::stream_telling(&timeline, &machine, &mut part(progress, TIMED, STEPPED)).map_err(one)?;
     let numbers = summary(&timeline, &stream, &machine);
     let [x, y, z, ..] = numbers.steps;
+    progress(STEPPED, 100);
     Ok(Timed {
         stream_digest: steps::digest(&stream),
         total_s: timeline.total_s(),
@@ -307,7 +333,7 @@ mod tests {
         for (aligned, y) in [(false, -20.124), (true, 0.0)] {
             let said = SaidOfFiles { aligned, ..SaidOfFiles::default() };
             let wanted = ToRead { files: files.clone(), said, ..ToRead::default() };
-            let reading = read(&wanted, &mut Cache::default());
+            let reading = read(&wanted, &mut Cache::default(), &mut |_, _| {});
             let found = reading.board.holes[0].at.y.mm();
             assert!((found - y).abs() < 0.01, "{aligned}: {found}, {:?}", reading.diagnostics);
         }
@@ -470,6 +496,39 @@ mod tests {
         let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
         let work = reading.work;
         ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None }
+    }
+
+    #[test]
+    fn reading_planning_proving_and_timing_tell_how_far_they_are() {
+        let mut cache = Cache::default();
+        let mut phases: Vec<Vec<u64>> = Vec::new();
+        let mut ask = |request| {
+            let mut told = Vec::new();
+            let answer = super::perform(request, &mut cache, &mut |done, total| {
+                assert!(done <= total, "{done} of {total}");
+                told.push(done * 100 / total.max(1));
+            });
+            phases.push(told);
+            answer.unwrap()
+        };
+        let plan = two_sided(&mut ask);
+        let Answer::Planned(ready) = ask(Request::Plan(plan.clone())) else { panic!() };
+        let (board_key, work, program) = (plan.board_key, plan.work.clone(), ready.program.clone());
+        ask(Request::Prove(ToProve { board_key, program: program.clone(), work }));
+        ask(Request::Time(ToTime { program, machine: plan.machine.clone() }));
+        let target = "grbl".to_owned();
+        ask(Request::Export(ToExport { plan, read: Vec::new(), target, text: None, lines_only_mm: None }));
+        for (phase, told) in ["reading", "planning", "proving", "timing", "writing"].into_iter().zip(phases) {
+            assert!(told.is_sorted(), "{phase} goes back: {told:?}");
+            let stands: Vec<u64> = told.windows(2).map(|pair| pair[1] - pair[0]).collect();
+            let longest = stands
+                .into_iter()
+                .chain(told.first().copied())
+                .chain(told.last().map(|last| 100 - last))
+                .max();
+            assert!(longest.is_some_and(|longest| longest <= 55), "{phase} leaps: {told:?}");
+            assert!(told.len() > 3, "{phase}: {told:?}");
+        }
     }
 
     #[test]
@@ -690,7 +749,7 @@ mod tests {
             said: SaidOfFiles { board: board.map(str::to_owned), ..SaidOfFiles::default() },
             ..ToRead::default()
         };
-        let both = read(&wanted(None), &mut Cache::default());
+        let both = read(&wanted(None), &mut Cache::default(), &mut |_, _| {});
         let names: Vec<_> =
             both.boards.iter().map(|board| (board.name.as_str(), board.files.len())).collect();
         assert_eq!(names, [("left", 2), ("right", 2)]);
@@ -700,7 +759,7 @@ mod tests {
             "{:?}",
             both.diagnostics
         );
-        let right = read(&wanted(Some("right")), &mut Cache::default());
+        let right = read(&wanted(Some("right")), &mut Cache::default(), &mut |_, _| {});
         assert_eq!(right.used, [3]);
         assert!(
             right.diagnostics.iter().all(|diagnostic| diagnostic.code != "board.several"),

@@ -19,6 +19,7 @@ pub mod export;
 pub mod files;
 pub mod frame;
 pub mod job;
+pub mod job_board;
 pub mod keeping;
 pub mod lab;
 pub mod level;
@@ -125,6 +126,8 @@ pub struct Model {
     pub settings: SettingsDraft,
     /// What is kept in this browser.
     pub keeping: Keeping,
+    /// What was opened for the machine's job.
+    job_board: job_board::JobBoard,
     /// New exports of the open board.
     pub anew: Anew,
     /// What was planned last, or is being planned.
@@ -255,6 +258,7 @@ impl Default for Model {
             underside: Underside::default(),
             settings: SettingsDraft::default(),
             keeping: Keeping::default(),
+            job_board: job_board::JobBoard::default(),
             anew: Anew::default(),
             asked: None,
             changed_ms: None,
@@ -361,6 +365,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
     effects.extend(underside::follow(model));
     effects.extend(second_side::follow(model));
     effects.extend(start::follow(model));
+    effects.extend(job_board::follow(model));
     level::follow(model);
     touch_off::follow(model);
     effects.extend(link::controller::follow(model));

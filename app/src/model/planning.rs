@@ -95,6 +95,8 @@ pub enum OnTheWay {
         number: u32,
         /// What is read, and what for.
         wanted: Box<Wanted>,
+        /// From 0 to 1.
+        share: f64,
     },
     /// A plan is made.
     Planning {
@@ -102,7 +104,7 @@ pub enum OnTheWay {
         number: u32,
         /// How far it is.
         step: PlanStep,
-        /// From 0 to 1.
+        /// How far that step is, from 0 to 1.
         share: f64,
         /// What is planned.
         wanted: Box<ToPlan>,
@@ -137,15 +139,16 @@ impl OnTheWay {
     pub fn task(&self) -> Option<WorkerTask> {
         match self {
             Self::Nothing | Self::Opening { .. } => None,
-            Self::Reading { .. } => Some(WorkerTask { word: key!("page.task.reading"), share: 0.0 }),
-            Self::Planning { step: PlanStep::Plan, share, .. } => {
-                Some(WorkerTask { word: key!("page.task.planning"), share: *share })
+            Self::Reading { share, .. } => {
+                Some(WorkerTask { word: key!("page.task.reading"), share: *share })
             }
-            Self::Planning { step: PlanStep::Rest { .. } | PlanStep::Prove { .. }, .. } => {
-                Some(WorkerTask { word: key!("page.task.proving"), share: 0.7 })
-            }
-            Self::Planning { step: PlanStep::Time { .. }, .. } => {
-                Some(WorkerTask { word: key!("page.task.timing"), share: 0.9 })
+            Self::Planning { step, share, .. } => {
+                let word = match step {
+                    PlanStep::Plan => key!("page.task.planning"),
+                    PlanStep::Rest { .. } | PlanStep::Prove { .. } => key!("page.task.proving"),
+                    PlanStep::Time { .. } => key!("page.task.timing"),
+                };
+                Some(WorkerTask { word, share: *share })
             }
         }
     }

@@ -3,7 +3,7 @@
 //! Comes in: numbers of requests with shares and answers. Goes out: what follows. A number that nobody waits for is of an older
 //! generation, and dropped.
 
-use super::planning::{OnTheWay, PlanStep};
+use super::planning::OnTheWay;
 use super::{Effect, Model, drawing, export, files, keeping, lines, planning, second_side, start};
 use super::{template, underside};
 use crate::engine::Stopped;
@@ -12,7 +12,9 @@ use crate::engine::messages::Answer;
 /// A request is so far.
 pub(super) fn progress(model: &mut Model, number: u32, share: f64) -> Vec<Effect> {
     if model.on_the_way.number() == Some(number) {
-        if let OnTheWay::Planning { step: PlanStep::Plan, share: now, .. } = &mut model.on_the_way {
+        if let OnTheWay::Reading { share: now, .. } | OnTheWay::Planning { share: now, .. } =
+            &mut model.on_the_way
+        {
             *now = share;
         }
     } else {

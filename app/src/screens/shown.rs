@@ -4,7 +4,7 @@
 //! Knows no pixels.
 
 use crate::keys::Tab;
-use crate::model::Job;
+use crate::model::{Job, job_board};
 use crate::page::link;
 use crate::page::{frame, open_board, open_job, play};
 use crate::picture;
@@ -12,7 +12,7 @@ use crate::toolpaths::{self, Toolpaths};
 use crate::view::{FilledLayer, OrderProgress};
 use annulus_core::board::{Board, Hole};
 use annulus_core::cam::work::Flip;
-use annulus_core::geometry::{Bounds, Point};
+use annulus_core::geometry::{Bounds, Point, Region};
 use annulus_core::job::{Command, Leg, Mark, Program, Stage};
 use leptos::prelude::*;
 use std::sync::Arc;
@@ -146,7 +146,7 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
     });
     let at_machine = Memo::new(move |_| {
         let foreign = link::link().shown_job.get().filter(|_| !machine_has_own_job());
-        foreign.map_or_else(|| planned.get(), |job| Some(Arc::new(of_program(&job))))
+        foreign.map_or_else(|| planned.get(), |job| Some(Arc::new(of_program(&job, outline_of(&job)))))
     });
     Memo::new(move |_| if frame().tab.get() == Tab::Machine { at_machine.get() } else { planned.get() })
 }
@@ -169,8 +169,17 @@ fn turned_back(at: Point, body: Option<Bounds>) -> Point {
     }
 }
 
-/// A board made of a program alone, for a page that opened later: its holes in order of drilling.
-fn of_program(job: &Job) -> Shown {
+/// The outline of the open board, where that is the board of `job`.
+fn outline_of(job: &Job) -> Region {
+    let desk = open_board();
+    let origin = desk.plan.with(|plan| plan.as_ref().map(|plan| plan.origin));
+    let outline =
+        desk.laid.with(|laid| job_board::outline(&job.program, &laid.as_ref()?.laid.board, origin?).cloned());
+    outline.unwrap_or_default()
+}
+
+/// A board made of a program alone, for a page that opened later: its holes in order of drilling; its `outline` where that is known.
+fn of_program(job: &Job, outline: Region) -> Shown {
     let program = &job.program;
     let mut bit = None;
     let mut holes = Vec::new();
@@ -182,7 +191,7 @@ fn of_program(job: &Job) -> Shown {
         }
     }
     let order = (0..holes.len() as u32).collect();
-    let board = Board { name: program.name.clone(), holes, ..Board::default() };
+    let board = Board { name: program.name.clone(), holes, outline, ..Board::default() };
     let body = picture::body_with(&board, milled(program));
     let corner = picture::origin(body);
     let toolpaths =
@@ -222,11 +231,7 @@ fn milled(program: &Program) -> impl Iterator<Item = Point> {
 }
 
 fn hole(program: &Program, leg: &Leg, diameter: Option<annulus_core::units::Length>) -> Option<Hole> {
-    let to = leg.commands.iter().find_map(|command| match command {
-        Command::Rapid { to } => Some(*to),
-        _ => None,
-    })?;
-    let at = Point::new(to.x + program.origin.x, to.y + program.origin.y);
+    let at = job_board::place(program, leg)?;
     Some(Hole { at, diameter, plated: None, source: 0, tool_code: 0, line: 0 })
 }
 

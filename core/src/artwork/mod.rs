@@ -49,5 +49,5 @@ pub use gerber::{
     Tag, TooMuch, Track, Transform, named_pads, nets, painted, painted_measures,
 };
 pub use kinds::{Digits, Evidence, FileKind, Overrides, Role, Side, Source, Units, Zeros};
-pub use read::{Artwork, FileRead, read_drill, read_set};
+pub use read::{Artwork, FileRead, read_drill, read_set, read_set_telling};
 pub use words::board_name;

@@ -200,25 +200,44 @@ struct Pending<'a> {
 
 /// Reads a set of files together.
 pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
+    read_set_telling(files, overrides, &mut |_, _| {})
+}
+
+/// The same; `progress` is told how many bytes are read, and how many there are, whenever a file is done.
+pub fn read_set_telling(
+    files: &[(String, Vec<u8>)],
+    overrides: &Overrides,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Artwork {
     let mut pending = Vec::new();
     let mut budget = Budget::new();
     for (name, bytes) in files {
         collect(name.clone(), bytes.as_slice().into(), 0, &mut budget, &mut pending);
     }
+    let total = pending.iter().map(|file| file.bytes.len() as u64).sum();
+    let mut done = 0;
+    let mut read_through = |file: &Pending<'_>| {
+        done += file.bytes.len() as u64;
+        progress(done, total);
+    };
     let companions: Vec<(usize, Companion)> = pending
         .iter()
         .enumerate()
         .filter(|(_, file)| file.what == What::Report)
         .map(|(index, file)| (index, companion::read(&decode(&file.bytes))))
         .collect();
-    let mut layers: Vec<Option<FileRead>> = pending
-        .iter()
-        .map(|file| match file.what {
+    let mut layers: Vec<Option<FileRead>> = Vec::with_capacity(pending.len());
+    for file in &pending {
+        let layer = match file.what {
             What::Gerber if file.settled.is_none() => Some(gerber_file(&file.name, &file.bytes, overrides)),
             What::Refused(HEADLESS) if file.settled.is_none() => headless(file, &pending, overrides),
             _ => None,
-        })
-        .collect();
+        };
+        if layer.is_some() {
+            read_through(file);
+        }
+        layers.push(layer);
+    }
     set::recognise(&mut layers);
     let of_board = boards_of(&pending, &layers);
     let asking = pending.iter().zip(&of_board).filter(|(file, _)| file.what == What::Drill);
@@ -230,6 +249,7 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
     }
     let mut out = Vec::new();
     for ((index, file), layer) in pending.iter().enumerate().zip(&mut layers) {
+        let is_layer = layer.is_some();
         let mut read = match (&file.settled, layer.take(), file.what) {
             (Some(settled), ..) => settled.clone(),
             (_, Some(layer), _) => layer,
@@ -250,6 +270,9 @@ pub fn read_set(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
         read.fingerprint = fingerprint(&pending[index].bytes);
         read.board = of_board.get(index).cloned().unwrap_or_default();
         out.push(read);
+        if !is_layer {
+            read_through(file);
+        }
     }
     neighbours::settle(&mut out);
     let mut artwork = Artwork { files: out };

@@ -135,13 +135,34 @@ const BOARDS: [&str; 3] = ["board", "pcb", "circuit"];
 /// The words of a name that may be the board's.
 pub(super) fn stem_words(base: &str) -> Vec<String> {
     let stem = base.rfind('.').filter(|&at| at > 0).and_then(|at| base.get(..at)).unwrap_or(base);
-    let parts: Vec<&str> =
-        stem.split(|letter: char| !letter.is_alphanumeric()).filter(|part| !part.is_empty()).collect();
-    let next = |at: usize| parts.get(at + 1).map_or(String::new(), |next| next.to_lowercase());
-    let side = |at: usize, part: &str| part.len() == 1 && SIDED.iter().any(|word| next(at).starts_with(word));
-    let kept =
-        parts.iter().enumerate().filter(|(at, part)| !side(*at, part)).flat_map(|(_, part)| pieces(part));
+    let kept = words(stem).into_iter().filter(|word| !word.is_side).flat_map(|word| pieces(word.text));
     kept.filter(|word| !is_layer(word)).map(|word| short(&word)).collect()
+}
+
+/// A word of a name.
+struct Word<'n> {
+    text: &'n str,
+    /// Where it ends in the name.
+    end: usize,
+    /// It is the one letter of a side before its layer: the `F` of `F_Cu`.
+    is_side: bool,
+    /// It only says which layer a file is.
+    is_layer: bool,
+}
+
+/// The words of a name without its ending.
+fn words(stem: &str) -> Vec<Word<'_>> {
+    let texts: Vec<&str> =
+        stem.split(|letter: char| !letter.is_alphanumeric()).filter(|text| !text.is_empty()).collect();
+    let mut words = Vec::with_capacity(texts.len());
+    let mut end = 0;
+    for (at, &text) in texts.iter().enumerate() {
+        let next = texts.get(at + 1).map_or(String::new(), |next| next.to_lowercase());
+        let is_side = text.len() == 1 && SIDED.iter().any(|word| next.starts_with(word));
+        end += stem.get(end..).and_then(|rest| rest.find(text)).unwrap_or_default() + text.len();
+        words.push(Word { text, end, is_side, is_layer: is_side || is_layer(&text.to_lowercase()) });
+    }
+    words
 }
 
 /// `RoundHoles` is two words; a word that is all of layer words stays whole.
@@ -162,14 +183,59 @@ fn pieces(part: &str) -> Vec<String> {
     words
 }
 
-/// A name for people, of the board that the file at `path` is of: what the file is called. Where that only says which layer it is, the
-/// folder or archive that it was brought in.
-pub fn board_name(path: &str) -> String {
-    let parts = || brought(path).rsplit(['/', '\\']).filter(|part| !part.is_empty());
+/// A name for people, of the board that the files at `paths` are of: what their names have in common, without words at its end that
+/// only say which layer a file is; where that is nothing, so much of the first. Where all names only say that, the folder or archive
+/// that the first was brought in.
+///
+/// ```text
+///   clockblock.drl  clockblock-NPTH.drl  clockblock-F_Cu.gbr ─▶ clockblock       clockblock-NPTH.drl alone ─▶ clockblock
+/// ```
+pub fn board_name(paths: &[&str]) -> String {
+    let named =
+        paths.iter().filter_map(|path| parts(path).next()).filter(|part| !stem_words(part).is_empty());
+    let named: Vec<&str> = named.map(stem).collect();
+    let Some((first, others)) = named.split_first() else {
+        return paths.first().map(|path| folder_name(path)).unwrap_or_default();
+    };
+    let words = words(first);
+    let is_in_all = |word: &&Word| {
+        let begin = first.get(..word.end).unwrap_or_default();
+        others.iter().all(|other| begins_with(other, begin))
+    };
+    let common = words.iter().take_while(is_in_all).count();
+    let whole = words.get(..common).and_then(|common| first.get(..common.last()?.end));
+    // A file that is called so, and no more, says that all of it is the name.
+    let whole = whole.filter(|whole| others.iter().chain([first]).any(|stem| stem.len() == whole.len()));
+    let whole = whole.filter(|_| !others.is_empty());
+    let shorter = [common, words.len()].into_iter().find_map(|count| {
+        let last = words.get(..count)?.iter().rfind(|word| !word.is_layer)?;
+        first.get(..last.end)
+    });
+    whole.or(shorter).unwrap_or(first).to_owned()
+}
+
+/// What the file at `path`, whose name only says which layer it is, was brought in; its own name where that is nothing else.
+fn folder_name(path: &str) -> String {
     let named = |part: &&str| !stem_words(part).is_empty();
-    let part = parts().find(named).or_else(|| parts().next()).unwrap_or(path);
-    let part = part.strip_suffix('!').unwrap_or(part);
-    part.rsplit_once('.').map_or(part, |(stem, _)| stem).to_owned()
+    let part = parts(path).find(named).or_else(|| parts(path).next()).unwrap_or(path);
+    stem(part.strip_suffix('!').unwrap_or(part)).to_owned()
+}
+
+/// The names in a path that a person brought, the file's own first.
+fn parts(path: &str) -> impl Iterator<Item = &str> {
+    brought(path).rsplit(['/', '\\']).filter(|part| !part.is_empty())
+}
+
+/// A file's name without its ending.
+fn stem(base: &str) -> &str {
+    base.rsplit_once('.').map_or(base, |(stem, _)| stem)
+}
+
+/// Whether `name` begins with the words `begin`, in capitals or not.
+fn begins_with(name: &str, begin: &str) -> bool {
+    let ends = |rest: &str| !rest.starts_with(char::is_alphanumeric);
+    name.get(..begin.len()).is_some_and(|same| same.to_lowercase() == begin.to_lowercase())
+        && name.get(begin.len()..).is_some_and(ends)
 }
 
 /// The end of `path` that a person brought: a path from elsewhere (`/home/…`, `../…`, `C:\…`) leads through folders to a file or archive.
@@ -238,20 +304,76 @@ mod tests {
     }
 
     #[test]
+    fn a_board_is_called_what_the_names_of_its_files_have_in_common() {
+        let rows: [(&[&str], &str); 24] = [
+            (
+                &["clockblock-NPTH.drl", "clockblock.drl", "clockblock-F_Cu.gbr", "clockblock-Edge_Cuts.gbr"],
+                "clockblock",
+            ),
+            (&["robot/clockblock-NPTH.drl"], "clockblock"),
+            (&["clockblock-PTH.drl", "clockblock-NPTH.drl"], "clockblock"),
+            (
+                &["multivibrator.drl", "multivibrator-B.Cu.gbr", "multivibrator-Edge.Cuts.gbr"],
+                "multivibrator",
+            ),
+            (&["multivibrator-B.Cu.gbr"], "multivibrator"),
+            (&["herovco_front.drl", "herovco_front-EdgeCuts.gm1"], "herovco_front"),
+            (&["carte_test-B_Cu.gbr"], "carte_test"),
+            (&["gerber-x2-drill-pth.gbr"], "gerber-x2"),
+            (
+                &[
+                    "LimeSDR-QPCIe_1v2-RoundHoles.TXT",
+                    "LimeSDR-QPCIe_1v2-SlotHoles.TXT",
+                    "LimeSDR-QPCIe_1v2.GTL",
+                ],
+                "LimeSDR-QPCIe_1v2",
+            ),
+            (&["LimeSDR-QPCIe_1v2-RoundHoles.TXT"], "LimeSDR-QPCIe_1v2"),
+            (
+                &[
+                    "Demo_Brushless_Controller_Project_DRILLS-PTH.drl",
+                    "Demo_Brushless_Controller_Project_COPPER-TOP.gbr",
+                ],
+                "Demo_Brushless_Controller_Project",
+            ),
+            (
+                &["yawdamper-gerber - CADCAM Drill.DRL", "yawdamper-gerber - CADCAM Top Copper.GBR"],
+                "yawdamper",
+            ),
+            (&["IRNASIoTbank1.2.Drill", "IRNASIoTbank1.2.Outline"], "IRNASIoTbank1.2"),
+            (&["controller.plated-drill.cnc", "controller.bottom.gbr"], "controller"),
+            (&["MinnowMax_RevA1_NCDRILL.drl", "MinnowMax_RevA1_NCROUTE.rou"], "MinnowMax_RevA1"),
+            (&["panel.drl", "panel_BoardOutline.gbr", "panel_Bottom.gbr"], "panel"),
+            (&["SE_SG_IF_V2.TXT", "SE_SG_IF_V2.DRL", "se_sg_if_v2.gtl"], "SE_SG_IF_V2"),
+            (&["thruhole.tap", "rs232_cm.top"], "rs232_cm"),
+            (&["design_export.drl", "design_export.gtl"], "design_export"),
+            // A drill file and a layer of one name: all of it is the board's.
+            (&["motor-power.drl", "motor-power.gtl"], "motor-power"),
+            (&["webcam.drl"], "webcam"),
+            (&["clock-F_Cu.gbr", "clock-F_Mask.gbr"], "clock"),
+            // Nothing in common: the drill file.
+            (&["amp-drill.drl", "ampere-F_Cu.gbr"], "amp"),
+            (&[], ""),
+        ];
+        for (paths, want) in rows {
+            assert_eq!(board_name(paths), want, "{paths:?}");
+        }
+    }
+
+    #[test]
     fn a_file_that_is_called_after_its_layer_gives_its_folders_name() {
         for (path, want) in [
             ("Excellon_PTH_Through.drl", "Excellon_PTH_Through"),
             ("Robot Arm/Excellon_PTH_Through.drl", "Robot Arm"),
             ("robot/Gerber/NC Drill/Excellon_PTH_Through.drl", "robot"),
             ("downloads\\robot.zip!/gerber/drill.txt", "robot"),
-            ("robot/clockblock-NPTH.drl", "clockblock-NPTH"),
             ("/home/robot/drill.txt", "drill"),
             ("../boards/robot/drill.txt", "drill"),
             ("/home/boards/robot.zip!/gerber/drill.txt", "robot"),
             ("C:\\boards\\drill.txt", "drill"),
             ("", ""),
         ] {
-            assert_eq!(board_name(path), want, "{path}");
+            assert_eq!(board_name(&[path]), want, "{path}");
         }
     }
 }

@@ -17,9 +17,16 @@ const TWO: [(Severity, &str); 2] =
     [(Severity::Note, "board.same_copper"), (Severity::Error, "board.two_coppers")];
 
 /// Paints the copper layers of the set into the board: of each side the one among `used`, else the first beside the
-/// board's drill file, else the first.
-pub(super) fn add(board: &mut Board, artwork: &Artwork, used: &[usize], diagnostics: &mut Vec<Diagnostic>) {
-    for (face, side) in [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)] {
+/// board's drill file, else the first. `progress` is told how many sides are painted.
+pub(super) fn add(
+    board: &mut Board,
+    (artwork, used): (&Artwork, &[usize]),
+    diagnostics: &mut Vec<Diagnostic>,
+    progress: &mut dyn FnMut(u64, u64),
+) {
+    let sides = [(Face::Top, Side::Top), (Face::Bottom, Side::Bottom)];
+    for (done, (face, side)) in (0..).zip(sides) {
+        progress(done, sides.len() as u64);
         let mut layers = layers(artwork, used, (Role::Copper, side), board.sources.first()).into_iter();
         let Some((file, layer)) = layers.next() else { continue };
         let rivals = rivals::layers(file, layers.map(|(file, _)| file), TWO);

@@ -36,6 +36,16 @@ pub fn from_artwork(artwork: &Artwork, used: &[usize]) -> (Board, Vec<Diagnostic
 /// Makes the board of the files at `used`. What has neither holes nor copper among them adds nothing. The
 /// diagnostics are those of the files used, and those of the board itself.
 pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: BoardWanted) -> (Board, Vec<Diagnostic>) {
+    from_artwork_telling(artwork, used, wanted, &mut |_, _| {})
+}
+
+/// The same; `progress` is told how many sides of the copper are painted, and how many there are.
+pub fn from_artwork_telling(
+    artwork: &Artwork,
+    used: &[usize],
+    wanted: BoardWanted,
+    progress: &mut dyn FnMut(u64, u64),
+) -> (Board, Vec<Diagnostic>) {
     let mut board = Board::default();
     let mut diagnostics = Vec::new();
     for file in used.iter().filter_map(|&index| artwork.files.get(index)) {
@@ -66,16 +76,28 @@ pub fn from_artwork_with(artwork: &Artwork, used: &[usize], wanted: BoardWanted)
         None => diagnostics.extend(rivals::apart(artwork, used)),
     }
     board.slots.sort_by_key(|slot| (slot.source, slot.line));
-    board.name = board.sources.first().map(|name| board_name(name)).unwrap_or_default();
+    board.name = name(artwork, used, &board.sources);
     outline(&mut board, artwork, used, wanted, &mut diagnostics);
     if wanted.copper {
-        copper::add(&mut board, artwork, used, &mut diagnostics);
+        copper::add(&mut board, (artwork, used), &mut diagnostics, progress);
         legend::add(&mut board, artwork, used);
         if board.holes.is_empty() && board.slots.is_empty() && !board.copper.is_empty() {
             diagnostics.push(Diagnostic::note("board.no_holes"));
         }
     }
     (board, diagnostics)
+}
+
+/// What the board is called whose drill files are `drills`: after them and what else lies there of the same board.
+fn name(artwork: &Artwork, used: &[usize], drills: &[String]) -> String {
+    let mut used = used.iter().filter_map(|&index| artwork.files.get(index));
+    let Some(first) = used.find(|file| drills.first() == Some(&file.name)) else { return String::new() };
+    let others = artwork.files.iter().filter(|file| {
+        let is_of_it = matches!(file.role, Role::Drill | Role::Copper | Role::Outline);
+        is_of_it && !file.board.is_empty() && file.board == first.board && file.name != first.name
+    });
+    let names: Vec<&str> = std::iter::once(first).chain(others).map(|file| file.name.as_str()).collect();
+    board_name(&names)
 }
 
 /// What has to be added to the holes of a file so that they lie on the copper beside it; none where they do.

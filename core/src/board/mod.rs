@@ -14,7 +14,7 @@ mod rivals;
 #[cfg(test)]
 mod tests;
 
-pub use from_artwork::{BoardWanted, from_artwork, from_artwork_with};
+pub use from_artwork::{BoardWanted, from_artwork, from_artwork_telling, from_artwork_with};
 
 use crate::artwork::NamedPad;
 use crate::geometry::{Bounds, Path, Point, Region};

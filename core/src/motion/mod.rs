@@ -24,4 +24,4 @@ mod writer;
 pub use limits::{Limits, rapid_time_s};
 pub use profile::Profile;
 pub use timeline::{AxisMove, Motion, MotorPath, Move, TableSteps, Timeline};
-pub use writer::{each_leg, leg_alone, timeline, timeline_from};
+pub use writer::{each_leg, leg_alone, timeline, timeline_from, timeline_telling};

@@ -34,11 +34,30 @@ pub fn timeline(program: &Program, machine: &Machine) -> Result<Timeline, Diagno
     timeline_from(program, machine, 0)
 }
 
+/// The same; `progress` is told how many legs are timed, and how many there are.
+pub fn timeline_telling(
+    program: &Program,
+    machine: &Machine,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Timeline, Diagnostic> {
+    timed(program, machine, 0, progress)
+}
+
 /// The program from leg `first_leg` on, as when a job is taken up again: it starts at rest where that leg starts, all
 /// spindles up.
 pub fn timeline_from(program: &Program, machine: &Machine, first_leg: usize) -> Result<Timeline, Diagnostic> {
+    timed(program, machine, first_leg, &mut |_, _| {})
+}
+
+fn timed(
+    program: &Program,
+    machine: &Machine,
+    first_leg: usize,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<Timeline, Diagnostic> {
     let mut writer = writer_at(program, machine, first_leg);
     for (index, leg) in program.legs.iter().enumerate().skip(first_leg) {
+        progress(index as u64, program.legs.len() as u64);
         writer
             .leg(index, leg, program.legs.get(index + 1))
             .map_err(|diagnostic| diagnostic.with("leg", index))?;

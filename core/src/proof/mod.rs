@@ -136,20 +136,48 @@ pub struct Verdict {
 
 /// Proves `programs`, run one after the other on `board`.
 pub fn prove(board: &Board, programs: &[Program], options: &ProofOptions) -> Verdict {
-    let Some(scene) = Scene::new(board, programs, options) else { return Verdict::default() };
+    prove_telling(board, programs, options, &mut |_, _| {})
+}
+
+/// What looks for one kind of findings.
+type Look = fn(&Scene<'_>) -> Vec<Finding>;
+
+/// So many hundredths of a proof are done when it is known what stays joined.
+const LOOKED_ACROSS: u64 = 88;
+
+/// What is looked for once it is known what stays joined, each with how many hundredths of a proof are done before.
+const LOOKS: [(u64, Look); 7] = [
+    (LOOKED_ACROSS, breaks::breaks),
+    (89, lost::lost),
+    (94, lost::shallow),
+    (95, slivers::slivers),
+    (97, slivers::fragments),
+    (98, rings::rings),
+    (99, remnants::remnants),
+];
+
+/// The same; `progress` is told how much of the proof is done, and how much there is.
+pub fn prove_telling(
+    board: &Board,
+    programs: &[Program],
+    options: &ProofOptions,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Verdict {
+    let mut tell = |hundredths| progress(hundredths, 100);
+    let Some(scene) = Scene::new(board, programs, options, &mut tell) else { return Verdict::default() };
     let mut findings = scene.without_bit();
     findings.extend(scene.still());
+    tell(scene::MADE);
     match isolated::not_isolated(&scene) {
         Some(finding) => findings.push(finding),
-        None => findings.extend(shorts::shorts(&scene)),
+        None => findings.extend(shorts::shorts(&scene, &mut |done, total| {
+            tell(scene::MADE + (LOOKED_ACROSS - scene::MADE) * done / total.max(1));
+        })),
     }
-    findings.extend(breaks::breaks(&scene));
-    findings.extend(lost::lost(&scene));
-    findings.extend(lost::shallow(&scene));
-    findings.extend(slivers::slivers(&scene));
-    findings.extend(slivers::fragments(&scene));
-    findings.extend(rings::rings(&scene));
-    findings.extend(remnants::remnants(&scene));
+    for (before, look) in LOOKS {
+        tell(before);
+        findings.extend(look(&scene));
+    }
     let findings = finding::merged(findings);
     let (groups, whole) = (groups::groups(&findings), whole::whole(&scene, &findings));
     let all = findings.len();

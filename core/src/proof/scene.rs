@@ -28,6 +28,13 @@ const TOUCH_MM: f64 = 0.003;
 /// Kept pieces smaller than this, in mm², are what rounding leaves.
 const DUST_MM2: f64 = 1e-6;
 
+/// So many hundredths of a proof are done when the cuts are known,
+const CUT: u64 = 3;
+/// when it is known what they leave,
+const PAINTED: u64 = 50;
+/// and when it is known which islands that holds.
+pub(super) const MADE: u64 = 58;
+
 /// A piece of an island that is left.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Kept {
@@ -71,8 +78,13 @@ pub(super) struct Scene<'a> {
 }
 
 impl<'a> Scene<'a> {
-    /// None where that side has no copper.
-    pub(super) fn new(board: &'a Board, programs: &'a [Program], options: &'a ProofOptions) -> Option<Self> {
+    /// None where that side has no copper. `tell` is told how many hundredths of the proof are done.
+    pub(super) fn new(
+        board: &'a Board,
+        programs: &'a [Program],
+        options: &'a ProofOptions,
+        tell: &mut dyn FnMut(u64),
+    ) -> Option<Self> {
         let copper = board.copper.iter().find(|copper| copper.face == options.face)?;
         let mut cuts = Vec::new();
         let (mut without_bit, mut still) = (None, Vec::new());
@@ -85,9 +97,11 @@ impl<'a> Scene<'a> {
         let outline = Some(&board.outline).filter(|outline| !outline.is_empty());
         let blank = outline.cloned().unwrap_or_else(|| around(copper, &cuts));
         let (copper, design, net_of, labels) = islands(copper, outline);
+        tell(CUT);
         let material = Exposure { clear: false, outlines: blank.paths().cloned().collect() };
 
         let left = paint(&[material, Exposure { clear: true, outlines: strokes(&cuts) }]);
+        tell(PAINTED);
         let left_edges = Edges::of(&left);
         let kept_region = kept_region((&copper, &design), (&left, &left_edges));
         let kept: Vec<Option<Kept>> =

@@ -72,8 +72,9 @@ enum Sight {
     Blind,
 }
 
-/// Every pair of nets that one piece of copper holds, where nothing separates them.
-pub(super) fn shorts(scene: &Scene<'_>) -> Vec<Finding> {
+/// Every pair of nets that one piece of copper holds, where nothing separates them. `progress` is told how many bridges are looked
+/// at, and how many there are.
+pub(super) fn shorts(scene: &Scene<'_>, progress: &mut dyn FnMut(u64, u64)) -> Vec<Finding> {
     let shorted = |piece: u32| scene.nets_in(piece).is_some_and(|nets| nets.len() > 1);
     let pieces = (0..).zip(&scene.left.islands).filter(|(piece, _)| shorted(*piece));
     let bad = Region { islands: pieces.map(|(_, island)| island.clone()).collect() };
@@ -85,6 +86,7 @@ pub(super) fn shorts(scene: &Scene<'_>) -> Vec<Finding> {
     let mut findings = Vec::new();
     let mut told: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
     for (number, island) in (0..).zip(&between_nets.islands) {
+        progress(u64::from(number), between_nets.islands.len() as u64);
         let Some(bridge) = bridge(scene, &all, number, island) else { continue };
         let Some(piece) = super::scene::inner_spot(island).and_then(|spot| scene.left_edges.island_at(spot))
         else {

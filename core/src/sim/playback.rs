@@ -76,6 +76,34 @@ pub struct Moment {
     pub bit: Option<u32>,
 }
 
+/// Which of how many is in work at a moment, counted from one in the order of running.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Counted {
+    /// Nothing is made yet.
+    Nothing,
+    /// A hole: the one that is drilled, else the last that is through.
+    Hole {
+        /// Which.
+        number: u32,
+        /// Of how many.
+        total: u32,
+    },
+    /// A toolpath: the one that is milled, else the last that is done.
+    Toolpath {
+        /// Which.
+        number: u32,
+        /// Of how many.
+        total: u32,
+    },
+    /// All holes and toolpaths are made.
+    All {
+        /// Holes.
+        holes: u32,
+        /// Toolpaths.
+        toolpaths: u32,
+    },
+}
+
 fn seconds(ticks: u64) -> f64 {
     ticks as f64 / TICK_HZ as f64
 }
@@ -188,6 +216,32 @@ impl Playback {
         let begun = self.timeline.moves.partition_point(|planned| planned.start_tick <= tick);
         let planned = self.timeline.moves.get(begun.saturating_sub(1))?;
         Some((planned, t_s.max(0.0) - seconds(planned.start_tick)))
+    }
+
+    /// What is counted at the moment `now`.
+    pub fn counted(&self, now: &Moment) -> Counted {
+        let (holes, toolpaths) = (self.drilled.len() as u32, self.milled.len() as u32);
+        let (drilled, milled) = (now.holes_done, now.toolpaths_done);
+        if drilled + milled > 0 && (drilled, milled) == (holes, toolpaths) {
+            return Counted::All { holes, toolpaths };
+        }
+        let last_milled = self.milled.get((milled as usize).wrapping_sub(1)).map(|last| last.toolpath);
+        let last_drilled = self.drilled.get((drilled as usize).wrapping_sub(1)).map(|last| last.hole);
+        // The one that is through but not yet left counts as the one in work.
+        let in_work = |done: u32, is_last: bool, total: u32| if is_last { done } else { total.min(done + 1) };
+        match now.mark {
+            Mark::Toolpath(toolpath) => {
+                let number = in_work(milled, last_milled == Some(toolpath), toolpaths);
+                Counted::Toolpath { number, total: toolpaths }
+            }
+            Mark::Hole(hole) => {
+                let number = in_work(drilled, last_drilled == Some(hole), holes);
+                Counted::Hole { number, total: holes }
+            }
+            _ if drilled > 0 => Counted::Hole { number: drilled, total: holes },
+            _ if milled > 0 => Counted::Toolpath { number: milled, total: toolpaths },
+            _ => Counted::Nothing,
+        }
     }
 
     /// The moment at second `t_s`; before the start it is the start, after the end the end. None for an empty timeline.
@@ -306,6 +360,38 @@ mod tests {
         assert!(milled > 50, "{milled} moments in the board");
         assert_eq!(play.at(first.done_s).unwrap().toolpaths_done, 1);
         assert_eq!(play.at(play.total_s()).unwrap().toolpaths_done, 2);
+    }
+
+    #[test]
+    fn the_one_in_work_is_counted_and_at_the_end_all_are() {
+        let mill = |index: u32| Leg {
+            mark: Mark::Toolpath(index),
+            commands: vec![
+                Command::Rapid { to: Point::from_mm(f64::from(index) * 10.0, 5.0) },
+                Command::Plunge { to: Length::from_um(-200), feed_um_per_s: 5_000, gate: None },
+                Command::Mill {
+                    to: Point::from_mm(f64::from(index) * 10.0 + 5.0, 5.0),
+                    height: Length::from_um(-200),
+                    feed_um_per_s: 10_000,
+                },
+                Command::Retract { to: Length::from_um(2_000) },
+            ],
+        };
+        let mut program = two_holes_program();
+        let holes = std::mem::take(&mut program.legs);
+        program.legs = [vec![mill(0), mill(1)], holes].concat();
+        let play = Playback::new(timeline(&program, &virtual_drill()).unwrap());
+        let counted = |t_s: f64| play.counted(&play.at(t_s).unwrap());
+        let [first, second] = play.milled() else { panic!("{:?}", play.milled()) };
+        let middle = |milled: &Milled| f64::midpoint(milled.from_s, milled.done_s);
+        assert_eq!(counted(middle(first)), Counted::Toolpath { number: 1, total: 2 });
+        assert_eq!(counted(middle(second)), Counted::Toolpath { number: 2, total: 2 });
+        let [one, other] = play.drilled() else { panic!("{:?}", play.drilled()) };
+        assert_eq!(counted(one.done_s - 0.01), Counted::Hole { number: 1, total: 2 });
+        let up = Moment { mark: Mark::Hole(one.hole), holes_done: 1, ..play.at(one.done_s).unwrap() };
+        assert_eq!(play.counted(&up), Counted::Hole { number: 1, total: 2 }, "it goes up again");
+        assert_eq!(counted(other.done_s - 0.01), Counted::Hole { number: 2, total: 2 });
+        assert_eq!(counted(play.total_s()), Counted::All { holes: 2, toolpaths: 2 });
     }
 
     #[test]

@@ -31,9 +31,22 @@ const TURN_ROOM_S: f64 = 2.1e-6;
 
 /// The whole timeline as a stream.
 pub fn stream(timeline: &Timeline, machine: &Machine) -> Result<StepStream, Diagnostic> {
+    stream_telling(timeline, machine, &mut |_, _| {})
+}
+
+/// The same; `progress` is told how many moves are in the stream, and how many there are.
+pub fn stream_telling(
+    timeline: &Timeline,
+    machine: &Machine,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Result<StepStream, Diagnostic> {
     let mut pile =
         Pile { maker: Maker::new(machine), segments: Vec::with_capacity(timeline.moves.len()), runs: 0 };
-    pile.take(&timeline.moves)?;
+    let total = timeline.moves.len() as u64;
+    for (done, planned) in (0..).zip(&timeline.moves) {
+        progress(done, total);
+        pile.take(std::slice::from_ref(planned))?;
+    }
     Ok(StepStream { start: timeline.start, segments: pile.segments })
 }
 

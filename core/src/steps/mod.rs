@@ -24,7 +24,7 @@ pub use crate::machine::{AXES, Steps};
 pub use crate::motion::automaton;
 pub use compact::{compact, expand};
 pub use digest::{digest, digest_of, encoded_len, trace};
-pub use make::{segment, stream, stream_of};
+pub use make::{segment, stream, stream_of, stream_telling};
 pub use packed::Packed;
 pub use replay::{Pulse, Replay, replay, replay_stream};
 pub use stream::{PARTS, Run, Segment, StepStream, TICK_HZ};

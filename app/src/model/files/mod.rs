@@ -284,7 +284,7 @@ pub(super) fn read(model: &mut Model, wanted: Wanted) -> Vec<Effect> {
         job: wanted.job.clone(),
         machine: Some(Settings::of(&model.machine)),
     });
-    model.on_the_way = OnTheWay::Reading { number, wanted: Box::new(wanted) };
+    model.on_the_way = OnTheWay::Reading { number, wanted: Box::new(wanted), share: 0.0 };
     effects.push(Effect::ask(number, request));
     effects
 }
@@ -303,8 +303,8 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
         let reviewing = document.doubtful() && !known;
         model.before = before_review(model, open.clone()).filter(|_| reviewing);
         model.board.reviewing = reviewing;
-        // Who came by an address that names something of the board finds that.
-        if model.frame.named.is_none() {
+        // Who came by an address that names something of the board finds that; who looks at the machine's job goes on looking.
+        if model.frame.named.is_none() && !model.job_board.is_at(place) {
             model.frame.tab = Tab::Board;
         }
     }

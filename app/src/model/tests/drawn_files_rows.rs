@@ -1,4 +1,4 @@
-//! The board editor and files, by rows: what is drawn over them, made of it, kept in the store, and saved.
+//! The board editor and files, by rows: what is drawn over them, made of it, and saved.
 
 use super::draw_rows::DrawnBoard;
 use crate::drawing::fields::FieldValue;
@@ -6,8 +6,8 @@ use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
 use crate::layers::LayerKind;
-use crate::model::drawing::{DrawingExport, Earlier};
-use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent, KeepEvent, Model};
+use crate::model::drawing::DrawingExport;
+use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent};
 use crate::said::Text;
 use annulus_core::board::drawing::{self, Catch};
 use annulus_core::diagnostic::Diagnostic;
@@ -56,7 +56,7 @@ X1000Y1000D03*X5000Y1000D03*X1000Y5000D02*X5000Y5000D01*M02*";
 const DRILL: &[u8] = b"M48\nMETRIC\nT1C0.5\n%\nT1\nX1.0Y1.0\nX5.0Y1.0\nM30\n";
 
 /// Files are open, and what they draw is in the editor.
-fn over_files() -> DrawnBoard {
+pub(super) fn over_files() -> DrawnBoard {
     let sheet = over(DRILL);
     assert_eq!(sheet.model.draw.editor.finder().imported().len(), 5);
     sheet
@@ -125,7 +125,7 @@ fn what_files_draw_is_taken_out_moved_and_added_to() {
 }
 
 /// Where the copper and the holes of the files lie, copies with them.
-fn places(sheet: &DrawnBoard) -> Vec<(f64, f64)> {
+pub(super) fn places(sheet: &DrawnBoard) -> Vec<(f64, f64)> {
     let editor = &sheet.model.draw.editor;
     let objects = (0..editor.finder().imported().len() as u32).map(Catch::Imported);
     let copies = editor.drawing().things().map(|(id, _)| Catch::Drawn(id));
@@ -183,52 +183,6 @@ fn what_files_draw_is_turned_mirrored_lined_up_and_repeated_by_one_edit_each() {
         sheet.word("key:Ctrl+z");
         assert_eq!((places(&sheet), sheet.model.draw.editor.can_undo().0), (first.clone(), false), "{act:?}");
     }
-}
-
-#[test]
-fn what_files_draw_is_grouped_caught_and_moved_with_what_is_drawn() {
-    let mut sheet = over_files();
-    for word in ["key:p", "at:20,20", "key:v", "at:20.7,20", "at+shift:1,1.4", "at+shift:5,1.4"] {
-        sheet.word(word);
-    }
-    assert_eq!(sheet.model.draw.editor.chosen.len(), 3, "a drawn pad and two of the files");
-    sheet.word("key:Ctrl+g");
-    assert_eq!((sheet.of("group").len(), sheet.of("imported").len()), (1, 2), "{:?}", sheet.drawing());
-    let (group, before) = (sheet.of("group")[0], places(&sheet));
-    assert_eq!(before[..2], [(1.0, 1.0), (5.0, 1.0)], "nothing moves by being grouped");
-    // A press on one of them chooses the group, and with Ctrl the one.
-    for (word, chosen) in [("at:1,1.4", Catch::Drawn(group)), ("at+ctrl:1,1.4", Catch::Imported(0))] {
-        sheet.word("at:40,40");
-        sheet.word(word);
-        assert_eq!(sheet.model.draw.editor.chosen.iter().copied().collect::<Vec<_>>(), [chosen], "{word}");
-    }
-    sheet.event(DrawEvent::Choose { id: group, adding: false });
-    let low_mm = sheet.model.draw.shown.chosen.mesh.bounds_mm().unwrap()[0];
-    assert!(low_mm[0] < 1.0 && low_mm[1] < 1.0, "all of it is shown as chosen: {low_mm:?}");
-    sheet.event(DrawEvent::ChooseImported { of: 0 });
-    let fields = crate::drawing::fields::rows(&sheet.model.draw.editor);
-    let of_group = FieldValue::Group(Some(Some(group)), vec![(group, "Group 1".to_owned())]);
-    assert_eq!(fields.last().map(|row| &row.value), Some(&of_group));
-    // One that has no line yet goes into the nearest group by a key, and out again.
-    for (word, count) in [("into", 3), ("out", 2)] {
-        sheet.event(DrawEvent::ChooseImported { of: 2 });
-        sheet.word(word);
-        let members = sheet.drawing().hanging(group).filter(|id| sheet.of("imported").contains(id)).count();
-        assert_eq!(members, count, "{word}");
-    }
-    // All of it is one thing, which the others stand beside.
-    sheet.word("key:Ctrl+a");
-    let all = &sheet.model.draw.editor.chosen;
-    assert!(all.contains(&Catch::Drawn(group)) && !all.contains(&Catch::Imported(0)), "{all:?}");
-    sheet.word("at:40,40");
-    sheet.word("drag:5,1.4>5,11.4");
-    assert_eq!(places(&sheet)[..2], [(1.0, 11.0), (5.0, 11.0)]);
-    for word in ["at:1,11.4", "key:Ctrl+Shift+g"] {
-        sheet.word(word);
-    }
-    assert_eq!(sheet.of("group"), []);
-    let chosen = &sheet.model.draw.editor.chosen;
-    assert!(chosen.contains(&Catch::Imported(0)) && chosen.contains(&Catch::Imported(1)), "{chosen:?}");
 }
 
 #[test]
@@ -373,106 +327,6 @@ fn an_object_of_a_file_is_chosen_by_its_place_in_the_list() {
     assert!(sheet.model.draw.editor.chosen.is_empty(), "what was taken out is not chosen");
 }
 
-fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {
-    effects.iter().find_map(|effect| match effect {
-        Effect::KeepDrawing { of, place, text, .. } => Some((*of, *place, text.clone())),
-        _ => None,
-    })
-}
-
-#[test]
-fn a_reload_gives_the_drawing_back_with_all_its_edits() {
-    let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9 key:Ctrl+z");
-    sheet.event(DrawEvent::Rested);
-    let (of, place, text) = kept(&sheet.out).unwrap();
-    assert_eq!(place, None);
-    sheet.event(DrawEvent::Kept { of, place: Some(3) });
-    assert_eq!(sheet.out, [Effect::OwnDrawing { place: Some(3) }]);
-    let mut again = DrawnBoard { model: Model::default(), out: Vec::new(), all: Vec::new() };
-    again.event(FrameEvent::Show { tab: Tab::Draw });
-    assert_eq!(again.out, [Effect::LookForDrawings { own: true }]);
-    again.event(DrawEvent::Found { own: Some((Some(3), text)), earlier: Vec::new() });
-    assert_eq!(again.model.draw.editor.history(), sheet.model.draw.editor.history());
-    again.word("key:Ctrl+y");
-    assert_eq!(again.counts(), "0/2/2/2/0 2/0 0");
-    // It is written where it was.
-    again.event(DrawEvent::Rested);
-    assert_eq!(kept(&again.out).map(|(_, place, _)| place), Some(Some(3)));
-}
-
-#[test]
-fn a_drawing_is_kept_while_one_goes_on_drawing_and_when_the_page_is_left() {
-    let mut sheet = DrawnBoard::tell("key:p at:5,5");
-    let waits = |out: &[Effect]| out.iter().any(|effect| matches!(effect, Effect::Wake { .. }));
-    sheet.word("at:9,9");
-    assert!(!waits(&sheet.out), "the first edit becomes half a second old, whatever follows");
-    sheet.event(DrawEvent::Rested);
-    let (of, _, text) = kept(&sheet.out).unwrap();
-    assert_eq!(drawing::read("d", &text).unwrap().now(), sheet.drawing());
-    // One more while the store is busy, and the page is left: it has a place by then, or the store has never heard of it.
-    sheet.word("at:2,2");
-    sheet.event(DrawEvent::Kept { of, place: Some(3) });
-    sheet.word("at:3,3");
-    sheet.event(KeepEvent::Leaving);
-    let left = sheet.out.iter().find_map(|effect| match effect {
-        Effect::LeaveDrawing { place: 3, text, .. } => Some(text.clone()),
-        _ => None,
-    });
-    assert_eq!(drawing::read("d", &left.unwrap()).unwrap().now(), sheet.drawing());
-    // All of it is in the store: nothing is left to be put anywhere.
-    loop {
-        sheet.event(DrawEvent::Kept { of, place: Some(3) });
-        if kept(&sheet.out).is_none() {
-            break;
-        }
-    }
-    sheet.event(KeepEvent::Leaving);
-    assert!(!sheet.out.iter().any(|effect| matches!(effect, Effect::LeaveDrawing { .. })), "{:?}", sheet.out);
-}
-
-#[test]
-fn a_drawing_that_the_store_cannot_keep_is_tried_again_and_stays_told() {
-    let mut sheet = DrawnBoard::tell("key:p at:5,5");
-    for round in 0..2 {
-        sheet.event(KeepEvent::Looked);
-        if round == 0 {
-            sheet.event(DrawEvent::Rested);
-        }
-        let (of, ..) = kept(&sheet.out).expect("it is tried again when the page is looked at");
-        sheet.event(DrawEvent::Kept { of, place: None });
-        assert!(sheet.model.draw.unkept());
-        assert_eq!(sheet.model.frame.toasts.len(), 1, "it is said once");
-    }
-    sheet.event(KeepEvent::Looked);
-    let (of, ..) = kept(&sheet.out).unwrap();
-    sheet.event(DrawEvent::Kept { of, place: Some(1) });
-    assert!(!sheet.model.draw.unkept());
-    sheet.event(KeepEvent::Looked);
-    assert_eq!(kept(&sheet.out), None);
-}
-
-#[test]
-fn an_earlier_drawing_is_forgotten_only_when_that_was_not_taken_back() {
-    let earlier = || Earlier { place: 2, name: "one".to_owned(), at_ms: 1.0, elsewhere: false };
-    let drops = |out: &[Effect]| out.iter().any(|effect| matches!(effect, Effect::DropDrawing { place: 2 }));
-    for takes_back in [false, true] {
-        let mut sheet = DrawnBoard::tell("key:p at:5,5");
-        sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier()] });
-        sheet.event(DrawEvent::Forget { place: 2 });
-        assert!(!drops(&sheet.out) && sheet.model.draw.earlier().is_empty());
-        sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier()] });
-        assert!(sheet.model.draw.earlier().is_empty(), "it is not on offer meanwhile");
-        if takes_back {
-            let number = sheet.model.frame.toasts.last().expect("it can be taken back").number;
-            sheet.event(FrameEvent::Taken { number });
-            sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier()] });
-            assert_eq!(sheet.model.draw.earlier(), [earlier()]);
-        }
-        sheet.event(DrawEvent::Drop { place: 2 });
-        assert_eq!(drops(&sheet.out), !takes_back);
-    }
-}
-
 /// A board was made of the drawing that the words make.
 fn board_of(words: &str) -> DrawnBoard {
     let mut sheet = DrawnBoard::tell(words);
@@ -536,60 +390,6 @@ fn a_project_is_saved_with_the_drawing_as_it_is() {
     apart.word("at:5,5");
     apart.event(DrawEvent::Save);
     assert!(matches!(apart.out.first(), Some(Effect::Save { .. })), "{:?}", apart.out);
-}
-
-#[test]
-fn what_another_tab_has_is_a_copy_that_is_kept_apart() {
-    let sheet = DrawnBoard::tell("key:p at:5,5");
-    let text = drawing::write(sheet.model.draw.editor.history());
-    let mut own = DrawnBoard::default();
-    own.event(DrawEvent::Found { own: Some((None, text.clone())), earlier: Vec::new() });
-    let mut fetched = DrawnBoard::default();
-    fetched.event(DrawEvent::Opened { place: None, is_copy: true, text: Some(text) });
-    for mut copy in [own, fetched] {
-        assert_eq!(copy.drawing(), sheet.drawing());
-        assert_eq!(copy.model.frame.toasts.len(), 1, "it is said");
-        copy.event(DrawEvent::Rested);
-        assert_eq!(kept(&copy.out).map(|(_, place, _)| place), Some(None), "at a place of its own");
-    }
-}
-
-#[test]
-fn a_new_drawing_leaves_the_one_before_in_the_store() {
-    let mut sheet = DrawnBoard::tell("key:p at:5,5 new");
-    assert!(sheet.drawing().is_empty());
-    let (of, place, text) = kept(&sheet.out).unwrap();
-    assert_eq!((of, place), (0, None));
-    assert!(drawing::read("d", &text).unwrap().now().len() > 1);
-    sheet.event(DrawEvent::Kept { of, place: Some(0) });
-    sheet.word("key:o");
-    sheet.word("at:1,1");
-    sheet.event(DrawEvent::Rested);
-    let (of, place, _) = kept(&sheet.out).unwrap();
-    assert_eq!((of, place), (1, None), "it does not take the place of the one before");
-    let mut bad = DrawnBoard::tell("key:p at:5,5");
-    let before = bad.counts();
-    bad.event(DrawEvent::Opened { place: None, is_copy: false, text: Some("{}".to_owned()) });
-    bad.event(DrawEvent::Opened { place: None, is_copy: false, text: None });
-    assert_eq!((bad.counts(), bad.model.frame.toasts.len()), (before, 2));
-}
-
-#[test]
-fn what_was_drawn_before_comes_back_with_its_edits_and_its_board() {
-    let mut sheet = DrawnBoard::tell("key:p at:5,5 at:9,9");
-    let before = sheet.model.draw.editor.history().clone();
-    let example = include_str!("../../../../www/drawings/robot.json");
-    sheet.event(DrawEvent::Opened { place: None, is_copy: false, text: Some(example.to_owned()) });
-    assert_eq!(sheet.drawing().name(), drawing::read("d", example).unwrap().now().name());
-    let number = sheet.model.frame.toasts.first().expect("it is offered").number;
-    sheet.event(FrameEvent::Taken { number });
-    assert_eq!(*sheet.model.draw.editor.history(), before);
-    // And the other way round; a sheet on which nothing was drawn is not offered.
-    sheet.event(DrawEvent::Back);
-    assert_eq!(sheet.of("hole").len(), 15);
-    let mut empty = DrawnBoard::default();
-    empty.event(DrawEvent::Opened { place: None, is_copy: false, text: Some(example.to_owned()) });
-    assert!(empty.model.frame.toasts.is_empty());
 }
 
 #[test]

@@ -2,7 +2,7 @@
 //!
 //! Comes in: fields with values. Goes out: what is typed into them.
 
-use super::inputs::{LAYERS, SHAPES, labelled, length, shown, tick, typed_field, word};
+use super::inputs::{LAYERS, SHAPES, labelled, length, tick, typed_field, word};
 use crate::drawing::fields::{Field, FieldRow, FieldValue};
 use crate::drawing::typed;
 use crate::i18n::{self, key, number, t};
@@ -59,7 +59,7 @@ fn row(field: Field) -> Option<AnyView> {
         }
         FieldValue::Fixed(_) => {
             let text = move || match now() {
-                Some(FieldValue::Fixed(Some(length))) => number(shown(frame().unit.get(), length)),
+                Some(FieldValue::Fixed(Some(length))) => number(frame().unit.get().short(length.mm())),
                 _ => String::new(),
             };
             div()

@@ -2,7 +2,7 @@
 //!
 //! Comes in: objects of files. Goes out: the one that is chosen. What was taken out stands in the tree alone.
 
-use super::inputs::{layer_word, shown};
+use super::inputs::layer_word;
 use crate::drawing::kinds::{ImportedKind, of_kind};
 use crate::drawing::tree::TreeRow;
 use crate::i18n::{self, key, number, say, t};
@@ -87,7 +87,7 @@ fn block() -> impl IntoView {
 /// What an object is, with its size.
 fn words(one: &Imported) -> String {
     let unit = frame().unit.get();
-    let size = |length: Length| number(shown(unit, length));
+    let size = |length: Length| number(unit.short(length.mm()));
     let layer = || one.layer.map_or_else(String::new, |layer| i18n::text(layer_word(layer), &[]));
     let across = |of: Length| Length::from_nm(of.nm() * 2);
     match ImportedKind::of(one) {
@@ -116,7 +116,7 @@ fn line(of: u32, index: usize) -> AnyView {
     let at = one.at;
     let place = move || {
         let unit = frame().unit.get();
-        format!("{} {}", number(shown(unit, at.x)), number(shown(unit, at.y)))
+        format!("{} {}", number(unit.short(at.x.mm())), number(unit.short(at.y.mm())))
     };
     div()
         .class("line draw-line")

@@ -38,13 +38,6 @@ pub(super) fn word(field: Field) -> &'static str {
     }
 }
 
-/// A length with all its digits and no more.
-pub(super) fn shown(unit: Unit, length: Length) -> String {
-    let text = format!("{:.6}", unit.of_mm(length.mm()));
-    let short = text.trim_end_matches('0').trim_end_matches('.');
-    if short == "-0" { "0".to_owned() } else { short.to_owned() }
-}
-
 /// The name of a layer.
 pub(super) fn layer_word(layer: Layer) -> &'static str {
     match layer {
@@ -149,7 +142,7 @@ pub(super) fn length(
     act: impl Fn(String) + 'static,
 ) -> impl IntoView {
     let text = Signal::derive(move || {
-        value.get().map_or_else(String::new, |length| number(shown(frame().unit.get(), length)))
+        value.get().map_or_else(String::new, |length| number(frame().unit.get().short(length.mm())))
     });
     let fits = |text: &str| typed::length(text, Unit::default()).is_some();
     typed_field(id, field, text, i18n::unit_word, fits, act)

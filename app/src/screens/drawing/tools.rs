@@ -3,7 +3,7 @@
 //! Comes in: tool, pen, grid. Goes out: others.
 
 use super::focus_picture;
-use super::inputs::{self, LAYERS, SHAPES, shown, tick};
+use super::inputs::{self, LAYERS, SHAPES, tick};
 use crate::drawing::fields::Field;
 use crate::drawing::{Act, DrawKey, GRIDS, Pen, Tool};
 use crate::i18n::{self, key, t};
@@ -11,6 +11,7 @@ use crate::keys::KeyAction;
 use crate::model::DrawEvent;
 use crate::page::{frame, key_of, open_drawing, send};
 use crate::widgets::{Icon, picture_button_if};
+use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{self, button, div, h2, header, section, select, span};
 use leptos::prelude::*;
@@ -141,8 +142,8 @@ fn grid() -> impl IntoView {
     let options = move || {
         let (unit, now) = (frame().unit.get(), step.get());
         let known = GRIDS.into_iter().chain((!GRIDS.contains(&now)).then_some(now));
-        let word = |one| {
-            let text = format!("{} {}", i18n::number(shown(unit, one)), i18n::unit_word());
+        let word = |one: Length| {
+            let text = format!("{} {}", i18n::number(unit.short(one.mm())), i18n::unit_word());
             html::option()
                 .attr("value", format!("{}mm", one.mm()))
                 .prop("selected", move || step.get() == one)

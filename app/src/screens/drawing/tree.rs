@@ -2,7 +2,7 @@
 //!
 //! Comes in: lines. Goes out: what is chosen in them, which groups are open, what goes into which group.
 
-use super::inputs::{layer_word, shown};
+use super::inputs::layer_word;
 use crate::drawing::tree::TreeRow;
 use crate::i18n::{self, number, say, t};
 use crate::model::DrawEvent;
@@ -10,6 +10,7 @@ use crate::page::{frame, open_drawing, send};
 use crate::widgets::{push, row_top, virtual_list};
 use annulus_core::board::drawing::{Catch, Id, Thing};
 use annulus_core::geometry::Point;
+use annulus_core::units::Length;
 use leptos::ev::{self, DragEvent, KeyboardEvent, MouseEvent};
 use leptos::html::{div, h2, header, p, section, span};
 use leptos::prelude::*;
@@ -119,13 +120,13 @@ fn open_button() -> impl IntoView {
 
 fn place(at: Point) -> String {
     let unit = frame().unit.get();
-    format!("{} {}", number(shown(unit, at.x)), number(shown(unit, at.y)))
+    format!("{} {}", number(unit.short(at.x.mm())), number(unit.short(at.y.mm())))
 }
 
 /// What a line says.
 fn words(row: &TreeRow) -> String {
     let unit = frame().unit.get();
-    let size = |length| number(shown(unit, length));
+    let size = |length: Length| number(unit.short(length.mm()));
     match &row.item.thing {
         Thing::Group { name } => name.clone(),
         Thing::Track { width, layer, .. } => {

@@ -8,9 +8,9 @@ use crate::keys::{KeyAction, Stride};
 use crate::model::play::SPEEDS;
 use crate::model::{FrameEvent, PlayEvent};
 use crate::page::{frame, open_board, play, send};
-use crate::screens::machine::words;
+use crate::screens::machine::{made, words};
 use crate::widgets::{Icon, icon, picture_button, push};
-use annulus_core::job::Mark;
+use annulus_core::sim::Counted;
 use leptos::ev;
 use leptos::html::{button, div, input, label, option, select, span};
 use leptos::prelude::*;
@@ -151,22 +151,19 @@ fn speeds() -> impl IntoView {
 
 fn facts() -> impl IntoView {
     let play = play();
-    let hole = move || {
-        let total =
-            play.playback.with(|playback| playback.as_ref().map_or(0, |playback| playback.drilled().len()));
-        let milled =
-            play.playback.with(|playback| playback.as_ref().map_or(0, |playback| playback.milled().len()));
-        match play.now() {
-            Some(now) if matches!(now.mark, Mark::Toolpath(_)) => {
-                say!("page.simulate.toolpath", done = now.toolpaths_done, total = milled)
-            }
+    let count = move || {
+        let now = play.now()?;
+        Some(match play.playback.with(|playback| Some(playback.as_ref()?.counted(&now)))? {
             // Before anything is made nobody counts: a board may be milled first.
-            Some(now) if now.holes_done + now.toolpaths_done == 0 && !matches!(now.mark, Mark::Hole(_)) => {
-                String::new()
+            Counted::Nothing => return None,
+            Counted::Hole { number, total } => say!("page.simulate.hole", done = number, total = total),
+            Counted::Toolpath { number, total } => {
+                say!("page.simulate.toolpath", done = number, total = total)
             }
-            Some(now) if total > 0 => say!("page.simulate.hole", done = now.holes_done, total = total),
-            _ => String::new(),
-        }
+            Counted::All { holes, toolpaths } => {
+                say!("page.simulate.all", made = made(holes > 0, holes, toolpaths))
+            }
+        })
     };
     let operation = move || play.now().and_then(|now| super::bands::operation(now.mark));
     let tool = move || {
@@ -179,7 +176,7 @@ fn facts() -> impl IntoView {
     };
     (
         span().class("strong").child(operation),
-        span().class("tabular").child(hole),
+        span().class("tabular").child(count),
         span().class("tabular").child(tool),
         span().child(stage),
         span().class("tabular quiet").child(speed),

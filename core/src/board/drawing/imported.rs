@@ -1,17 +1,19 @@
 //! What files draw, as far as one needs it to be caught, moved, turned and copied.
 //!
-//! Comes in: an [`Artwork`]. Goes out: [`Imported`]s. Repeats are taken apart into what they draw; apertures that are blocks are left
-//! out.
+//! Comes in: an [`Artwork`]. Goes out: [`Imported`]s. Repeats are taken apart into what they draw; what a block aperture draws with one
+//! flash is one thing, as large as the box around it.
 
+use super::body::shifted;
 use super::numbered::{is_dark, numbered};
 use super::{Body, Layer};
 use crate::artwork::{
     Aperture, Artwork, DrillFile, Form, Gerber, Object, ObjectShape, Role, Side, Transform,
 };
 use crate::board::copper;
-use crate::geometry::{Path, PathSegment, Placement, Point};
+use crate::geometry::{Bounds, Path, PathSegment, Placement, Point};
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeMap;
 
 /// The most objects of files that can be caught.
 pub(super) const MOST_IMPORTED: usize = 50_000;
@@ -77,13 +79,16 @@ pub fn imported(artwork: &Artwork, used: &[usize]) -> Vec<Imported> {
         let Some(file) = artwork.files.get(row) else { continue };
         let Some(gerber) = &file.gerber else { continue };
         // Where copper is taken away again, the shape of an object is not that of the copper.
-        let dark = !gerber.negative_image && is_dark(&gerber.objects);
+        let dark = !gerber.negative_image && is_dark(gerber);
+        let blocks = blocks(gerber);
         for (object, drawn) in numbered(&gerber.objects) {
-            if let Some((at, body)) = place_of(&drawn.shape).zip(body(gerber, &drawn))
+            if let Some((at, body)) = place_of(&drawn.shape).zip(body(gerber, &blocks, &drawn))
                 && found.len() < MOST_IMPORTED
             {
-                let is_area = matches!(drawn.shape, ObjectShape::Contour(_)) || !dark;
-                let is_pad = matches!(drawn.shape, ObjectShape::Flash { .. });
+                let is_block = blocks.contains_key(&drawn.aperture);
+                let is_flash = matches!(drawn.shape, ObjectShape::Flash { .. });
+                let is_area = matches!(drawn.shape, ObjectShape::Contour(_)) || is_flash && is_block || !dark;
+                let is_pad = is_flash && !is_block;
                 let (file, layer) = (file.name.clone(), Some(layer));
                 found.push(Imported { file, object, at, body, layer, is_area, is_pad });
             }
@@ -145,12 +150,49 @@ pub(super) fn place_of(shape: &ObjectShape) -> Option<Point> {
     }
 }
 
-/// The shape of an object; none for blocks and repeats, and for what draws nothing.
-fn body(gerber: &Gerber, object: &Object) -> Option<Body> {
+/// The boxes around what block apertures draw, about their origins, by aperture.
+type Blocks = BTreeMap<u32, Bounds>;
+
+/// Those of a layer. A block that others are made of stands before them.
+fn blocks(gerber: &Gerber) -> Blocks {
+    let mut blocks = Blocks::new();
+    for (number, aperture) in (0..).zip(&gerber.apertures) {
+        if let Form::Block { objects } = &aperture.form
+            && let Some(bounds) = bounds(gerber, &blocks, objects)
+        {
+            blocks.insert(number, bounds);
+        }
+    }
+    blocks
+}
+
+/// The box around what `objects` add.
+fn bounds(gerber: &Gerber, blocks: &Blocks, objects: &[Object]) -> Option<Bounds> {
+    let one = |object: &Object| match &object.shape {
+        ObjectShape::Repeat { objects, columns, rows, step } => {
+            let first = bounds(gerber, blocks, objects)?;
+            let last = |step: Length, count: u32| step * i64::from(count.saturating_sub(1));
+            let by = Point::new(last(step.x, *columns), last(step.y, *rows));
+            Some(first.with(shifted(first.min, by)).with(shifted(first.max, by)))
+        }
+        _ if object.clear => None,
+        _ => {
+            let body = body(gerber, blocks, object)?;
+            Some(Bounds::around(body.points.iter().copied())?.grown(body.radius))
+        }
+    };
+    objects.iter().filter_map(one).reduce(|a, b| a.with(b.min).with(b.max))
+}
+
+/// The shape of an object; none for repeats, and for what draws nothing.
+fn body(gerber: &Gerber, blocks: &Blocks, object: &Object) -> Option<Body> {
     let form = gerber.aperture(object).map(|aperture: &Aperture| &aperture.form);
     let held = gerber.transforms.get(object.transform as usize).copied().unwrap_or(Transform::PLAIN);
     match &object.shape {
-        ObjectShape::Flash { at } => Some(as_held(flash(form?)?, held).moved(*at)),
+        ObjectShape::Flash { at } => {
+            let block = blocks.get(&object.aperture).map(|bounds| boxed(*bounds));
+            Some(as_held(block.or_else(|| flash(form?))?, held).moved(*at))
+        }
         ObjectShape::Stroke { from, segment } => {
             let radius = match form? {
                 Form::Circle { diameter } => Length::from_nm(diameter.nm() / 2),
@@ -189,17 +231,21 @@ fn as_held(body: Body, held: Transform) -> Body {
     body
 }
 
+/// What a box encloses.
+fn boxed(Bounds { min, max }: Bounds) -> Body {
+    let points = vec![min, Point::new(max.x, min.y), max, Point::new(min.x, max.y)];
+    Body { points, closed: true, radius: Length::ZERO }
+}
+
 /// The shape of an aperture about its origin, as it is held by itself.
 fn flash(form: &Form) -> Option<Body> {
     let ring = |points: Vec<Point>| Body { points, closed: true, radius: Length::ZERO };
-    let boxed = |width: Length, height: Length| {
-        let (x, y) = (width.nm() / 2, height.nm() / 2);
-        let point = |(x, y): (i64, i64)| Point::new(Length::from_nm(x), Length::from_nm(y));
-        [(-x, -y), (x, -y), (x, y), (-x, y)].map(point).to_vec()
-    };
     match form {
         Form::Circle { diameter } => Some(Body::disc(Point::default(), *diameter)),
-        Form::Rectangle { width, height } => Some(ring(boxed(*width, *height))),
+        Form::Rectangle { width, height } => {
+            let corner = Point::new(Length::from_nm(width.nm() / 2), Length::from_nm(height.nm() / 2));
+            Some(boxed(Bounds { min: Point::new(-corner.x, -corner.y), max: corner }))
+        }
         Form::Obround { width, height } => {
             let (short, long) = ((*width).min(*height), (*width).max(*height));
             let reach = Length::from_nm((long.nm() - short.nm()) / 2);
@@ -228,9 +274,7 @@ fn flash(form: &Form) -> Option<Body> {
             }
             let paths = primitives.iter().filter(|(dark, _)| *dark).flat_map(|(_, paths)| paths);
             let boxes: Vec<_> = paths.map(crate::geometry::path_bounds).collect();
-            let all = boxes.into_iter().reduce(|a, b| a.with(b.min).with(b.max))?;
-            let (low, high) = (all.min, all.max);
-            Some(ring(vec![low, Point::new(high.x, low.y), high, Point::new(low.x, high.y)]))
+            boxes.into_iter().reduce(|a, b| a.with(b.min).with(b.max)).map(boxed)
         }
         Form::Block { .. } => None,
     }

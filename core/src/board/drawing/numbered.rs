@@ -10,7 +10,7 @@
 
 use super::body::shifted;
 use super::imported::MOST_IMPORTED;
-use crate::artwork::{Object, ObjectShape};
+use crate::artwork::{Form, Gerber, Object, ObjectShape};
 use crate::geometry::{Path, Placement, Point};
 
 /// The objects of a layer with their numbers, in the order in which they are drawn.
@@ -34,10 +34,18 @@ pub(super) fn numbered(objects: &[Object]) -> Vec<(u32, Object)> {
     made
 }
 
-/// Whether everything adds to what lies below it.
-pub(super) fn is_dark(objects: &[Object]) -> bool {
+/// Whether everything in a layer adds to what lies below it, in its block apertures too.
+pub(super) fn is_dark(layer: &Gerber) -> bool {
+    let blocks = layer.apertures.iter().filter_map(|aperture| match &aperture.form {
+        Form::Block { objects } => Some(objects),
+        _ => None,
+    });
+    blocks.chain([&layer.objects]).all(|objects| add(objects))
+}
+
+fn add(objects: &[Object]) -> bool {
     objects.iter().all(|object| match &object.shape {
-        ObjectShape::Repeat { objects, .. } => is_dark(objects),
+        ObjectShape::Repeat { objects, .. } => add(objects),
         _ => !object.clear,
     })
 }

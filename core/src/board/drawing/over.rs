@@ -8,7 +8,7 @@
 //! ```
 //!
 //! Comes in: an [`Artwork`] and a [`Drawing`]. Goes out: the same artwork, changed; diagnostics where a file is not as it was.
-//! A repeat of which something is changed is taken apart into what it draws; what lies in apertures that are blocks stays as it is.
+//! A repeat of which something is changed is taken apart into what it draws; what a block aperture draws is one thing.
 
 use super::body::{path_about, placed_about, shifted};
 use super::holes_written::excellon_text;
@@ -41,8 +41,17 @@ pub fn lay_over_all(
 
 /// The artwork of what is no drawing among `files`.
 pub fn read_under(files: &[(String, Vec<u8>)], overrides: &Overrides) -> Artwork {
+    read_under_telling(files, overrides, &mut |_, _| {})
+}
+
+/// The same; `progress` is told how many bytes are read, and how many there are.
+pub fn read_under_telling(
+    files: &[(String, Vec<u8>)],
+    overrides: &Overrides,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Artwork {
     let under: Vec<_> = files.iter().filter(|(_, bytes)| !is_one(bytes)).cloned().collect();
-    artwork::read_set(&under, overrides)
+    artwork::read_set_telling(&under, overrides, progress)
 }
 
 /// Makes the artwork what the drawing says it is: takes out, moves, adds. `used` follows.

@@ -97,6 +97,49 @@ fn what_a_repeat_draws_more_than_can_be_caught_stays_in_it() {
     assert_eq!(numbers, [0, 2]);
 }
 
+/// A block of two pads with a track between them, flashed twice, the second time turned; and a pad beside it.
+const BLOCKS: &[u8] = b"%TF.FileFunction,Copper,L1,Top*%%FSLAX46Y46*%%MOMM*%%ADD10C,1*%%ADD11C,0.4*%\
+%ABD12*%D10*X0Y0D03*X4000000Y0D03*D11*X0Y0D02*X4000000Y0D01*%AB*%\
+D12*X10000000Y10000000D03*%LR90*%X30000000Y10000000D03*%LR0*%D10*X50000000Y50000000D03*M02*";
+
+#[test]
+fn what_a_block_aperture_draws_is_caught_moved_and_taken_out_as_one_thing() {
+    let artwork = || artwork::read_set(&[("blocks.gbr".to_owned(), BLOCKS.to_vec())], &Overrides::default());
+    let objects = Arc::new(imported(&artwork(), &[0]));
+    let boxes: Vec<_> = objects.iter().map(|one| Bounds::around(one.body.points.iter().copied())).collect();
+    let around = |low: Point, high: Point| Some(Bounds { min: low, max: high });
+    assert_eq!(boxes[..2], [around(mm(9.5, 9.5), mm(14.5, 10.5)), around(mm(29.5, 9.5), mm(30.5, 14.5))]);
+    assert_eq!(objects.iter().map(|one| one.is_area).collect::<Vec<_>>(), [true, true, false]);
+    let mut drawing = Drawing::default();
+    let mut done = |at: Point, edit: fn(&Selection<'_>) -> Edit| {
+        let finder = Finder::new(&drawing, Arc::clone(&objects));
+        let catch = finder.at(&drawing, at, um(10)).into_iter().next().expect("something is caught");
+        let edit = edit(&Selection::new(&drawing, &finder, &BTreeSet::from([catch])));
+        drawing.apply(&edit).unwrap();
+    };
+    done(mm(14.0, 10.3), |one| one.moved(mm(0.0, 5.0)));
+    done(mm(30.0, 12.0), |one| one.removed());
+    let (mut laid, mut used) = (artwork(), vec![0]);
+    assert_eq!(lay_over(&drawing, &mut laid, &mut used), []);
+    let copper = painted(laid.files[0].gerber.as_ref().unwrap()).unwrap();
+    for (at, is_copper) in [
+        (mm(10.0, 15.0), true),
+        (mm(12.0, 15.1), true),
+        (mm(14.0, 15.0), true),
+        (mm(12.0, 10.0), false),
+        (mm(30.0, 12.0), false),
+        (mm(50.0, 50.0), true),
+    ] {
+        assert_eq!(contains(&copper, at), is_copper, "{at:?}");
+    }
+    let (texts, lost) = files_over(&drawing, artwork());
+    assert_eq!((texts.len(), lost), (1, Vec::new()));
+    let texts: Vec<_> = texts.into_iter().map(|(name, text)| (name, text.into_bytes())).collect();
+    let again = artwork::read_set(&texts, &Overrides::default());
+    let again = painted(again.files[0].gerber.as_ref().unwrap()).unwrap();
+    assert!((area_mm2(&again) - area_mm2(&copper)).abs() < 1e-9);
+}
+
 #[test]
 fn slots_and_routed_paths_are_caught_turned_copied_and_taken_out() {
     let mut drawing = Drawing::default();

@@ -1,0 +1,102 @@
+//! The board of the machine's job, opened again by a page that was loaded in mid-job.
+
+use super::line::status;
+use super::story::Story;
+use crate::keys::Tab;
+use crate::model::job_board::outline;
+use crate::model::{FrameEvent, Job, KeepEvent, Offer};
+use annulus_core::board::{Board, Hole};
+use annulus_core::control::State;
+use annulus_core::geometry::{Bounds, Island, Point, Region, rectangle};
+use annulus_core::job::{Command, Leg, Mark, Program};
+use annulus_core::units::Length;
+use std::sync::Arc;
+
+/// A program of the side `name` that drills at these places, its work zero in 1, 1.
+fn program(name: &str, holes: &[(f64, f64)]) -> Program {
+    let leg = |(index, &(x, y)): (u32, &(f64, f64))| Leg {
+        mark: Mark::Hole(index),
+        commands: vec![Command::Rapid { to: Point::from_mm(x - 1.0, y - 1.0) }],
+    };
+    Program {
+        name: name.to_owned(),
+        machine: String::new(),
+        origin: Point::from_mm(1.0, 1.0),
+        bits: Vec::new(),
+        spindles: 1,
+        safe_height: Length::from_um(2_000),
+        legs: (0..).zip(holes).map(leg).collect(),
+        accepted: Vec::new(),
+    }
+}
+
+/// A page that was just opened on the Machine screen, with these boards in the store, while the machine has the job "k".
+fn reloaded(tab: Tab, kept: &[(&str, bool)]) -> Story {
+    let mut story = Story::told("begin");
+    story.send(FrameEvent::Show { tab });
+    let program = program("clock-bottom", &[]);
+    let (bytes, key, stream_digest) = (Vec::new(), "k".to_owned(), String::new());
+    story.model.start.fetched = Some(Arc::new(Job { program, bytes, key, stream_digest }));
+    story.model.link.status = Some(status(State::Running, Some("k")).into());
+    let offers = (0..).zip(kept).map(|(place, (name, elsewhere))| Offer {
+        place,
+        name: (*name).to_owned(),
+        at_ms: 1.0,
+        elsewhere: *elsewhere,
+    });
+    story.send(KeepEvent::Found { offers: offers.collect() });
+    story
+}
+
+#[test]
+fn the_board_of_the_machines_job_is_opened_again_and_machine_stays_on_show() {
+    let is_asked = |story: &Story| story.out().split_whitespace().any(|word| word.starts_with("take:"));
+    let rows = [
+        (Tab::Machine, ("clock", false), true),
+        (Tab::Machine, ("clock", true), false),
+        (Tab::Machine, ("clock-b", false), false),
+        (Tab::Machine, ("robot", false), false),
+        (Tab::Cam, ("clock", false), false),
+    ];
+    for (tab, kept, is_opened) in rows {
+        let mut story = reloaded(tab, &[("other", false), kept]);
+        assert_eq!(is_asked(&story), is_opened, "{tab:?} {kept:?}: {}", story.out());
+        story.send(FrameEvent::Grid);
+        assert!(!is_asked(&story), "once");
+    }
+    let mut story = reloaded(Tab::Machine, &[("clock", false)]);
+    story.send(KeepEvent::Taken { place: 0, files: Some(vec![1]), job: None, own: true });
+    story.tell("opened");
+    story.tell("certain");
+    assert!(story.model.board.document.is_some());
+    assert_eq!(story.model.frame.tab, Tab::Machine);
+    // What a person opens is shown as ever.
+    story.tell("open-other");
+    story.tell("certain");
+    assert_eq!(story.model.frame.tab, Tab::Board);
+}
+
+#[test]
+fn the_outline_is_that_of_the_board_with_the_programs_name_place_and_holes() {
+    let mm = |x: f64, y: f64| Point::from_mm(x, y);
+    let outer = rectangle(Bounds { min: mm(0.0, 0.0), max: mm(50.0, 30.0) });
+    let outline_of = Region { islands: vec![Island { outer, holes: Vec::new() }] };
+    let hole = |at| Hole { at, diameter: None, plated: None, source: 0, tool_code: 0, line: 0 };
+    let holes = [(5.0, 5.0), (5.0, 25.0), (45.0, 5.0)];
+    let holes_of = holes.iter().map(|(x, y)| hole(mm(*x, *y))).collect();
+    let board = Board { name: "clock".to_owned(), holes: holes_of, outline: outline_of, ..Board::default() };
+    let rows = [
+        ("clock-top", mm(1.0, 1.0), holes.as_slice(), true),
+        ("clock-top", mm(1.0, 1.0), &holes[1..], true),
+        ("clock-top", mm(1.0, 1.0), &[(5.0, 25.0005)], true),
+        ("clock-top", mm(1.0, 1.0), &[], true),
+        ("clock-top", mm(1.0, 1.0), &[(5.0, 6.0)], false),
+        ("clock-top", mm(2.0, 1.0), &holes, false),
+        ("clock-side", mm(1.0, 1.0), &holes, false),
+        ("robot-top", mm(1.0, 1.0), &holes, false),
+    ];
+    for (name, origin, drilled, is_it) in rows {
+        let found = outline(&program(name, drilled), &board, origin);
+        assert_eq!(found, Some(&board.outline).filter(|_| is_it), "{name} {origin:?} {drilled:?}");
+    }
+}
