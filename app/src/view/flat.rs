@@ -2,8 +2,8 @@
 //!
 //! Comes in: what a frame is drawn from. Goes out: pixels in a canvas. Does not know pointers or clocks.
 
+use super::gpu::Look;
 use super::marks::Emphasis;
-use super::numbers::Look;
 use super::palette::Colour;
 use super::scene::{Disc, FilledLayer, HoleState, Line, Mesh, UNORDERED, Width};
 use std::cell::OnceCell;

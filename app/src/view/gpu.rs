@@ -6,15 +6,17 @@
 //!
 //! Comes in: a scene and what a frame is drawn from. Goes out: pixels in a canvas. Does not know wgpu, pointers or clocks.
 
+use super::camera::Camera;
 #[cfg(test)]
 use super::device::Device;
 use super::marks::{self, Afar, Emphasis, Mark};
-use super::numbers::{FlatNumbers, Look, Painted, SpaceNumbers};
+use super::numbers::{FlatNumbers, Painted, SpaceNumbers};
+use super::orbit::Orbit;
 use super::palette::Palette;
-use super::relief::{PATCH, Patch, ReliefField};
+use super::relief::{Cutting, PATCH, Patch, ReliefField};
 #[cfg(not(test))]
 use super::remote::Device;
-use super::scene::{FilledLayer, Line, Mesh, Scene};
+use super::scene::{FilledLayer, Line, Mesh, OrderProgress, Scene};
 use std::ops::Range;
 use std::sync::Arc;
 use web_sys::HtmlCanvasElement;
@@ -25,6 +27,22 @@ const EDGED_FROM_PX_PER_MM: f64 = 8.0;
 const COARSE_PX: u32 = 3;
 /// A tile in which nothing is cut.
 const UNCUT: &[u16] = &[0; PATCH * PATCH];
+
+/// What a frame is drawn from.
+pub(super) struct Look<'a> {
+    pub(super) camera: &'a Camera,
+    pub(super) density: f64,
+    pub(super) scene: &'a Scene,
+    pub(super) over: &'a [Line],
+    pub(super) palette: &'a Palette,
+    pub(super) grid: bool,
+    pub(super) progress: OrderProgress,
+    pub(super) head_mm: Option<[f32; 2]>,
+    /// The board in space instead of all that.
+    pub(super) solid: Option<(&'a ReliefField, &'a Orbit, Option<Cutting>)>,
+    /// It is sharp whatever that takes.
+    pub(super) sharp: bool,
+}
 
 /// A canvas with a device behind it.
 pub(super) struct Gpu {
@@ -161,7 +179,9 @@ impl Gpu {
     }
 
     fn paint_flat(&mut self, look: &Look<'_>) -> Painted {
-        let numbers = FlatNumbers::of(look, self.size_px);
+        let window = (self.size_px, look.density);
+        let ground = (look.scene.plate, look.grid);
+        let numbers = FlatNumbers::of(look.camera, window, ground, look.progress, look.palette);
         let px_per_mm = look.camera.px_per_mm * look.density;
         let ([before, lines], discs) = self.afar.drawn(self.count, px_per_mm);
         let ranges = [before, lines, discs].map(|range| [range.start, range.end]);

@@ -53,6 +53,8 @@ mod space;
 mod stage;
 
 pub use camera::Camera;
+#[cfg(any(target_arch = "wasm32", test))]
+pub use numbers::Painted;
 pub use orbit::Orbit;
 pub use palette::{Colour, Palette};
 pub use pick::Picker;

@@ -5,33 +5,17 @@
 //! orbit, relief, tool       ─▶ SpaceNumbers ─▶ relief.wgsl
 //! ```
 //!
-//! Comes in: a [`Look`]. Goes out: plain memory. Does not know the GPU.
+//! Comes in: what is looked at, from where. Goes out: plain memory. Does not know the GPU.
 
 use super::camera::Camera;
 use super::orbit::Orbit;
 use super::palette::{Colour, Palette};
 use super::relief::{Cutting, ReliefField};
-use super::scene::{Line, OrderProgress, Scene};
+use super::scene::{OrderProgress, Plate};
 
 /// How long a tool is drawn, in its diameters and at least, mm.
 const LONG_DIAMETERS: f32 = 7.0;
 const LEAST_LONG_MM: f32 = 8.0;
-
-/// What a frame is drawn from.
-pub(super) struct Look<'a> {
-    pub(super) camera: &'a Camera,
-    pub(super) density: f64,
-    pub(super) scene: &'a Scene,
-    pub(super) over: &'a [Line],
-    pub(super) palette: &'a Palette,
-    pub(super) grid: bool,
-    pub(super) progress: OrderProgress,
-    pub(super) head_mm: Option<[f32; 2]>,
-    /// The board in space instead of all that.
-    pub(super) solid: Option<(&'a ReliefField, &'a Orbit, Option<Cutting>)>,
-    /// It is sharp whatever that takes.
-    pub(super) sharp: bool,
-}
 
 /// What happened to a frame.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -107,11 +91,15 @@ pub(super) struct SpaceNumbers {
 }
 
 impl FlatNumbers {
-    /// Of a window of `size_px` device pixels.
-    pub(super) fn of(look: &Look<'_>, size_px: [u32; 2]) -> Self {
-        let (camera, palette) = (look.camera, look.palette);
+    /// Of a window of `size_px` device pixels, so many of them for one of the page.
+    pub(super) fn of(
+        camera: &Camera,
+        (size_px, density): ([u32; 2], f64),
+        (plate, grid): (Option<Plate>, bool),
+        progress: OrderProgress,
+        palette: &Palette,
+    ) -> Self {
         let (grid_mm, grid_fade) = camera.grid();
-        let plate = look.scene.plate;
         let corners = plate.map_or([0.0; 4], |p| [p.min_mm[0], p.min_mm[1], p.max_mm[0], p.max_mm[1]]);
         let colours = [
             palette.background,
@@ -128,16 +116,16 @@ impl FlatNumbers {
         Self {
             centre_mm: camera.centre_mm.map(|mm| mm as f32),
             half_px: size_px.map(|px| px as f32 / 2.0),
-            px_per_mm: (camera.px_per_mm * look.density) as f32,
-            density: look.density as f32,
-            grid_mm: if look.grid { grid_mm as f32 } else { 0.0 },
+            px_per_mm: (camera.px_per_mm * density) as f32,
+            density: density as f32,
+            grid_mm: if grid { grid_mm as f32 } else { 0.0 },
             grid_fade: grid_fade as f32,
             plate_mm: corners,
             corner_mm: plate.map_or(0.0, |plate| plate.corner_mm),
             has_plate: f32::from(u8::from(plate.is_some())),
-            discs: look.progress.discs,
-            lines: look.progress.lines,
-            drilling: u32::from(look.progress.drilling),
+            discs: progress.discs,
+            lines: progress.lines,
+            drilling: u32::from(progress.drilling),
             hand: camera.hand() as f32,
             unused: [0; 2],
             colours: colours.map(Colour::linear),
@@ -193,7 +181,7 @@ impl SpaceNumbers {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::view::{Plate, Relief};
+    use crate::view::Relief;
 
     /// What a uniform buffer asks of a structure: a whole number of four floats.
     #[test]
@@ -209,25 +197,19 @@ mod tests {
         }
     }
 
-    fn look<'a>(scene: &'a Scene, camera: &'a Camera, progress: OrderProgress) -> Look<'a> {
-        let (over, palette) = (&[][..], &Palette::DARK);
-        let (density, grid, head_mm, solid, sharp) = (2.0, true, None, None, false);
-        Look { camera, density, scene, over, palette, grid, progress, head_mm, solid, sharp }
-    }
-
     #[test]
     fn progress_alone_leaves_what_stands_still_as_it_is() {
         let plate = Plate { min_mm: [1.0, 2.0], max_mm: [30.0, 40.0], corner_mm: 3.0 };
-        let (scene, camera) = (Scene { plate: Some(plate), ..Scene::default() }, Camera::default());
-        let at = |discs, drilling, lines| {
-            FlatNumbers::of(&look(&scene, &camera, OrderProgress { discs, drilling, lines }), [800, 601])
+        let camera = Camera::default();
+        let of = |camera: &Camera, progress| {
+            FlatNumbers::of(camera, ([800, 601], 2.0), (Some(plate), true), progress, &Palette::DARK)
         };
-        let (before, after) = (at(0, false, 0), at(7, true, 90));
+        let before = of(&camera, OrderProgress::default());
+        let after = of(&camera, OrderProgress { discs: 7, drilling: true, lines: 90 });
         assert_ne!(before, after);
         assert_eq!(before, after.without_progress());
         let moved = Camera { centre_mm: [5.0, 0.0], ..camera };
-        let elsewhere = FlatNumbers::of(&look(&scene, &moved, OrderProgress::default()), [800, 601]);
-        assert_ne!(elsewhere.without_progress(), before);
+        assert_ne!(of(&moved, OrderProgress::default()).without_progress(), before);
         assert_eq!((before.half_px, before.plate_mm), ([400.0, 300.5], [1.0, 2.0, 30.0, 40.0]));
         assert_eq!((before.px_per_mm, before.density), (2.0 * camera.px_per_mm as f32, 2.0));
     }

@@ -5,9 +5,10 @@
 
 use super::backend::{Painter, PainterChoice};
 use super::camera::Camera;
+use super::gpu::Look;
 use super::held::Gestures;
 use super::marks::Emphasis;
-use super::numbers::{Look, Painted};
+use super::numbers::Painted;
 use super::palette::Palette;
 use super::pick::Picker;
 use super::scene::{HoleState, Line, OrderProgress, Scene};
