@@ -226,18 +226,7 @@ pub fn read_set_telling(
         .filter(|(_, file)| file.what == What::Report)
         .map(|(index, file)| (index, companion::read(&decode(&file.bytes))))
         .collect();
-    let mut layers: Vec<Option<FileRead>> = Vec::with_capacity(pending.len());
-    for file in &pending {
-        let layer = match file.what {
-            What::Gerber if file.settled.is_none() => Some(gerber_file(&file.name, &file.bytes, overrides)),
-            What::Refused(HEADLESS) if file.settled.is_none() => headless(file, &pending, overrides),
-            _ => None,
-        };
-        if layer.is_some() {
-            read_through(file);
-        }
-        layers.push(layer);
-    }
+    let mut layers = layers_of(&pending, overrides, &mut read_through);
     set::recognise(&mut layers);
     let of_board = boards_of(&pending, &layers);
     let asking = pending.iter().zip(&of_board).filter(|(file, _)| file.what == What::Drill);
@@ -278,6 +267,27 @@ pub fn read_set_telling(
     let mut artwork = Artwork { files: out };
     artwork.diagnostic_layers_beside_programs();
     artwork
+}
+
+/// The layers among `files`, before it is known what each is for. `read_through` is told of each.
+fn layers_of<'p>(
+    files: &[Pending<'p>],
+    overrides: &Overrides,
+    read_through: &mut impl FnMut(&Pending<'p>),
+) -> Vec<Option<FileRead>> {
+    let mut layers = Vec::with_capacity(files.len());
+    for file in files {
+        let layer = match file.what {
+            What::Gerber if file.settled.is_none() => Some(gerber_file(&file.name, &file.bytes, overrides)),
+            What::Refused(HEADLESS) if file.settled.is_none() => headless(file, files, overrides),
+            _ => None,
+        };
+        if layer.is_some() {
+            read_through(file);
+        }
+        layers.push(layer);
+    }
+    layers
 }
 
 /// Reads the bytes of one drill file with nothing beside it.
