@@ -46,7 +46,8 @@ function probe() {
   let last = "";
   setInterval(() => {
     const button = (name) => [...document.querySelectorAll("button")].find((one) => one.textContent.includes(name));
-    button("Use this board")?.click();
+    // What is asked for in the review of files; the button of Draw with the same words makes a board each time.
+    if (document.querySelector("main")?.dataset.screen !== "draw") button("Use this board")?.click();
     const picture = document.querySelector("canvas")?.dataset ?? {};
     const now = {
       layers: Number(picture.layers ?? 0),
@@ -397,8 +398,10 @@ const GROUPS = {
       }
       const [processor] = await since(before);
       row(`Undo at ${count} objects to the next frame`, "50 ms", "150 ms", `${spread(took)}, processor ${ms(processor / took.length)} for a pad and back`);
+      const still = await taken();
       const drags = await dragged(page);
-      row(`A pad dragged among ${count} objects, move to the next frame`, "16 ms", "–", spread(drags));
+      const [moving] = await since(still);
+      row(`A pad dragged among ${count} objects, move to the next frame`, "16 ms", "–", `${spread(drags)}, processor ${ms(moving / drags.length)} a move`);
       await context.close();
     }
   },
