@@ -244,6 +244,23 @@ async fn the_canvas_goes_with_the_last_handle_and_frames_are_painted_on_demand()
 }
 
 #[wasm_bindgen_test]
+async fn a_canvas_of_another_size_is_painted_once() {
+    let host = host();
+    let view = View::new(&host, PainterChoice::Flat, Palette::DARK).await.unwrap();
+    view.set_scene(scene());
+    for _ in 0..5 {
+        tick().await;
+    }
+    let painted = view.frames().painted;
+    host.style().set_property("width", "120px").unwrap();
+    for _ in 0..5 {
+        tick().await;
+    }
+    assert_eq!(view.camera().viewport_px[0], 120.0);
+    assert_eq!(view.frames().painted, painted + 1);
+}
+
+#[wasm_bindgen_test]
 async fn what_is_drawn_in_is_fitted_into_another_window_until_somebody_draws() {
     let view = View::new(&host(), PainterChoice::Flat, Palette::DARK).await.unwrap();
     let host = view.0.borrow().host.clone();

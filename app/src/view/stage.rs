@@ -139,7 +139,7 @@ impl Stage {
     }
 
     pub(super) fn paint(&mut self) -> Painted {
-        self.frame_asked = None;
+        self.forget_frame();
         let started = now_ms();
         let look = Look {
             camera: &self.camera,
@@ -166,6 +166,13 @@ impl Stage {
             self.publish();
         }
         painted
+    }
+
+    /// Nobody waits for a frame any more: this one has what it was asked for.
+    fn forget_frame(&mut self) {
+        if let (Some(window), Some(asked)) = (web_sys::window(), self.frame_asked.take()) {
+            let _ = window.cancel_animation_frame(asked);
+        }
     }
 
     /// Nobody waits for the picture to rest any more.
@@ -211,9 +218,7 @@ impl Stage {
 
 impl Drop for Stage {
     fn drop(&mut self) {
-        if let (Some(window), Some(asked)) = (web_sys::window(), self.frame_asked) {
-            let _ = window.cancel_animation_frame(asked);
-        }
+        self.forget_frame();
         self.forget_rest();
         if let Some((observer, _)) = &self.observer {
             observer.disconnect();
