@@ -8,7 +8,8 @@
 //! ```
 //!
 //! Comes in: the open board and its job, as they change; what the store says. Goes out: what to write, and the offers. Nothing
-//! is opened unless the person says so, but the board of the machine's job; a project that another tab holds is opened as a copy. Does not know the store.
+//! is opened unless the person says so, but the board of the machine's job; a project that another tab holds is opened as a copy.
+//! Does not know the store.
 
 use super::{Document, Effect, Event, Lane, Model, ToastAct, frame};
 use crate::engine::Stopped;
