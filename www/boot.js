@@ -1,6 +1,6 @@
-// Starts the page. The one Trusted Types policy, `annulus`, vouches for addresses of our own scripts; markup it never
-// makes, so nothing on the page can be written as markup.
-import init from "./page.js";
+// Starts the page, and until then shows the opening of `index.html` in the colours and the language of last time. The one Trusted
+// Types policy, `annulus`, vouches for addresses of our own scripts; markup it never makes, so nothing on the page can be written
+// as markup.
 
 const own = (address) => {
   const url = new URL(address, import.meta.url);
@@ -35,7 +35,20 @@ const painter = once(async () => {
 });
 globalThis.annulusPainter = async (canvas, kind, whenLost) => (await painter()).open(canvas, kind, whenLost);
 
-init({ module_or_path: new URL("./page_bg.wasm", import.meta.url) }).catch((error) => {
+const opening = document.getElementById("opening");
+try {
+  const theme = localStorage.getItem("annulus.theme");
+  if (["light", "dark", "contrast"].includes(theme)) document.documentElement.dataset.theme = theme;
+  const asked = [new URLSearchParams(location.search).get("lang"), localStorage.getItem("annulus.language"), ...navigator.languages];
+  opening.lang = asked.map((tag) => tag?.slice(0, 2)).find((tag) => ["en", "pl", "zh"].includes(tag)) ?? "en";
+} catch {
+  opening.lang = "en"; // A browser that keeps nothing for this page.
+}
+try {
+  const { default: init } = await import("./page.js");
+  await init({ module_or_path: new URL("./page_bg.wasm", import.meta.url) });
+  opening.remove();
+} catch (error) {
   console.error(error);
   document.documentElement.dataset.failed = "true";
-});
+}

@@ -257,6 +257,36 @@ async function serveBoard() {
   return { origin: `http://127.0.0.1:${server.address().port}`, stop: () => (server.closeAllConnections(), server.close()) };
 }
 
+test("until the page is there its opening is seen, in the person's language; a file that never comes is told in a sentence", async () => {
+  let here = () => {};
+  const files = { held: false, missing: false };
+  const server = await serveFiles((name) => {
+    if (name === "page.js" && files.missing) throw new Error(name);
+    return null;
+  });
+  const context = await browser.newContext({ locale: "pl-PL", serviceWorkers: "block" });
+  try {
+    const page = await context.newPage();
+    await page.route("**/page_bg.wasm", (route) => (files.held ? (here = () => route.continue()) : route.continue()));
+    files.held = true;
+    await page.goto(server.url);
+    await page.getByText("Annulus się otwiera…").waitFor();
+    assert.ok(!(await page.getByText("Annulus is being opened…").isVisible()), "one language at a time");
+    here();
+    await page.getByRole("heading", { level: 1 }).first().waitFor();
+    assert.equal(await page.locator("#opening").count(), 0, "the opening is gone");
+    Object.assign(files, { held: false, missing: true });
+    await page.reload();
+    await page.getByText(/Nie udało się otworzyć.*page\.not_opened/).waitFor();
+    files.missing = false;
+    await page.reload();
+    await page.getByRole("heading", { level: 1 }).first().waitFor();
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});
+
 test("a link to a board opens it; one that is missing, shut or no link is told in a sentence", async () => {
   const [server, boards] = [await serveFiles(), await serveBoard()];
   const { page, context } = await openPage(browser, `${server.url}?url=${encodeURIComponent(`${boards.origin}/open/sensor.drl`)}`);
