@@ -90,7 +90,7 @@ fn run(running: &Running, effect: Effect) {
     let Running { workers, line, places, drawings, awake, camera, followed } = running;
     match effect {
         Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
-        Effect::CallOff => workers.call_off(),
+        Effect::CallOff { lane } => workers.call_off(lane),
         Effect::Wake { after_ms, event } => {
             set_timeout(move || send(*event), Duration::from_millis(u64::from(after_ms)));
         }

@@ -1,5 +1,5 @@
-//! The workers that are asked: one knows the board, one looks through templates, and one comes and goes with each request
-//! beside them.
+//! The workers that are asked: one knows the board, one times what that one proves, one looks through templates, and one comes and
+//! goes with each request beside them.
 //!
 //! Comes in: requests with their numbers. Goes out: their progress and answers as events. Does not know what is asked.
 
@@ -12,17 +12,24 @@ use crate::page::send;
 #[derive(Default)]
 pub(super) struct Workers {
     board: Engine,
+    times: Engine,
     template: Engine,
 }
 
 impl Workers {
+    /// The worker of `lane`, where one stays there.
+    fn staying(&self, lane: Lane) -> Option<&Engine> {
+        match lane {
+            Lane::Board => Some(&self.board),
+            Lane::Times => Some(&self.times),
+            Lane::Template => Some(&self.template),
+            Lane::Beside => None,
+        }
+    }
+
     /// Hands a request over; its answer comes as an event.
     pub(super) fn ask(&self, lane: Lane, number: u32, request: Request) {
-        let engine = match lane {
-            Lane::Board => self.board.clone(),
-            Lane::Template => self.template.clone(),
-            Lane::Beside => Engine::new(),
-        };
+        let engine = self.staying(lane).cloned().unwrap_or_default();
         // Handed over at once, so that what is called off behind it is called off.
         let answer = engine.ask(request, move |share| send(Event::Progress { number, share }));
         leptos::task::spawn_local(async move {
@@ -32,8 +39,8 @@ impl Workers {
         });
     }
 
-    /// Ends whatever the worker of the board does.
-    pub(super) fn call_off(&self) {
-        self.board.cancel();
+    /// Ends whatever the worker of `lane` does.
+    pub(super) fn call_off(&self, lane: Lane) {
+        self.staying(lane).into_iter().for_each(Engine::cancel);
     }
 }

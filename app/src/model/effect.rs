@@ -9,8 +9,10 @@ use annulus_core::wire::Paired;
 /// Which worker is asked.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Lane {
-    /// The one that knows the board; [`Effect::CallOff`] ends what it does.
+    /// The one that knows the board.
     Board,
+    /// The one that times what that one proves.
+    Times,
     /// The one that looks through templates.
     Template,
     /// One for this request alone, beside the others.
@@ -29,8 +31,11 @@ pub enum Effect {
         /// What is wanted.
         request: Box<Request>,
     },
-    /// End whatever the worker of the board does; who waits is told that it was cancelled.
-    CallOff,
+    /// End whatever a worker that stays does; who waits is told that it was cancelled.
+    CallOff {
+        /// Which worker.
+        lane: Lane,
+    },
     /// Send `event` after a while.
     Wake {
         /// How long, in ms.

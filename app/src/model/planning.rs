@@ -6,6 +6,8 @@
 //!    ▲ called off, refused ◀┘          ▲──────────────┘ another job is wanted meanwhile: planned again after this step
 //! ```
 //!
+//! A worker of its own times what the worker of the board proves; what is not timed when the proof is there is waited for.
+//!
 //! While a slider moves every change is planned and shown; proof and times follow once nothing has changed for a while, so that
 //! new toolpaths do not wait for the proof of old ones.
 //!
@@ -14,7 +16,7 @@
 
 use super::asked::{Basis, WorkerTask, board_is_gone, files_first};
 use super::board::take_meshes;
-use super::{Effect, Event, Job, LaidBoard, Model, OpenBoard, ToastAct, export, frame};
+use super::{Effect, Event, Job, LaidBoard, Lane, Model, OpenBoard, ToastAct, export, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Answer, PlanReady, Request, Timed, ToPlan, ToProve, ToTime};
 use crate::said::{Text, key};
@@ -62,16 +64,30 @@ pub enum PlanStep {
         /// The plan.
         planned: Arc<PlanReady>,
     },
-    /// What copper that leaves is looked at.
+    /// What copper that leaves is looked at, while it is timed beside.
     Prove {
         /// The plan.
         planned: Arc<PlanReady>,
+        /// Its times.
+        times: Times,
     },
-    /// It is timed.
+    /// Its times are waited for: the number is that of their request.
     Time {
         /// The plan.
         planned: Arc<PlanReady>,
     },
+}
+
+/// The times of a program that is proved meanwhile.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Times {
+    /// They are asked for.
+    Asked {
+        /// The request.
+        number: u32,
+    },
+    /// They came before the proof, or cannot be had.
+    Came(Box<Result<Answer, Stopped>>),
 }
 
 /// What is on its way from the worker of the board. Numbers are those of the requests; a later one is larger.
@@ -126,6 +142,23 @@ impl OnTheWay {
         }
     }
 
+    /// The request for times beside the one that is waited for.
+    pub(super) fn times_number(&self) -> Option<u32> {
+        match self {
+            Self::Planning { step: PlanStep::Prove { times: Times::Asked { number }, .. }, .. } => {
+                Some(*number)
+            }
+            _ => None,
+        }
+    }
+
+    /// Ends the worker of times, where it works for this.
+    fn end_times(&self) -> Option<Effect> {
+        let times = self.times_number().is_some()
+            || matches!(self, Self::Planning { step: PlanStep::Time { .. }, .. });
+        times.then_some(Effect::CallOff { lane: Lane::Times })
+    }
+
     /// Where in this browser what is being opened was kept.
     pub(super) fn place(&self) -> Option<u32> {
         match self {
@@ -173,7 +206,8 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     model.asked = Some(basis);
     model.board.stale = true;
     match &mut model.on_the_way {
-        OnTheWay::Planning { step: PlanStep::Rest { .. }, .. } => plan(model),
+        // The worker of the board does nothing.
+        OnTheWay::Planning { step: PlanStep::Rest { .. } | PlanStep::Time { .. }, .. } => plan(model),
         OnTheWay::Planning { again, .. } => {
             *again = true;
             Vec::new()
@@ -182,25 +216,28 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     }
 }
 
-/// Asks for a plan of what was asked for last.
+/// Asks for a plan of what was asked for last; nobody waits for the times of one before it.
 fn plan(model: &mut Model) -> Vec<Effect> {
-    let Some(basis) = model.asked.clone() else { return Vec::new() };
+    let mut effects = Vec::from_iter(model.on_the_way.end_times());
+    let Some(basis) = model.asked.clone() else { return effects };
     let wanted = basis.to_plan(model.board.laid.as_ref().map(|laid| laid.key.clone()));
     let number = model.next_request();
     let request = Request::Plan(wanted.clone());
     let (wanted, step) = (Box::new(wanted), PlanStep::Plan);
     model.on_the_way = OnTheWay::Planning { number, step, share: 0.0, wanted, reread: false, again: false };
-    vec![Effect::ask(number, request)]
+    effects.push(Effect::ask(number, request));
+    effects
 }
 
 /// Whatever is on its way is not waited for any more.
 pub(super) fn called_off(model: &mut Model) -> Vec<Effect> {
-    if matches!(std::mem::take(&mut model.on_the_way), OnTheWay::Planning { .. }) {
+    let before = std::mem::take(&mut model.on_the_way);
+    if matches!(before, OnTheWay::Planning { .. }) {
         // A plan that was not finished is made once there is time again.
         model.asked = None;
     }
     export::called_off(model);
-    vec![Effect::CallOff]
+    Vec::from_iter([Effect::CallOff { lane: Lane::Board }].into_iter().chain(before.end_times()))
 }
 
 /// The person calls off what the worker does; it is not begun again by itself.
@@ -228,11 +265,17 @@ pub(super) fn answered(model: &mut Model, before: OnTheWay, answer: Result<Answe
         OnTheWay::Planning { step: PlanStep::Plan, wanted, again, .. } => {
             was_planned(model, *wanted, again, answer)
         }
-        OnTheWay::Planning { again: true, .. } => plan(model),
-        OnTheWay::Planning { step: PlanStep::Prove { planned }, wanted, .. } => {
-            was_proved(model, planned, *wanted, answer)
+        OnTheWay::Planning { again: true, .. } => {
+            model.on_the_way = before;
+            plan(model)
         }
-        OnTheWay::Planning { step: PlanStep::Time { planned }, .. } => was_timed(model, &planned, answer),
+        OnTheWay::Planning { step: PlanStep::Prove { planned, times }, wanted, .. } => {
+            was_proved(model, (planned, times), *wanted, answer)
+        }
+        OnTheWay::Planning { step: PlanStep::Time { planned }, .. } => {
+            was_timed(model, &planned, answer);
+            Vec::new()
+        }
         // Nobody was asked for anything.
         OnTheWay::Planning { step: PlanStep::Rest { .. }, .. }
         | OnTheWay::Nothing
@@ -310,12 +353,24 @@ pub(super) fn rested(model: &mut Model, number: u32) -> Vec<Effect> {
     }
 }
 
-/// Asks what copper the plan leaves.
+/// Asks what copper the plan leaves, and how long each step takes.
 fn prove(model: &mut Model, planned: Arc<PlanReady>, wanted: ToPlan) -> Vec<Effect> {
     let number = model.next_request();
+    let times = model.next_request();
     let (board_key, work, program) = (wanted.board_key, wanted.work.clone(), planned.program.clone());
-    proceed(model, number, PlanStep::Prove { planned }, wanted);
-    vec![Effect::ask(number, Request::Prove(ToProve { board_key, program, work }))]
+    let timed = Request::Time(ToTime { program: program.clone(), machine: wanted.machine.clone() });
+    proceed(model, number, PlanStep::Prove { planned, times: Times::Asked { number: times } }, wanted);
+    vec![
+        Effect::ask(number, Request::Prove(ToProve { board_key, program, work })),
+        Effect::Ask { lane: Lane::Times, number: times, request: Box::new(timed) },
+    ]
+}
+
+/// The times are there before the proof is.
+pub(super) fn times_came(model: &mut Model, answer: Result<Answer, Stopped>) {
+    if let OnTheWay::Planning { step: PlanStep::Prove { times, .. }, .. } = &mut model.on_the_way {
+        *times = Times::Came(Box::new(answer));
+    }
 }
 
 /// Plans what is wanted by now.
@@ -332,7 +387,7 @@ fn proceed(model: &mut Model, number: u32, step: PlanStep, wanted: ToPlan) {
 
 fn was_proved(
     model: &mut Model,
-    planned: Arc<PlanReady>,
+    (planned, times): (Arc<PlanReady>, Times),
     wanted: ToPlan,
     answer: Result<Answer, Stopped>,
 ) -> Vec<Effect> {
@@ -341,19 +396,19 @@ fn was_proved(
         Ok(Answer::Proved(proved)) => Some(Arc::new(proved)),
         _ => None,
     };
-    let number = model.next_request();
-    let request = ToTime { program: planned.program.clone(), machine: wanted.machine.clone() };
-    proceed(model, number, PlanStep::Time { planned }, wanted);
-    vec![Effect::ask(number, Request::Time(request))]
+    match times {
+        Times::Asked { number } => proceed(model, number, PlanStep::Time { planned }, wanted),
+        Times::Came(answer) => was_timed(model, &planned, *answer),
+    }
+    Vec::new()
 }
 
-fn was_timed(model: &mut Model, planned: &PlanReady, answer: Result<Answer, Stopped>) -> Vec<Effect> {
+fn was_timed(model: &mut Model, planned: &PlanReady, answer: Result<Answer, Stopped>) {
     match answer {
         Ok(Answer::Timed(timed)) => finish(model, planned, timed),
         Err(Stopped::Refused(why)) => model.board.refused = why,
         _ => {}
     }
-    Vec::new()
 }
 
 fn finish(model: &mut Model, planned: &PlanReady, timed: Timed) {

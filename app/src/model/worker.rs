@@ -27,6 +27,9 @@ pub(super) fn progress(model: &mut Model, number: u32, share: f64) -> Vec<Effect
 pub(super) fn answered(model: &mut Model, number: u32, answer: Result<Answer, Stopped>) -> Vec<Effect> {
     if model.on_the_way.number() == Some(number) {
         of_board(model, answer)
+    } else if model.on_the_way.times_number() == Some(number) {
+        planning::times_came(model, answer);
+        Vec::new()
     } else if model.export.waits_for(number) {
         export::answered(model, answer)
     } else if model.template.waits_for(number) {

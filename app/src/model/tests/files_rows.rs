@@ -21,9 +21,9 @@ fn files_are_read_and_what_is_certain_is_planned_at_once() {
             ("open read-stopped", "nothing |  | "),
             ("open warning reviewed", "planning | board stale | plan"),
             ("open certain plan prove time", "nothing | board plan proof job | "),
-            ("open certain plan", "proving | board plan stale | toast-goes prove"),
-            ("open warning reviewed plan", "proving | board plan stale | prove"),
-            ("open certain plan-error", "proving | board plan stale | prove"),
+            ("open certain plan", "proving | board plan stale | toast-goes prove time"),
+            ("open warning reviewed plan", "proving | board plan stale | prove time"),
+            ("open certain plan-error", "proving | board plan stale | prove time"),
             // what comes from behind a link takes nothing away
             ("fetched", "reading |  | call-off read"),
             ("open certain plan prove time fetched", "nothing | board plan proof job | toast-goes"),

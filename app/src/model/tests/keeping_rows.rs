@@ -35,7 +35,7 @@ fn what_is_open_is_kept_half_a_second_after_it_changed() {
             ("begin open certain rested saved written edit rested leaving", "leave:4"),
             ("begin open certain rested saved written leaving", ""),
             ("begin open certain leaving", "save"),
-            ("begin found-none open certain plan", "toast-goes prove"),
+            ("begin found-none open certain plan", "toast-goes prove time"),
             ("begin found-none open certain discard", "look keep-rests"),
             ("begin found-none open certain discard rested", ""),
             ("begin found-none looked", "look"),

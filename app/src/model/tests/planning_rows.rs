@@ -14,15 +14,21 @@ const MM: Length = Length::from_um(1_000);
 fn a_plan_is_proved_and_then_timed() {
     compare(
         &[
-            ("open certain plan", "proving | board plan stale | toast-goes prove"),
-            ("open certain plan prove", "timing | board plan proof stale | time"),
+            ("open certain plan", "proving | board plan stale | toast-goes prove time"),
+            ("open certain plan prove", "timing | board plan proof stale | "),
             ("open certain plan prove time", "nothing | board plan proof job | "),
             ("open certain plan prove-two time", "nothing | board plan proof job | "),
             // a proof that fails is none; the plan is timed all the same
-            ("open certain plan prove-refused", "timing | board plan stale | time"),
+            ("open certain plan prove-refused", "timing | board plan stale | "),
             ("open certain plan prove-refused time", "nothing | board plan job | "),
             ("open certain plan prove time-refused", "nothing | board plan proof stale refused | "),
             ("open certain plan prove time-stopped", "nothing | board plan proof stale | "),
+            // it is timed beside the proof, and both are waited for
+            ("open certain plan time", "proving | board plan stale | "),
+            ("open certain plan time time", "proving | board plan stale | "),
+            ("open certain plan time prove", "nothing | board plan proof job | "),
+            ("open certain plan time-refused prove", "nothing | board plan proof stale refused | "),
+            ("open certain plan time prove-refused", "nothing | board plan job | "),
             ("open certain plan-refused", "nothing | board refused | "),
             ("open certain plan-stopped", "nothing | board | "),
             ("open certain plan prove time edit plan-refused", "nothing | board refused | "),
@@ -89,7 +95,7 @@ fn while_changes_follow_each_other_every_one_is_planned_and_the_last_alone_is_pr
             ),
             (
                 "open certain plan prove time edit plan plan-rested",
-                "proving | board plan proof job stale | prove",
+                "proving | board plan proof job stale | prove time",
             ),
             (
                 "open certain plan prove time edit plan plan-rested plan-rested",
@@ -102,7 +108,7 @@ fn while_changes_follow_each_other_every_one_is_planned_and_the_last_alone_is_pr
             ),
             (
                 "open certain plan prove time edit soon soon plan",
-                "proving | board plan proof job stale | prove",
+                "proving | board plan proof job stale | prove time",
             ),
             (
                 "open certain plan prove time edit soon soon edit plan plan",
@@ -132,9 +138,14 @@ fn what_is_wanted_while_a_plan_is_made_is_planned_after_the_step() {
             ("open certain edit plan", "planning | board plan stale | toast-goes plan"),
             ("open certain edit edit plan plan", "resting | board plan stale | plan-rests"),
             ("open certain plan edit", "planning-again | board plan stale | keep-rests"),
-            ("open certain plan edit prove", "planning | board plan stale | plan"),
-            ("open certain plan prove edit", "planning-again | board plan proof stale | keep-rests"),
-            ("open certain plan prove edit time", "planning | board plan proof stale | plan"),
+            ("open certain plan edit prove", "planning | board plan stale | end-timing plan"),
+            ("open certain plan edit time prove", "planning | board plan stale | plan"),
+            // the worker of the board does nothing while times are waited for
+            (
+                "open certain plan prove edit",
+                "planning | board plan proof stale | end-timing plan keep-rests",
+            ),
+            ("open certain plan prove edit time", "planning | board plan proof stale | "),
             ("open certain edit plan-refused", "planning | board stale refused | plan"),
             ("open certain edit plan-refused plan", "resting | board plan stale | plan-rests"),
             (
@@ -161,6 +172,7 @@ fn answers_of_older_generations_are_dropped() {
             ("open certain plan prove time plan", "nothing | board plan proof job | "),
             ("open certain cancel plan", "nothing | board stale | "),
             ("open certain plan cancel prove", "nothing | board plan stale | "),
+            ("open certain plan cancel time", "nothing | board plan stale | "),
             ("open certain open-other plan", "reading | board stale | "),
             ("open cancel certain", "nothing |  | "),
             ("open certain open-other certain old-plan", "planning | board stale | "),
@@ -176,6 +188,9 @@ fn what_is_called_off_is_not_begun_again_by_itself() {
             ("open cancel", "nothing |  | call-off"),
             ("open-project cancel opened", "nothing |  | "),
             ("open certain cancel", "nothing | board stale | call-off"),
+            ("open certain plan cancel", "nothing | board plan stale | call-off end-timing"),
+            ("open certain plan time cancel", "nothing | board plan stale | call-off"),
+            ("open certain plan prove cancel", "nothing | board plan proof stale | call-off end-timing"),
             ("open certain edit cancel", "nothing | board stale | call-off"),
             ("open certain edit cancel plan", "nothing | board stale | "),
             ("open certain cancel edit", "planning | board stale | plan keep-rests"),
@@ -196,7 +211,7 @@ fn a_worker_that_does_not_know_the_board_is_given_the_files_once() {
         &[
             ("open certain gone", "planning | board stale | read plan"),
             ("open certain gone certain", "planning | board stale | "),
-            ("open certain gone certain plan", "proving | board plan stale | toast-goes prove"),
+            ("open certain gone certain plan", "proving | board plan stale | toast-goes prove time"),
             ("open certain gone certain gone", "nothing | board refused | "),
             ("open certain gone read-refused plan-refused", "nothing | board refused | "),
             ("open certain edit gone", "planning-again | board stale | read plan"),
@@ -226,6 +241,7 @@ fn what_is_done_is_told_while_it_lasts() {
             ("open certain plan half", "page.task.proving 0.5"),
             ("open certain plan old-half", "page.task.proving 0"),
             ("open certain plan edit prove plan", "page.task.proving 0"),
+            ("open certain plan time", "page.task.proving 0"),
             ("open certain plan prove", "page.task.timing 0"),
             ("open certain plan prove half", "page.task.timing 0.5"),
             ("open certain plan prove time", ""),

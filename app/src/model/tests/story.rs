@@ -9,8 +9,8 @@ use crate::engine::messages::{
 };
 use crate::model::planning::{OnTheWay, PlanStep};
 use crate::model::{
-    AnewEvent, Clocks, Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, LinkEvent,
-    Model, Offer, TemplateEvent, ToastAct, export, update,
+    AnewEvent, Clocks, Effect, Event, ExportEvent, FilesEvent, FrameEvent, JobEvent, KeepEvent, Lane,
+    LinkEvent, Model, Offer, TemplateEvent, ToastAct, export, update,
 };
 use crate::said::Text;
 use annulus_core::board::changes::{BoardChanges, Changed, Fate};
@@ -62,7 +62,8 @@ fn kind(request: &Request) -> &'static str {
 fn word(effect: &Effect) -> String {
     match effect {
         Effect::Ask { request, .. } => kind(request).to_owned(),
-        Effect::CallOff => "call-off".to_owned(),
+        Effect::CallOff { lane: Lane::Times } => "end-timing".to_owned(),
+        Effect::CallOff { .. } => "call-off".to_owned(),
         Effect::Wake { event, .. } => match &**event {
             Event::Frame(FrameEvent::Said { .. }) => "toast-goes".to_owned(),
             Event::Keep(KeepEvent::Rested { .. }) => "keep-rests".to_owned(),
@@ -295,6 +296,12 @@ impl Story {
         numbers.clone().nth(before).unwrap_or_else(|| panic!("nobody asked to {wanted}"))
     }
 
+    /// The number of the last request; that for times beside a proof is not the one whose share is shown.
+    fn in_work(&self) -> Option<u32> {
+        let beside = if self.way() == "timing" { "" } else { "time" };
+        self.asked.iter().rev().find(|(kind, _)| *kind != beside).map(|(_, number)| *number)
+    }
+
     /// Tells one word.
     pub(super) fn tell(&mut self, told: &str) {
         let (before, word) = told.strip_prefix("old-").map_or((0, told), |word| (1, word));
@@ -403,7 +410,7 @@ impl Story {
                 described(vec![("machine.name".to_owned(), value)])
             }
             "machine-again" => described(Vec::new()),
-            "half" => Event::Progress { number: self.asked.last()?.1, share: 0.5 },
+            "half" => Event::Progress { number: self.in_work()?, share: 0.5 },
             "old-half" => Event::Progress { number: self.asked.first()?.1, share: 0.5 },
             _ => return None,
         })
