@@ -33,6 +33,31 @@ pub struct LegPlace {
     pub done: u32,
 }
 
+/// Holes and toolpaths of a job, each as (made, in all).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counted {
+    /// Holes.
+    pub holes: (u32, u32),
+    /// Toolpaths.
+    pub toolpaths: (u32, u32),
+}
+
+impl Counted {
+    /// The same, of a machine that has a job; of one that has none, what the last job `made` of the holes and toolpaths of `shown`.
+    pub fn or_ended(self, made: (u32, u32), shown: (u32, u32)) -> Self {
+        if self.holes.1 + self.toolpaths.1 > 0 {
+            return self;
+        }
+        Self { holes: (made.0, shown.0), toolpaths: (made.1, shown.1) }
+    }
+
+    /// How much of it is made, from 0 to 1; none of a job without anything to make.
+    pub fn share(self) -> Option<f64> {
+        let all = self.holes.1 + self.toolpaths.1;
+        (all > 0).then(|| f64::from(self.holes.0 + self.toolpaths.0) / f64::from(all))
+    }
+}
+
 /// The parts of `program`; `operations` has the operation of each toolpath, by its index.
 pub fn parts(program: &Program, operations: &[u16]) -> Vec<WorkPart> {
     let mut parts: Vec<WorkPart> = Vec::new();
@@ -84,6 +109,22 @@ mod tests {
             safe_height: Length::ZERO,
             legs: marks.iter().map(|mark| Leg { mark: *mark, commands: Vec::new() }).collect(),
             accepted: Vec::new(),
+        }
+    }
+
+    #[test]
+    fn holes_and_toolpaths_are_counted_apart_also_when_the_job_is_over() {
+        let told = |holes, toolpaths| Counted { holes, toolpaths };
+        let rows = [
+            // told by the machine │ made by the last job, planned in all │ shown, share
+            ((5, 22), (13, 13), (0, 0), (22, 13), told((5, 22), (13, 13)), Some(18.0 / 35.0)),
+            ((0, 0), (0, 0), (22, 13), (22, 13), told((22, 22), (13, 13)), Some(1.0)),
+            ((0, 0), (0, 0), (0, 7), (0, 14), told((0, 0), (7, 14)), Some(0.5)),
+            ((0, 0), (0, 0), (0, 0), (0, 0), Counted::default(), None),
+        ];
+        for (holes, toolpaths, made, shown, expected, share) in rows {
+            let counted = told(holes, toolpaths).or_ended(made, shown);
+            assert_eq!((counted, counted.share()), (expected, share), "{holes:?} {toolpaths:?} {made:?}");
         }
     }
 

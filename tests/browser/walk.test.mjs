@@ -127,6 +127,9 @@ test("of a board that was milled and drilled everything is done in the picture, 
     await changeBits(page, () => page.getByText(/The job is done/).isVisible());
     await until(async () => (await data(page, "done")) === (await data(page, "holes")), "a picture in which every hole is done");
     assert.ok(Number(await data(page, "holes")) > 0);
+    assert.ok(Number(await data(page, "layers")) > 0, "the copper of the board is on the map");
+    const told = await page.getByRole("region", { name: "Job", exact: true }).locator(".big").innerText();
+    assert.match(told, /^Toolpath (\d+) of \1, hole (\d+) of \2\s+100 %$/);
     await page.screenshot({ path: picture("milled-1440") });
   } finally {
     await context.close();

@@ -1,5 +1,5 @@
 //! The board of the job that the machine has, in a page that was opened later: after a reload in mid-job the kept project is opened
-//! again by itself, for its outline on the map.
+//! again by itself, for its outline and copper on the map.
 //!
 //! ```text
 //!  machine: job "clockblock-top" ─┐

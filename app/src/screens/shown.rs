@@ -146,7 +146,11 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
     });
     let at_machine = Memo::new(move |_| {
         let foreign = link::link().shown_job.get().filter(|_| !machine_has_own_job());
-        foreign.map_or_else(|| planned.get(), |job| Some(Arc::new(of_program(&job, outline_of(&job)))))
+        let Some(job) = foreign else { return planned.get() };
+        let outline = outline_of(&job);
+        // The copper of the open board lies where its outline does.
+        let layers = if outline.is_empty() { Vec::new() } else { laid_layers.get() };
+        Some(Arc::new(Shown { layers, ..of_program(&job, outline) }))
     });
     Memo::new(move |_| if frame().tab.get() == Tab::Machine { at_machine.get() } else { planned.get() })
 }
@@ -255,14 +259,12 @@ fn at_playback() -> Moment {
     Moment { progress: OrderProgress { discs: done, drilling, lines: done }, head_mm: Some([x, y]) }
 }
 
-/// Nothing runs: how many stops the last job left behind, if it is the one shown.
-fn at_end(line: link::Link) -> u32 {
+/// Nothing runs: the holes and the toolpaths that the last job made, if it is the one shown.
+pub(crate) fn made_at_end(line: link::Link) -> (u32, u32) {
     let shown = link::link().shown_job.with(|job| job.as_ref().map(|job| job.key.clone()));
     line.ended.with(|ended| {
-        ended
-            .as_ref()
-            .filter(|ended| Some(&ended.job) == shown.as_ref())
-            .map_or(0, |ended| ended.holes_done + ended.toolpaths_done)
+        let ended = ended.as_ref().filter(|ended| Some(&ended.job) == shown.as_ref());
+        ended.map_or((0, 0), |ended| (ended.holes_done, ended.toolpaths_done))
     })
 }
 
@@ -271,7 +273,10 @@ fn at_machine() -> Moment {
     let line = link::link();
     let Some(status) = line.status.get() else { return Moment::default() };
     let done = link::link().shown_job.with(|job| {
-        let (Some(job), Some(leg)) = (job, status.leg) else { return at_end(line) };
+        let (Some(job), Some(leg)) = (job, status.leg) else {
+            let (holes, toolpaths) = made_at_end(line);
+            return holes + toolpaths;
+        };
         let legs = &job.program.legs;
         let behind = legs.iter().take(leg as usize).filter(|leg| toolpaths::is_stop(leg.mark)).count() as u32;
         let here = legs.get(leg as usize).is_some_and(|leg| matches!(leg.mark, Mark::Hole(_)));

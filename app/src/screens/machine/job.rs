@@ -9,10 +9,11 @@ use crate::model::{StartEvent, Unseen};
 use crate::page::link::{self, Link};
 use crate::page::send;
 use crate::page::{frame, open_board, open_job};
-use crate::parts::{self, WorkPart};
+use crate::parts::{self, Counted, WorkPart};
 use crate::screens::shown;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
+use annulus_core::job::Program;
 use annulus_core::machine::ToolWear;
 use annulus_core::motion::drill_cycles;
 use annulus_core::wire::{Ask, Status};
@@ -42,37 +43,49 @@ pub(crate) fn job() -> impl IntoView {
     ))
 }
 
-fn progress(line: Link) -> impl IntoView {
+/// Holes and toolpaths of the job on show. Of a board that is not as programmed the holes are those that are where they should be, and
+/// those that were to be made; the second says whether that is so.
+fn counted(line: Link) -> Memo<(Counted, bool)> {
+    let count = |program: &Program| (program.hole_count() as u32, program.toolpath_count() as u32);
     let planned = move || {
-        link::link().shown_job.with(|job| job.as_ref().map_or(0, |job| job.program.hole_count() as u32))
+        let shown = link::link().shown_job;
+        shown.with(|job| job.as_ref().map_or((0, 0), |job| count(&job.program)))
     };
-    // Of a board that is not as programmed: the holes that are where they should be, and those that were to be made.
     let there = Memo::new(move |_| {
         let told = ended::differs(line)?;
         let run = line.ended.with(|ended| ended.as_ref().map(|ended| ended.holes_done));
-        let run = run.unwrap_or_else(planned);
+        let run = run.unwrap_or_else(|| planned().0);
         if run == 0 {
             return None;
         }
         Some((run.saturating_sub(told.missing.saturating_add(told.shifted)), run))
     });
-    let counts = Memo::new(move |_| match from(line, |status| (status.holes_done, status.holes_total)) {
-        (_, 0) => there.get().unwrap_or_else(|| (shown::moment().progress.discs, planned())),
-        counts => counts,
-    });
-    let toolpaths = Memo::new(move |_| from(line, |status| (status.toolpaths_done, status.toolpaths_total)));
-    // Of a job in work by its time: toolpaths take most of it. Else by holes.
+    // By what the machine tells; once the job ended, by what it made.
+    Memo::new(move |_| {
+        let told = from(line, |status| Counted {
+            holes: (status.holes_done, status.holes_total),
+            toolpaths: (status.toolpaths_done, status.toolpaths_total),
+        });
+        let mut counted = told.or_ended(shown::made_at_end(line), planned());
+        let there = there.get();
+        if let (0, Some(there)) = (told.holes.1, there) {
+            counted.holes = there;
+        }
+        (counted, there.is_some())
+    })
+}
+
+fn progress(line: Link) -> impl IntoView {
+    let counted = counted(line);
+    // Of a job in work by its time: toolpaths take most of it. Else by what was made.
     let running =
         |status: &Status| (status.holes_total + status.toolpaths_total > 0).then_some(status.done_share);
-    let share = Memo::new(move |_| {
-        let (done, total) = counts.get();
-        from(line, running).or_else(|| (total > 0).then(|| f64::from(done) / f64::from(total)))
-    });
+    let share = Memo::new(move |_| from(line, running).or_else(|| counted.get().0.share()));
     let percent =
         move || share.get().map_or(String::new(), |share| format!("{:.0} %", (share * 100.0).floor()));
     let holes = move || {
-        let ((done, total), (way, toolpaths)) = (counts.get(), toolpaths.get());
-        match (there.get().is_some(), toolpaths, total) {
+        let (Counted { holes: (done, total), toolpaths: (way, toolpaths) }, differs) = counted.get();
+        match (differs, toolpaths, total) {
             (true, ..) => say!("page.job.there", done = done, total = total),
             (_, 0, 0) => String::new(),
             (_, 0, _) => say!("page.job.holes", done = done, total = total),
@@ -88,9 +101,10 @@ fn progress(line: Link) -> impl IntoView {
     };
     let part = part_in_work(line);
     let idle = move || {
-        let done =
-            counts.get().0 == 0 && there.get().is_none() && from(line, |status| status.job.clone()).is_none();
-        let planned = line.shown_job.get().filter(|_| done)?;
+        let (Counted { holes: (holes, _), toolpaths: (toolpaths, _) }, differs) = counted.get();
+        let none_made = holes + toolpaths == 0 && !differs;
+        let is_idle = none_made && from(line, |status| status.job.clone()).is_none();
+        let planned = line.shown_job.get().filter(|_| is_idle)?;
         let (holes, toolpaths) = (planned.program.hole_count(), planned.program.toolpath_count());
         Some(match (holes, toolpaths) {
             (_, 0) => say!("page.job.planned_holes", holes = holes),
