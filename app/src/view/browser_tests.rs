@@ -261,6 +261,27 @@ async fn a_canvas_of_another_size_is_painted_once() {
 }
 
 #[wasm_bindgen_test]
+async fn what_nobody_sees_is_not_painted_and_comes_back_as_it_was() {
+    let host = host();
+    let view = View::new(&host, PainterChoice::Flat, Palette::DARK).await.unwrap();
+    view.set_scene(scene());
+    let shown = async |display: &str| {
+        host.style().set_property("display", display).unwrap();
+        for _ in 0..5 {
+            tick().await;
+        }
+        (view.frames().painted, view.camera(), view.0.borrow().canvas.width())
+    };
+    let (painted, camera, width) = shown("block").await;
+    assert_eq!(shown("none").await, (painted, camera, width));
+    view.set_progress(OrderProgress { discs: 1, drilling: false, lines: 0 });
+    assert_eq!(shown("none").await, (painted, camera, width));
+    assert_eq!(view.0.borrow().canvas.get_attribute("data-done").as_deref(), Some("1"), "what it is is told");
+    assert_eq!(shown("block").await, (painted + 1, camera, width), "with what came meanwhile, once");
+    close(pixels(&view)(MIDDLE), Palette::DARK.done, "the hole that was drilled meanwhile");
+}
+
+#[wasm_bindgen_test]
 async fn what_is_drawn_in_is_fitted_into_another_window_until_somebody_draws() {
     let view = View::new(&host(), PainterChoice::Flat, Palette::DARK).await.unwrap();
     let host = view.0.borrow().host.clone();

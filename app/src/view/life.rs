@@ -43,6 +43,7 @@ impl View {
             grid: true,
             camera: Camera::default(),
             density: 1.0,
+            hidden: false,
             emphasis: Emphasis::default(),
             progress: OrderProgress::default(),
             head_mm: None,

@@ -46,6 +46,8 @@ pub(super) struct Stage {
     pub(super) grid: bool,
     pub(super) camera: Camera,
     pub(super) density: f64,
+    /// Nobody sees it: the screen on show has no picture.
+    pub(super) hidden: bool,
     pub(super) emphasis: Emphasis,
     pub(super) progress: OrderProgress,
     pub(super) head_mm: Option<[f32; 2]>,
@@ -122,6 +124,11 @@ impl Stage {
 
     pub(super) fn measure(&mut self) {
         let (width, height) = (f64::from(self.host.client_width()), f64::from(self.host.client_height()));
+        self.hidden = width == 0.0 || height == 0.0;
+        if self.hidden {
+            // It comes back as large as it was, most often: a canvas that gets a size waits for all that was drawn.
+            return;
+        }
         self.density = web_sys::window().map_or(1.0, |window| window.device_pixel_ratio());
         self.camera.viewport_px = [width.max(1.0), height.max(1.0)];
         let device_px = self.camera.viewport_px.map(|px| (px * self.density).round() as u32);
@@ -140,6 +147,10 @@ impl Stage {
 
     pub(super) fn paint(&mut self) -> Painted {
         self.forget_frame();
+        if self.hidden {
+            self.publish();
+            return Painted::Shown;
+        }
         let started = now_ms();
         let look = Look {
             camera: &self.camera,
