@@ -35,20 +35,54 @@ const painter = once(async () => {
 });
 globalThis.annulusPainter = async (canvas, kind, whenLost) => (await painter()).open(canvas, kind, whenLost);
 
+const root = document.documentElement;
 const opening = document.getElementById("opening");
 try {
   const theme = localStorage.getItem("annulus.theme");
-  if (["light", "dark", "contrast"].includes(theme)) document.documentElement.dataset.theme = theme;
+  if (["light", "dark", "contrast"].includes(theme)) root.dataset.theme = theme;
   const asked = [new URLSearchParams(location.search).get("lang"), localStorage.getItem("annulus.language"), ...navigator.languages];
   opening.lang = asked.map((tag) => tag?.slice(0, 2)).find((tag) => ["en", "pl", "zh"].includes(tag)) ?? "en";
 } catch {
   opening.lang = "en"; // A browser that keeps nothing for this page.
 }
+
+const fallen = document.getElementById("fallen");
+
+/** STOP where the program of the page is broken (`effects/last_stop.rs`). */
+function stop(event) {
+  event.preventDefault();
+  event.stopPropagation();
+  const sent = () => (fallen.dataset.stop = "sent");
+  const unsent = () => (fallen.dataset.stop = "unsent");
+  try {
+    Promise.resolve(globalThis.annulusStop()).then(sent, unsent);
+  } catch {
+    unsent();
+  }
+}
+
+/** A program that trapped answers nobody any more, STOP neither: that is said above all else, with a STOP that needs no program. */
+function fall(error) {
+  if (fallen.open || !(error instanceof WebAssembly.RuntimeError)) return;
+  fallen.lang = root.lang;
+  fallen.dataset.stop = globalThis.annulusStop ? "" : "none";
+  fallen.addEventListener("cancel", (event) => event.preventDefault());
+  document.getElementById("again").addEventListener("click", () => location.reload());
+  const button = document.getElementById("last-stop");
+  button.addEventListener("pointerdown", stop);
+  button.addEventListener("click", (event) => event.detail === 0 && stop(event));
+  const key = (event) => event.ctrlKey && event.shiftKey && event.code === "KeyE" && stop(event);
+  addEventListener("keydown", key, { capture: true });
+  fallen.showModal();
+}
+addEventListener("error", ({ error }) => fall(error));
+addEventListener("unhandledrejection", ({ reason }) => fall(reason));
+
 try {
   const { default: init } = await import("./page.js");
   await init({ module_or_path: new URL("./page_bg.wasm", import.meta.url) });
   opening.remove();
 } catch (error) {
   console.error(error);
-  document.documentElement.dataset.failed = "true";
+  root.dataset.failed = "true";
 }

@@ -29,8 +29,6 @@ pub mod browser;
 #[cfg(target_arch = "wasm32")]
 pub mod effects;
 #[cfg(target_arch = "wasm32")]
-pub mod fallen;
-#[cfg(target_arch = "wasm32")]
 pub mod i18n;
 #[cfg(target_arch = "wasm32")]
 pub mod page;
@@ -41,10 +39,10 @@ pub mod trusted;
 #[cfg(target_arch = "wasm32")]
 pub mod widgets;
 
-/// The page begins, in a window.
+/// The page begins, in a window. What is said where its program breaks is in `www/index.html`, since nothing here answers then.
 #[cfg(target_arch = "wasm32")]
 pub fn begin_page() {
-    fallen::watch();
+    console_error_panic_hook::set_once();
     leptos::mount::mount_to_body(|| {
         page::begin(effects::surroundings());
         effects::begin();

@@ -255,6 +255,14 @@ test("in the tree things go into groups and out of them, by pointer and by keys,
     await until(async () => (await depth(hole(60))) > top, "the other hole in the group");
     await page.keyboard.press("Alt+ArrowLeft");
     await until(async () => (await depth(hole(60))) === top, "out of it again");
+    // The list is walked by arrows: what is chosen goes along.
+    const chosen = page.getByRole("listbox", { name: "Objects" }).locator("[aria-selected=true]");
+    await hole(60).click();
+    const before = await chosen.innerText();
+    await page.keyboard.press("ArrowUp");
+    await until(async () => (await chosen.count()) > 0 && (await chosen.first().innerText()) !== before, "the line before it");
+    await page.keyboard.press("ArrowDown");
+    await until(async () => (await chosen.innerText()) === before, "the line again");
     assert.deepEqual(await findings(page), [], "Draw");
   } finally {
     await context.close();

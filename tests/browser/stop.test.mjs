@@ -259,3 +259,39 @@ test("on a phone that shows another screen a STOP is told in sight, however far 
     await own.stop();
   }
 });
+
+test("a page whose program broke says so above every dialog, and its own STOP still stops the machine", async () => {
+  const own = await startBridge({ speed: 2 });
+  const { page, context } = await openLinked(held.browser, own, { width: 390, height: 844 });
+  try {
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await drillOnly(page);
+    const { start } = await startJob(page);
+    await start.click();
+    await page.getByRole("button", { name: "Continue: the bit is in" }).waitFor();
+    // A real trap, from outside: memory is given back that there never was.
+    await page.evaluate(async () => {
+      const program = await (await import(new URL("page.js", document.baseURI).href)).default();
+      setTimeout(() => program.__wbindgen_free(0xfffffff0, 64, 4));
+    });
+    const fallen = page.getByRole("dialog", { name: "This page broke down" });
+    await fallen.waitFor();
+    await page.keyboard.press("Escape");
+    assert.ok(await fallen.isVisible(), "it stays");
+    const stop = fallen.getByRole("button", { name: "STOP", exact: true });
+    const box = await stop.boundingBox();
+    assert.ok(box.y > 422 && box.y + box.height <= 844 && box.height >= 44, `where STOP is on a phone: ${JSON.stringify(box)}`);
+    await stop.click();
+    await fallen.getByText(/^STOP was sent\./).waitFor();
+    const { page: other, context: elsewhere } = await openLinked(held.browser, own);
+    await show(other, "Machine");
+    await other.getByText(/Stopped by another page|was stopped|broken off/).first().waitFor();
+    await elsewhere.close();
+    await fallen.getByRole("button", { name: "Load the page again" }).click();
+    await page.getByRole("heading", { level: 1 }).first().waitFor({ state: "attached" });
+    assert.ok(!(await fallen.isVisible()), "the page is there again");
+  } finally {
+    await context.close();
+    await own.stop();
+  }
+});

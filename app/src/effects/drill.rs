@@ -2,6 +2,7 @@
 //!
 //! Comes in: text and programs to send. Goes out: what is heard, as events, and what is meant for a port. Does not know what it means.
 
+use super::last_stop;
 use crate::browser::window;
 use crate::engine::{drill, worker};
 use crate::model::{FrameEvent, LinkEvent, StartEvent};
@@ -90,6 +91,7 @@ pub(super) fn begin_adapter(worker: &Worker) -> bool {
 /// A worker that has the virtual drill.
 pub(super) fn open() -> Option<Drill> {
     let drill = hire(drill::VIRTUAL, |_| ())?;
+    last_stop::is(&drill.worker, "postMessage", &last_stop::word());
     begin(&drill.worker).then_some(drill)
 }
 

@@ -16,6 +16,7 @@ mod follow;
 mod from_elsewhere;
 mod jobs;
 mod languages;
+mod last_stop;
 mod left;
 mod limits;
 mod locks;

@@ -9,7 +9,7 @@
 //! Comes in: wishes. Goes out: events. Does not know what the bytes mean.
 
 use super::drill::{self, Drill, ForPort};
-use super::session;
+use super::{last_stop, session};
 use crate::browser::window;
 use crate::engine::drill::CONTROLLER;
 use crate::model::{ControllerEvent, LinkEvent, Support};
@@ -28,6 +28,8 @@ use web_sys::{Event, Worker};
 const USUAL: usize = 4;
 /// The feed hold of the whole family.
 const HOLD: u8 = b'!';
+/// Its reset: what moves stops, the spindle too.
+const RESET: u8 = 0x18;
 /// The name of the error of a port that is gone; every other one is a disturbance of the line, after which it can be read again.
 const GONE: &str = "NetworkError";
 
@@ -421,6 +423,11 @@ impl Serial {
         let missing = || JsValue::from_str("the port has no streams");
         let reader = port.readable().ok_or_else(missing)?.get_reader()?;
         let writer = port.writable().ok_or_else(missing)?.get_writer()?;
+        if is_adapter(&port) {
+            last_stop::is_none();
+        } else {
+            last_stop::is(&writer, "write", &Uint8Array::from([RESET].as_slice()));
+        }
         self.chosen.replace(Some(port.clone()));
         session::keep_port(&usb_words(&port));
         self.open.replace(Some(Open { port, reader: reader.clone(), writer, disturbed: 0 }));

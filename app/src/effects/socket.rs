@@ -5,7 +5,7 @@
 
 use super::drill::{self, Drill};
 use super::serial::Serial;
-use super::{jobs, session, site};
+use super::{jobs, last_stop, session, site};
 use crate::browser::{document_hidden, window};
 use crate::model::LinkEvent;
 use crate::model::link::TICK_MS;
@@ -152,6 +152,7 @@ fn open() -> Option<Open> {
         }
     });
     let close = Closure::<dyn FnMut(CloseEvent)>::new(|_| send(LinkEvent::Closed));
+    last_stop::is(&socket, "send", &last_stop::word());
     socket.set_onmessage(Some(message.as_ref().unchecked_ref()));
     socket.set_onclose(Some(close.as_ref().unchecked_ref()));
     Some(Open { socket, _message: message, _close: close })

@@ -57,13 +57,14 @@ fn block() -> impl IntoView {
         (move || of.get().map(|of| line(of, index))).into_any()
     };
     let walk = move |by: i64| {
-        listed.with_untracked(|listed| {
-            let from = at.get_untracked().map_or(if by > 0 { -1 } else { 0 }, |at| at as i64);
+        let from = at.get_untracked().map_or(if by > 0 { -1 } else { 0 }, |at| at as i64);
+        let chosen = listed.with_untracked(|listed| {
             let to = (from + by).clamp(0, listed.len().saturating_sub(1) as i64);
-            if let Some(of) = listed.get(to as usize) {
-                send(DrawEvent::ChooseImported { of: *of });
-            }
+            listed.get(to as usize).copied()
         });
+        if let Some(of) = chosen {
+            send(DrawEvent::ChooseImported { of });
+        }
     };
     let options = ImportedKind::ALL.map(|this| {
         menu_word(this.word(), move || kind.get() == this, move || i18n::text(kind_word(this), &[]))

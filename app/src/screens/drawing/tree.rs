@@ -32,13 +32,15 @@ pub(super) fn tree() -> impl IntoView {
         (move || row.get().map(|row| line(&row, index))).into_any()
     };
     let walk = move |by: i64| {
-        drawing.tree.with_untracked(|rows| {
-            let from = at.get_untracked().map_or(if by > 0 { -1 } else { 0 }, |at| at as i64);
+        let from = at.get_untracked().map_or(if by > 0 { -1 } else { 0 }, |at| at as i64);
+        let chosen = drawing.tree.with_untracked(|rows| {
             let to = (from + by).clamp(0, rows.len().saturating_sub(1) as i64);
-            if let Some(row) = rows.get(to as usize) {
-                send(DrawEvent::Choose { id: row.item.id, adding: false });
-            }
+            rows.get(to as usize).map(|row| row.item.id)
         });
+        // Not while the rows are read: choosing writes them.
+        if let Some(id) = chosen {
+            send(DrawEvent::Choose { id, adding: false });
+        }
     };
     section()
         .class("block draw-tree")
