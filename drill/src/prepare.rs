@@ -3,11 +3,12 @@
 //! Comes in: a program's bytes and how the drill stands. Goes out: a [`Prepared`] job. Moves nothing.
 
 use crate::surface::{Followed, Ground, KeptSurface, followed};
+use annulus_core::board::USUAL_BED;
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::worn::{self, Wear};
-use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite};
+use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite, deepest};
 use annulus_core::level::{TOLERANCE, level};
 use annulus_core::locale;
 use annulus_core::machine::{self, Machine, RackTool, Steps, ToolWear};
@@ -264,6 +265,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
             note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK)),
         ));
     }
+    checks.extend(far_below(program, machine));
     checks.extend(accepted(program));
     checks.extend(given_up(key, from_leg, context).map(|why| row(RowVerdict::Warn, why)));
     checks.push(row(RowVerdict::Pass, rest(program, from_leg as usize, left_s)));
@@ -301,6 +303,13 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
         rows.push(row(RowVerdict::Warn, why.with("next", next.number())));
     }
     rows
+}
+
+/// A tip goes so far below the board that the bed may not be so thick.
+fn far_below(program: &Program, machine: &Machine) -> Option<PreflightRow> {
+    let below = deepest(program) - machine.process.board_thickness;
+    let why = || Diagnostic::warning("preflight.far_below").with("below", format!("{:.2}", below.mm()));
+    (below > USUAL_BED).then(|| row(RowVerdict::Warn, why()))
 }
 
 /// The errors of the job that a person saw and accepted, said once more.

@@ -9,6 +9,7 @@
 //! drawn.
 
 use super::Model;
+use annulus_core::board::USUAL_BED;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Program, touched};
 use annulus_core::machine::Machine;
@@ -22,8 +23,6 @@ const FRAME_CELLS: u64 = 300_000;
 const UNSEEN_CELLS: u64 = 200_000;
 /// A blank is so much larger than what is cut of it.
 const RIM: Length = Length::from_um(1_500);
-/// Deeper than this under the board the tip is in more than a spoil board.
-const SPOIL: Length = Length::from_um(3_000);
 
 /// Carves up to the second `at_s`, as far as one frame goes; the stock as it is then is `shown`.
 pub(super) fn carve(carving: &mut Carving, at_s: f64, shown: &mut Option<Arc<Stock>>) {
@@ -62,7 +61,7 @@ pub(super) fn warned(model: &Model) -> Arc<Vec<Warning>> {
     let zones = model.board.plan.iter().flat_map(|plan| &plan.zones);
     let room = ToolRoom {
         travel: travel(program, &model.machine),
-        deepest: model.machine.process.board_thickness + SPOIL,
+        deepest: model.machine.process.board_thickness + USUAL_BED,
         lowest: program.safe_height,
         zones: zones.map(|zone| moved(*zone, origin)).collect(),
     };

@@ -8,10 +8,8 @@ use crate::engine::messages::{PlanReady, Proved, Timed};
 use crate::keys::Tab;
 use crate::model::board::{left_out, problems, unread};
 use crate::model::{BoardBefore, Document, Job, LaidBoard, NewExports, Offer, Unseen, WorkerTask};
-use crate::picture;
 use crate::toolpaths::{self, Toolpaths};
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::geometry::Point;
 use annulus_core::job::Program;
 use annulus_core::machine::Machine;
 use annulus_core::units::Length;
@@ -103,11 +101,7 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
         toolpaths: Memo::new(move |_| {
             let program = program.get()?;
             let body = laid.with(|laid| laid.as_ref().and_then(|laid| laid.laid.body));
-            let (corner, origin) = (picture::origin(body), program.origin);
-            Some(Arc::new(toolpaths::toolpaths(
-                &program,
-                Point::new(corner.x - origin.x, corner.y - origin.y),
-            )))
+            Some(Arc::new(toolpaths::in_picture(&program, body)))
         }),
         title: slots.made(|model| model.title().map(str::to_owned)),
         machine: slots.kept(|model| &model.machine),

@@ -31,7 +31,12 @@ pub(crate) fn shell() -> impl IntoView {
     let width = move |right: bool| panel(right).map_or_else(|| "initial".to_owned(), |px| format!("{px}px"));
     let view = move || frame().operator.get().then_some("operator");
     div().class("shell").attr("data-view", view).child((
-        div().class("head").child((top_bar::top_bar(), machine::alarm(), machine::elsewhere())),
+        div().class("head").child((
+            top_bar::top_bar(),
+            machine::alarm(),
+            machine::lost(),
+            machine::elsewhere(),
+        )),
         main()
             .class("work")
             .attr("id", "work")

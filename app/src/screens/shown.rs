@@ -128,6 +128,17 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
         let toolpath_operations = plan.map(|plan| plan.toolpath_operations.clone()).unwrap_or_default();
         let turned = desk.laid.with(|laid| laid.as_ref().is_some_and(|laid| laid.laid.turned));
         let toolpaths = open_board().toolpaths.get().filter(|_| as_laid.get() || !turned);
+        // As it lies a board may have pins beside it, from whose corner its picture counts then.
+        let counts_alike = laid.is_some()
+            || desk.laid.with(|laid| {
+                laid.as_ref().is_none_or(|laid| picture::origin(laid.laid.body) == picture::origin(body))
+            });
+        let toolpaths = if counts_alike {
+            toolpaths
+        } else {
+            let program = desk.program.get().filter(|_| toolpaths.is_some());
+            program.map(|program| Arc::new(toolpaths::in_picture(&program, body)))
+        };
         let start = if as_laid.get() || !turned { work_zero } else { turned_back(work_zero, body) };
         let before = frame().show_before.get();
         let discs = toolpaths.as_ref().map(|toolpaths| discs(toolpaths, |hole, _| hole)).unwrap_or_default();
@@ -197,9 +208,7 @@ fn of_program(job: &Job, outline: Region) -> Shown {
     let order = (0..holes.len() as u32).collect();
     let board = Board { name: program.name.clone(), holes, outline, ..Board::default() };
     let body = picture::body_with(&board, milled(program));
-    let corner = picture::origin(body);
-    let toolpaths =
-        toolpaths::toolpaths(program, Point::new(corner.x - program.origin.x, corner.y - program.origin.y));
+    let toolpaths = toolpaths::in_picture(program, body);
     Shown {
         board: Arc::new(board),
         order,

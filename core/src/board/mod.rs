@@ -61,6 +61,9 @@ pub const COPPER_THICKNESS: Length = Length::from_um(35);
 /// How much deeper than the copper is thick a cut goes that must go through it for certain.
 pub const DEPTH_MARGIN: Length = Length::from_um(15);
 
+/// So much bed lies under a usual board: what goes deeper into it is told.
+pub const USUAL_BED: Length = Length::from_um(3_000);
+
 /// Copper thinner than this may tear off.
 pub const THINNEST: Length = Length::from_um(50);
 

@@ -29,6 +29,16 @@ pub fn travel_mm(program: &Program) -> f64 {
     travel_mm
 }
 
+/// How far below the surface a tip goes at the deepest; 0 where none goes into the board. What ends on a sensor does not count.
+pub fn deepest(program: &Program) -> Length {
+    let heights = program.legs.iter().flat_map(|leg| &leg.commands).filter_map(|command| match *command {
+        Command::Plunge { to, gate: None, .. } => Some(to),
+        Command::Mill { height, .. } | Command::MillArc { height, .. } => Some(height),
+        _ => None,
+    });
+    -heights.min().unwrap_or_default().min(Length::ZERO)
+}
+
 /// How far every leg mills, mm, in the order of the legs.
 pub fn milled_mm(program: &Program) -> Vec<f64> {
     let (mut at, mut height) = (Point::default(), program.safe_height);

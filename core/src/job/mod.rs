@@ -23,7 +23,7 @@ pub mod worn;
 pub use asked::{Asked, AskedEdge};
 pub use briefing::{AlignmentPins, Briefing, SideBriefing, ToolBriefing, touched};
 pub use cleared::{Cleared, Promised};
-pub use milled::{milled_mm, travel_mm};
+pub use milled::{deepest, milled_mm, travel_mm};
 
 use crate::geometry::Point;
 use crate::units::Length;

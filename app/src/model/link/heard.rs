@@ -60,8 +60,24 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             let by_you = ending == Ending::Stopped && stop::pressed_here(link, model.clock.page_ms);
             link.ended = Some(JobEnded { job, ending, holes_done, toolpaths_done, by_you });
         }
-        Tell::Interrupted { job, name, next_leg, holes_done, holes_total, .. } => {
-            link.interrupted = Some(Interrupted { job, name, next_leg, holes_done, holes_total });
+        Tell::Interrupted {
+            job,
+            name,
+            next_leg,
+            holes_done,
+            holes_total,
+            toolpaths_done,
+            toolpaths_total,
+        } => {
+            link.interrupted = Some(Interrupted {
+                job,
+                name,
+                next_leg,
+                holes_done,
+                holes_total,
+                toolpaths_done,
+                toolpaths_total,
+            });
         }
         Tell::Timing(timing) => link.timing = Some(Arc::new(*timing)),
         Tell::QueueText { text } => link.queue.text = text,

@@ -90,6 +90,10 @@ pub struct Interrupted {
     pub holes_done: u32,
     /// Holes in all.
     pub holes_total: u32,
+    /// Toolpaths done for certain.
+    pub toolpaths_done: u32,
+    /// Toolpaths in all.
+    pub toolpaths_total: u32,
 }
 
 /// How the last job ended.

@@ -403,6 +403,8 @@ impl Line {
                     next_leg: 7,
                     holes_done: 3,
                     holes_total: 9,
+                    toolpaths_done: 0,
+                    toolpaths_total: 0,
                 },
             },
             "missing" => StartEvent::Again {

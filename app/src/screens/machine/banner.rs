@@ -92,6 +92,24 @@ pub fn alarm() -> impl IntoView {
     }
 }
 
+/// That the machine is not heard any more, on every screen; Machine has its banner.
+pub fn lost() -> impl IntoView {
+    let line = link::link();
+    let is = Memo::new(move |_| words::is_lost(line) && frame().tab.get() != Tab::Machine);
+    move || {
+        is.get().then(|| {
+            let look = words::of(line);
+            div().class("alarm-bar").attr("role", "alert").child((
+                icon(look.icon),
+                div().class("grow").child((
+                    strong().child(move || crate::i18n::text(look.word, &[])),
+                    p().child(move || crate::i18n::text(look.meaning, &[])),
+                )),
+            ))
+        })
+    }
+}
+
 /// What is told under the banner, the gravest first. One at a time: whoever closes it sees the next, and the log has them all.
 #[derive(Clone, Copy, PartialEq)]
 enum Told {
@@ -106,6 +124,7 @@ enum Told {
 /// Which of them is on show; while an alarm says more than they do, only why a press came to nothing: that of its own button too.
 fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<Told>> {
     let alarm = alarm_of(line);
+    let offer = offer::open(line);
     let is_error =
         move || line.refused.with(|why| why.as_ref().is_some_and(|why| why.severity == Severity::Error));
     Memo::new(move |_| {
@@ -114,7 +133,7 @@ fn foremost(line: Link, closed: RwSignal<Option<DrilledReport>>) -> Memo<Option<
             (Told::Ousted, line.ousted.with(Option::is_some)),
             (Told::Ended, ended::is_to_be_told(line, closed.get())),
             (Told::Warned, line.refused.with(Option::is_some)),
-            (Told::Interrupted, line.interrupted.with(Option::is_some)),
+            (Told::Interrupted, offer.with(Option::is_some)),
             (Told::OtherFirmware, line.other_firmware.with(Option::is_some)),
         ];
         let told = rows.into_iter().find(|(_, is)| *is).map(|(told, _)| told);

@@ -29,7 +29,7 @@ mod touch_off;
 mod way_back;
 pub mod words;
 
-pub use banner::alarm;
+pub use banner::{alarm, lost};
 pub use ended::elsewhere;
 pub(crate) use ended::made;
 pub(crate) use jog::arm_keys;

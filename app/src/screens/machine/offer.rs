@@ -4,6 +4,7 @@
 
 use crate::i18n::{say, t};
 use crate::model::{LinkEvent, StartEvent};
+use crate::page::link::Interrupted;
 use crate::page::link::Link;
 use crate::page::send;
 use crate::widgets::{Icon, icon, push_if};
@@ -11,12 +12,17 @@ use annulus_core::control::State;
 use leptos::html::{div, span};
 use leptos::prelude::*;
 
-/// Goes on with it, or forgets it; nothing where there is none, or while something is in work.
-pub(super) fn buttons(line: Link) -> impl IntoView {
-    let offer = Memo::new(move |_| {
+/// What can be taken up; nothing where there is none, or while something is in work.
+pub(super) fn open(line: Link) -> Memo<Option<Interrupted>> {
+    Memo::new(move |_| {
         let idle = matches!(line.state(), Some(State::Ready | State::NotHomed | State::Alarm));
         line.interrupted.get().filter(|_| idle)
-    });
+    })
+}
+
+/// Goes on with it, or forgets it.
+pub(super) fn buttons(line: Link) -> impl IntoView {
+    let offer = open(line);
     move || {
         let offer = offer.get()?;
         let resume = move |_| send(StartEvent::Resume { offer: offer.clone() });
@@ -30,12 +36,28 @@ pub(super) fn buttons(line: Link) -> impl IntoView {
 
 /// The same with what is made of it, where nothing else tells that.
 pub(super) fn notice(line: Link) -> impl IntoView {
+    let offer = open(line);
     move || {
-        let offer = line.interrupted.get()?;
-        let (name, done, total) = (offer.name, offer.holes_done, offer.holes_total);
-        let text = move || match total {
-            0 => say!("page.interrupted.milled", name = name),
-            _ => say!("page.interrupted.text", name = name, done = done, total = total),
+        let Interrupted { name, holes_done, holes_total, toolpaths_done, toolpaths_total, .. } =
+            offer.get()?;
+        let text = move || {
+            let drilled =
+                || say!("page.interrupted.text", name = name, done = holes_done, total = holes_total);
+            let milled = || {
+                say!("page.interrupted.milled", name = name, done = toolpaths_done, total = toolpaths_total)
+            };
+            match (holes_total, toolpaths_total) {
+                (_, 0) => drilled(),
+                (0, _) => milled(),
+                _ => say!(
+                    "page.interrupted.both",
+                    name = name,
+                    done = holes_done,
+                    total = holes_total,
+                    way = toolpaths_done,
+                    toolpaths = toolpaths_total,
+                ),
+            }
         };
         Some(div().class("notice tone-pause").attr("role", "status").child((
             icon(Icon::Pause),

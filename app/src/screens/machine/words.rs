@@ -3,6 +3,7 @@
 //! Comes in: states of `control`, the line. Goes out: keys of the locale tables, classes, icons. Knows no layout.
 
 use crate::i18n::{key, say};
+use crate::page::frame;
 use crate::page::link::{Freshness, Link, LinkPhase};
 use crate::widgets::Icon;
 use annulus_core::control::{Ending, State};
@@ -87,6 +88,23 @@ pub fn phase(phase: LinkPhase) -> Look {
     }
 }
 
+/// How a connection is shown that was there before: whether a job was in work then.
+fn lost(line: Link) -> Look {
+    let worked = line.status.with(|status| status.as_ref().is_some_and(|status| status.job.is_some()));
+    let meaning = if worked { key!("page.state.link_lost_is") } else { key!("page.state.link_lost_idle") };
+    Look { meaning, ..phase(LinkPhase::Lost) }
+}
+
+/// Whether the machine was there and is not heard any more.
+pub fn is_lost(line: Link) -> bool {
+    line.ever.get() && (line.phase.get() != LinkPhase::Open || line.freshness.get() == Freshness::Lost)
+}
+
+/// Whether the machine is attended by this page itself: its own drill, or a controller at its port.
+fn here(line: Link) -> bool {
+    frame().alone.get() || line.controller.with(|controller| controller.chosen)
+}
+
 /// Whether the machine fetches a tool by itself just now; it waits for a person where the tool in its spindle is worn.
 fn fetches(line: Link) -> bool {
     line.magazine.with(|magazine| magazine.as_ref().is_some_and(|report| report.changes))
@@ -95,12 +113,19 @@ fn fetches(line: Link) -> bool {
 /// How things stand: the machine's state, or that it is not known.
 pub fn of(line: Link) -> Look {
     if line.phase.get() != LinkPhase::Open || line.freshness.get() == Freshness::Lost {
-        let lost = line.ever.get();
-        return phase(if lost { LinkPhase::Lost } else { line.phase.get() });
+        if line.ever.get() {
+            return lost(line);
+        }
+        let now = phase(line.phase.get());
+        let meaning = if here(line) { key!("page.state.connecting_here") } else { now.meaning };
+        return Look { meaning, ..now };
     }
     match line.state() {
-        Some(State::Running) if mills(line) => {
-            Look { word: key!("page.state.milling"), ..state(State::Running) }
+        Some(State::Running) => {
+            let word = if mills(line) { key!("page.state.milling") } else { key!("page.state.running") };
+            let meaning =
+                if here(line) { key!("page.state.running_here") } else { key!("page.state.running_is") };
+            Look { word, meaning, ..state(State::Running) }
         }
         Some(State::Paused) if line.controller.with(|controller| controller.plans()) => {
             Look { meaning: key!("page.state.paused_there"), ..state(State::Paused) }

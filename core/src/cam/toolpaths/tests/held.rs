@@ -162,6 +162,10 @@ fn depths_that_end_in_the_board_or_far_below_it_are_told() {
     set(&mut work, "operation.depth=0.5");
     let all = told(&board, &work);
     assert_eq!(count(&all, "cam.not_through", Severity::Warning), 3, "{all:?}");
+    for (depth, warnings) in [("4.6", 0), ("4.7", 1), ("9", 1)] {
+        let all = told(&board, &cutting(&board, &format!("operation.depth={depth}")));
+        assert_eq!(count(&all, "cam.far_below", Severity::Warning), warnings, "{depth}: {all:?}");
+    }
     let mut work = only(&board, "drill", |operation| {
         if let OperationKind::Drill(drill) = &mut operation.action {
             drill.holes = Holes::Alignment;
