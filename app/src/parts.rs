@@ -35,14 +35,14 @@ pub struct LegPlace {
 
 /// Holes and toolpaths of a job, each as (made, in all).
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Counted {
+pub struct WorkCount {
     /// Holes.
     pub holes: (u32, u32),
     /// Toolpaths.
     pub toolpaths: (u32, u32),
 }
 
-impl Counted {
+impl WorkCount {
     /// The same, of a machine that has a job; of one that has none, what the last job `made` of the holes and toolpaths of `shown`.
     pub fn or_ended(self, made: (u32, u32), shown: (u32, u32)) -> Self {
         if self.holes.1 + self.toolpaths.1 > 0 {
@@ -114,13 +114,13 @@ mod tests {
 
     #[test]
     fn holes_and_toolpaths_are_counted_apart_also_when_the_job_is_over() {
-        let told = |holes, toolpaths| Counted { holes, toolpaths };
+        let told = |holes, toolpaths| WorkCount { holes, toolpaths };
         let rows = [
             // told by the machine │ made by the last job, planned in all │ shown, share
             ((5, 22), (13, 13), (0, 0), (22, 13), told((5, 22), (13, 13)), Some(18.0 / 35.0)),
             ((0, 0), (0, 0), (22, 13), (22, 13), told((22, 22), (13, 13)), Some(1.0)),
             ((0, 0), (0, 0), (0, 7), (0, 14), told((0, 0), (7, 14)), Some(0.5)),
-            ((0, 0), (0, 0), (0, 0), (0, 0), Counted::default(), None),
+            ((0, 0), (0, 0), (0, 0), (0, 0), WorkCount::default(), None),
         ];
         for (holes, toolpaths, made, shown, expected, share) in rows {
             let counted = told(holes, toolpaths).or_ended(made, shown);

@@ -306,7 +306,7 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
 }
 
 /// A tip goes so far below the board that the bed may not be so thick.
-fn far_below(program: &Program, machine: &Machine) -> Option<PreflightRow> {
+pub(crate) fn far_below(program: &Program, machine: &Machine) -> Option<PreflightRow> {
     let below = deepest(program) - machine.process.board_thickness;
     let why = || Diagnostic::warning("preflight.far_below").with("below", format!("{:.2}", below.mm()));
     (below > USUAL_BED).then(|| row(RowVerdict::Warn, why()))

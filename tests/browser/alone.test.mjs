@@ -118,8 +118,13 @@ test("STOP stops the virtual drill of the page in mid-job, and the job is taken 
     await started(page);
     await bit(page).click();
     await until(async () => Number(await data(page, "done")) > 2, "the first holes");
-    await page.keyboard.press("Control+Shift+E");
-    const told = page.getByText(/^You stopped it\. Holes drilled: \d+/).first();
+    // From another tab, which has no drill.
+    const other = await context.newPage();
+    await other.goto(server.url);
+    await other.getByRole("button", { name: "STOP", exact: true }).click();
+    await until(async () => (await other.getByText(/STOP NOT CONFIRMED/).count()) === 0, "a STOP that was heard");
+    await other.close();
+    const told = page.getByText(/^STOP was pressed\. Holes drilled: \d+/).first();
     const done = Number((await told.innerText()).match(/drilled: (\d+)/)[1]);
     // A stop in the lift out of a hole leaves one that is made and not done: it is made again, as any that nobody is sure of.
     const made = (await drilled(page)).length;
@@ -165,6 +170,7 @@ test("a page that is closed in mid-job is opened again, and the job goes on: no 
     await other.goto(server.url);
     await tab(other, "Machine").click();
     await other.getByText(/is open in another tab/).first().waitFor();
+    assert.ok(await other.getByRole("button", { name: "STOP", exact: true }).isVisible(), "any page may stop");
     await other.close();
     await again.getByRole("button", { name: "Home", exact: true }).click();
     await again.getByText("At rest, position known.").waitFor();

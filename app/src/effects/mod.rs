@@ -7,6 +7,7 @@
 //! Comes in: effects, one after the other. Goes out: events. Does not know the screens, and decides nothing.
 
 mod awake;
+mod beside;
 mod camera;
 mod colours;
 mod drawings;
@@ -33,6 +34,7 @@ use crate::model::{Clocks, Effect, LabEvent, LinkEvent, PlayEvent};
 use crate::page::{Surroundings, send};
 use crate::widgets::save_bytes;
 use awake::Awake;
+use beside::Beside;
 use camera::Camera;
 use drawings::Drawings;
 use follow::Followed;
@@ -52,11 +54,16 @@ struct Running {
     awake: Awake,
     camera: Camera,
     followed: Followed,
+    beside: Beside,
 }
 
 /// What the page needs to run.
 pub fn surroundings() -> Surroundings {
-    let running = Running::default();
+    let mut running = Running::default();
+    // Through a bridge every page has a line of its own.
+    if site::alone() {
+        running.beside = Beside::listening();
+    }
     running.line.serial.listen();
     running.awake.listen();
     running.followed.listen();
@@ -88,7 +95,7 @@ fn pair(token: String) {
 }
 
 fn run(running: &Running, effect: Effect) {
-    let Running { workers, line, places, drawings, awake, camera, followed } = running;
+    let Running { workers, line, places, drawings, awake, camera, followed, beside } = running;
     match effect {
         Effect::Ask { lane, number, request } => workers.ask(lane, number, *request),
         Effect::CallOff { lane } => workers.call_off(lane),
@@ -107,6 +114,7 @@ fn run(running: &Running, effect: Effect) {
         Effect::Guard { on } => line.serial.guard(on),
         Effect::HoldPort => line.serial.hold(),
         Effect::Send { text } => line.send(&text),
+        Effect::StopBeside { heard } => beside.tell(heard),
         Effect::KeepControl { had } => session::keep_control(had),
         Effect::KeepBench { text } => session::keep_bench(&text),
         Effect::ForgetSession => session::forget(),

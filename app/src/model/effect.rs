@@ -80,6 +80,11 @@ pub enum Effect {
     /// Open the port that was chosen, or one that is known, in place of the socket; what the controller there says comes in the same
     /// way.
     ConnectController,
+    /// Tell the other tabs of this site of STOP: the one that has the machine stops it.
+    StopBeside {
+        /// This is the tab that has it, and heard.
+        heard: bool,
+    },
     /// Let go of the port.
     LeavePort,
     /// Keep over a reload that this tab has a controller, or that it let go of it.

@@ -7,6 +7,7 @@ use super::{Icon, icon, push};
 use crate::i18n::t;
 use crate::model::LinkEvent;
 use crate::page::{link, send};
+use annulus_core::diagnostic::Diagnostic;
 use leptos::ev;
 use leptos::html::{button, div, span};
 use leptos::prelude::*;
@@ -52,9 +53,14 @@ fn not_confirmed() -> impl IntoView {
 }
 
 fn stop_button() -> impl IntoView {
-    let ever = link::link().ever;
+    // A machine that another tab of this site has can be stopped too.
+    let there = Memo::new(move |_| {
+        let other = |why: &Diagnostic| why.code == "drill.other_tab";
+        let line = link::link();
+        line.ever.get() || line.refused.with(|why| why.as_ref().is_some_and(other))
+    });
     move || {
-        if ever.get() {
+        if there.get() {
             let press = button()
                 .attr("type", "button")
                 .class("stop")

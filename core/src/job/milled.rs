@@ -82,7 +82,7 @@ fn in_board(flat: f64, from: Length, to: Length) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::job::{Leg, Mark};
+    use crate::job::{Gate, Input, Leg, Mark, Otherwise};
     use std::f64::consts::TAU;
 
     fn mm(value: f64) -> Length {
@@ -120,6 +120,24 @@ mod tests {
         let program = Program::of_legs(legs.collect());
         for ((commands, wanted), found) in rows.iter().zip(milled_mm(&program)) {
             assert!((found - wanted).abs() < 1e-9, "{found} not {wanted}: {commands:?}");
+        }
+        assert_eq!(deepest(&program), mm(4.0));
+    }
+
+    #[test]
+    fn the_deepest_is_what_a_program_goes_to_by_itself() {
+        let down = |to: f64, gate| Command::Plunge { to: mm(to), feed_um_per_s: 1, gate };
+        let gate = Gate { input: Input::ZBottom, deadline_us: 1, otherwise: Otherwise::Alarm };
+        let rows = [
+            (vec![], 0.0),
+            (vec![down(1.0, None), Command::Retract { to: mm(2.0) }], 0.0),
+            (vec![down(-2.1, None), down(-0.5, None)], 2.1),
+            // A stroke that ends on a sensor may go on as far as it can.
+            (vec![down(-2.1, None), down(-20.0, Some(gate))], 2.1),
+        ];
+        for (commands, wanted) in rows {
+            let program = Program::of_legs(vec![Leg { mark: Mark::Hole(0), commands: commands.clone() }]);
+            assert_eq!(deepest(&program), mm(wanted), "{commands:?}");
         }
     }
 }

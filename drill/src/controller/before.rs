@@ -8,7 +8,7 @@ use super::lengths::length_row;
 use super::order::Order;
 use super::station::Station;
 use crate::files::Files;
-use crate::prepare::{accepted, bit_of_leg, missing_drills, rest, row, worn_tools};
+use crate::prepare::{accepted, bit_of_leg, far_below, missing_drills, rest, row, worn_tools};
 use annulus_core::control::State;
 use annulus_core::controller::{BoardHeight, Changer, EngineStart, estimates_s};
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -77,6 +77,7 @@ impl<F: Files> Station<F> {
             let bit = bit.title(locale::FALLBACK);
             rows.push(row(RowVerdict::Warn, Diagnostic::note("preflight.first_bit").with("bit", bit)));
         }
+        rows.extend(far_below(&order.program, &self.machine));
         rows.extend(accepted(&order.program));
         rows.extend(self.given_up(order, start.from).map(|why| row(RowVerdict::Warn, why)));
         if let Some(left_s) = self.estimates(order, start.from) {

@@ -249,6 +249,10 @@ pub enum LinkEvent {
     },
     /// STOP was pressed.
     Stop,
+    /// STOP was pressed in another tab of this site.
+    StopBeside,
+    /// The tab that has the machine heard it.
+    StopHeardBeside,
     /// STOP has had time to be heard.
     StopLooked,
     /// Escape was pressed where nothing else is open.
@@ -331,6 +335,11 @@ pub(super) fn update(model: &mut Model, event: LinkEvent) -> Vec<Effect> {
             ask(model, &wish)
         }
         LinkEvent::Stop => stop::pressed(model),
+        LinkEvent::StopBeside => stop::beside(model),
+        LinkEvent::StopHeardBeside => {
+            stop::heard_beside(&mut model.link);
+            Vec::new()
+        }
         LinkEvent::StopLooked => {
             stop::look(model);
             Vec::new()

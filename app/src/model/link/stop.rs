@@ -18,15 +18,33 @@ pub(super) fn pressed_here(link: &Link, now_ms: f64) -> bool {
     link.pressed_ms.is_some_and(|pressed_ms| now_ms - pressed_ms <= BY_THIS_MS)
 }
 
-/// Stops the machine. With no link the wish is kept and goes out first on the next one.
+/// Stops the machine. With no link the wish is kept and goes out first on the next one; where the machine is another tab's, that one is
+/// told.
 pub(super) fn pressed(model: &mut Model) -> Vec<Effect> {
     model.link.pressed_ms = Some(model.clock.page_ms);
     if model.link.phase != LinkPhase::Open {
         model.link.stop = StopWay::Latched;
         model.link.stop_unconfirmed = true;
-        return Vec::new();
+        return Vec::from_iter(model.frame.alone.then_some(Effect::StopBeside { heard: false }));
     }
     send(model)
+}
+
+/// STOP was pressed in another tab of this site: whoever has the machine stops it, and says so.
+pub(super) fn beside(model: &mut Model) -> Vec<Effect> {
+    if model.link.phase != LinkPhase::Open {
+        return Vec::new();
+    }
+    let mut effects = send(model);
+    effects.push(Effect::StopBeside { heard: true });
+    effects
+}
+
+/// The tab that has the machine stopped it: nothing is kept for later.
+pub(super) fn heard_beside(link: &mut Link) {
+    if link.stop == StopWay::Latched {
+        heard(link);
+    }
 }
 
 fn send(model: &mut Model) -> Vec<Effect> {

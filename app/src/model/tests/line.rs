@@ -6,7 +6,8 @@ use crate::engine::messages::{Answer, Timed};
 use crate::lab::log::Topic;
 use crate::model::link::{Interrupted, LinkPhase, Notice};
 use crate::model::{
-    Clocks, ControllerEvent, Effect, Event, HandEvent, Job, LinkEvent, Model, StartEvent, Support, update,
+    Clocks, ControllerEvent, Effect, Event, FrameEvent, HandEvent, Job, LinkEvent, Model, StartEvent,
+    Support, update,
 };
 use annulus_core::control::{Ending, State, Trust};
 use annulus_core::diagnostic::Diagnostic;
@@ -81,6 +82,7 @@ fn word(effect: &Effect) -> String {
         Effect::ChoosePort => "choose-port".to_owned(),
         Effect::ConnectController => "connect-controller".to_owned(),
         Effect::LeavePort => "leave-port".to_owned(),
+        Effect::StopBeside { heard } => if *heard { "heard-beside" } else { "stop-beside" }.to_owned(),
         Effect::KeepController { on } => format!("keep-controller:{on}"),
         Effect::KeepBoard { .. } => "keep-board".to_owned(),
         Effect::Guard { on } => format!("guard:{on}"),
@@ -230,6 +232,9 @@ impl Line {
     }
 
     fn event(&self, word: &str) -> Option<Event> {
+        if word == "alone" {
+            return Some(FrameEvent::Alone.into());
+        }
         self.link_event(word)
             .or_else(|| controller_event(word).map(LinkEvent::Controller))
             .map(Event::Link)
@@ -260,6 +265,8 @@ impl Line {
             "tick" => LinkEvent::Tick,
             "unread" => LinkEvent::Heard { tell: None },
             "stop" => LinkEvent::Stop,
+            "stop-beside" => LinkEvent::StopBeside,
+            "heard-beside" => LinkEvent::StopHeardBeside,
             "looked" => LinkEvent::StopLooked,
             "escape" => LinkEvent::Escape,
             "pause" => LinkEvent::Pause,

@@ -157,6 +157,13 @@ fn stop_goes_out_before_anything_else_and_is_shouted_about_when_nobody_answers()
             ("begin stop", "shout | "),
             ("linked yours closed stop", "shout | "),
             ("linked yours closed stop retry", "shout | connect"),
+            // of tabs of one site, the one that has the machine
+            ("closed stop", "shout | "),
+            ("alone closed stop", "shout | stop-beside"),
+            ("alone closed stop heard-beside", "quiet | "),
+            ("alone closed stop-beside", "quiet | "),
+            ("linked yours stop-beside", "quiet | stop ping wake:255 heard-beside"),
+            ("linked yours stop heard-beside +255 looked", "shout | "),
             ("linked yours closed stop retry challenge welcome", "shout | stop ping wake:255 take_control"),
             ("linked yours closed stop retry challenge welcome pong", "quiet | "),
             // the link broke before an answer

@@ -9,7 +9,7 @@ use crate::model::{StartEvent, Unseen};
 use crate::page::link::{self, Link};
 use crate::page::send;
 use crate::page::{frame, open_board, open_job};
-use crate::parts::{self, Counted, WorkPart};
+use crate::parts::{self, WorkCount, WorkPart};
 use crate::screens::shown;
 use crate::widgets::{fact, menu_word, push_if};
 use annulus_core::control::State;
@@ -45,7 +45,7 @@ pub(crate) fn job() -> impl IntoView {
 
 /// Holes and toolpaths of the job on show. Of a board that is not as programmed the holes are those that are where they should be, and
 /// those that were to be made; the second says whether that is so.
-fn counted(line: Link) -> Memo<(Counted, bool)> {
+fn counted(line: Link) -> Memo<(WorkCount, bool)> {
     let count = |program: &Program| (program.hole_count() as u32, program.toolpath_count() as u32);
     let planned = move || {
         let shown = link::link().shown_job;
@@ -62,7 +62,7 @@ fn counted(line: Link) -> Memo<(Counted, bool)> {
     });
     // By what the machine tells; once the job ended, by what it made.
     Memo::new(move |_| {
-        let told = from(line, |status| Counted {
+        let told = from(line, |status| WorkCount {
             holes: (status.holes_done, status.holes_total),
             toolpaths: (status.toolpaths_done, status.toolpaths_total),
         });
@@ -84,7 +84,7 @@ fn progress(line: Link) -> impl IntoView {
     let percent =
         move || share.get().map_or(String::new(), |share| format!("{:.0} %", (share * 100.0).floor()));
     let holes = move || {
-        let (Counted { holes: (done, total), toolpaths: (way, toolpaths) }, differs) = counted.get();
+        let (WorkCount { holes: (done, total), toolpaths: (way, toolpaths) }, differs) = counted.get();
         match (differs, toolpaths, total) {
             (true, ..) => say!("page.job.there", done = done, total = total),
             (_, 0, 0) => String::new(),
@@ -101,7 +101,7 @@ fn progress(line: Link) -> impl IntoView {
     };
     let part = part_in_work(line);
     let idle = move || {
-        let (Counted { holes: (holes, _), toolpaths: (toolpaths, _) }, differs) = counted.get();
+        let (WorkCount { holes: (holes, _), toolpaths: (toolpaths, _) }, differs) = counted.get();
         let none_made = holes + toolpaths == 0 && !differs;
         let is_idle = none_made && from(line, |status| status.job.clone()).is_none();
         let planned = line.shown_job.get().filter(|_| is_idle)?;

@@ -81,3 +81,17 @@ fn what_is_asked_after_a_start_is_done_after_it() {
     assert_eq!(status.feed_override_percent, 50);
     assert_eq!(bench.ended(), (Ending::Done, 6));
 }
+
+#[test]
+fn a_tip_that_goes_far_below_the_board_is_looked_at_before_the_start() {
+    let bench = Bench::new();
+    bench.home();
+    bench.drill.ask(Ask::SetZero).unwrap();
+    for (breakthrough_mm, wanted) in [(0.5, None), (3.0, None), (3.2, Some(RowVerdict::Warn))] {
+        let mut deep = machine();
+        deep.process.breakthrough = Length::from_mm(breakthrough_mm);
+        let (_, _, checks) = bench.arm(&grid(&deep, 2));
+        let row = checks.iter().find(|row| row.finding.code == "preflight.far_below");
+        assert_eq!(row.map(|row| row.verdict), wanted, "{breakthrough_mm} mm");
+    }
+}
