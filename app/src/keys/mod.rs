@@ -227,6 +227,18 @@ pub enum Keyless {
     RunSheet,
     /// What is chosen of the drawing is repeated.
     Array,
+    /// Tracks are drawn that are the edge of the board.
+    Edge,
+    /// The drawing becomes the board.
+    UseBoard,
+    /// An empty drawing.
+    NewDrawing,
+    /// The drawing as Gerber and Excellon.
+    SaveBoard,
+    /// The drawing as a picture.
+    SaveSvg,
+    /// The drawing itself.
+    SaveDrawing,
     /// The height map of the board.
     HeightMap,
     /// The machine alone, large, or all of it.
