@@ -370,7 +370,8 @@ pub(super) fn looks_at_board(model: &Model) -> bool {
     model.frame.tab == Tab::Board && !model.link.busy()
 }
 
-/// What is said of a board that was opened goes away with the look at it. A new version of the site is offered while nothing moves, and only then. The screen stays lit from the pre-flight to the end.
+/// What is said of a board that was opened goes away with the look at it. A new version of the site is offered while nothing moves,
+/// and only then. The screen stays lit from the pre-flight to the end.
 pub(super) fn follow(model: &mut Model) -> Option<Effect> {
     if !looks_at_board(model) {
         model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::Review));

@@ -1,4 +1,5 @@
-//! A native `<dialog>`: focus starts at its title and stays inside, Escape closes it, and STOP is repeated in it, at its place in the window.
+//! A native `<dialog>`: the focus starts at its title and stays inside, Escape closes it, and STOP is repeated in it, at its place
+//! in the window.
 //!
 //! Comes in: a title, a body, a foot. Goes out: the element, open while its signal says so.
 
