@@ -90,9 +90,17 @@ fn pair(text: &str, unit: Unit) -> Option<Typed> {
         text.split(',').collect()
     };
     match parts.as_slice() {
-        [x, y] => Some((Some(length(x, unit)?), Some(length(y, unit)?))),
+        [x, y] if !is_grouped(x, y) => Some((Some(length(x, unit)?), Some(length(y, unit)?))),
         _ => None,
     }
+}
+
+/// Whether two numbers with a comma between them may as well be one with its thousands set apart: `1,234.5`.
+fn is_grouped(x: &str, y: &str) -> bool {
+    let digits = |text: &str| text.bytes().all(|byte| byte.is_ascii_digit());
+    let whole = x.trim_start_matches('-');
+    let thousands = y.split_once('.').is_some_and(|(before, _)| before.len() == 3 && digits(before));
+    thousands && (1..=3).contains(&whole.len()) && digits(whole)
 }
 
 #[cfg(test)]
@@ -110,6 +118,11 @@ mod tests {
             ("x 7", Some((7.0, 2.0))),
             ("10,5", Some((10.0, 5.0))),
             ("10.5,5.25", Some((10.5, 5.25))),
+            ("12,34.5", Some((12.0, 34.5))),
+            ("1,234.5", None),
+            ("@-1,234.5", None),
+            ("1; 234.5", Some((1.0, 234.5))),
+            ("1.5,234.5", Some((1.5, 234.5))),
             ("10,5; 5,25", Some((10.5, 5.25))),
             ("10,5 5,25", Some((10.5, 5.25))),
             ("10, 5", Some((10.0, 5.0))),

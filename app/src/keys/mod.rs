@@ -103,7 +103,9 @@ pub enum KeyFocus {
     Menu,
     /// On a slider, which the arrows, Home and End move.
     Slider,
-    /// On something else that Space, Enter or the arrows work.
+    /// On a button or a tick, which Space and Enter press.
+    Button,
+    /// On a list, a tab or a choice of several, which the arrows move as well.
     Control,
     /// On the picture.
     Picture,
@@ -115,7 +117,13 @@ impl KeyFocus {
     }
 
     fn is_control(self) -> bool {
-        matches!(self, Self::Menu | Self::Slider | Self::Control)
+        matches!(self, Self::Menu | Self::Slider | Self::Button | Self::Control)
+    }
+
+    /// Whether what has the focus may do something by `key` itself, pressed without Ctrl and Alt.
+    fn keeps(self, key: &str) -> bool {
+        let moves = key.starts_with("Arrow") || matches!(key, "Home" | "End");
+        self.is_control() && (matches!(key, " " | "Enter") || (moves && self != Self::Button))
     }
 }
 
@@ -219,6 +227,18 @@ pub enum Keyless {
     RunSheet,
     /// What is chosen of the drawing is repeated.
     Array,
+    /// Tracks are drawn that are the edge of the board.
+    Edge,
+    /// The drawing becomes the board.
+    UseBoard,
+    /// An empty drawing.
+    NewDrawing,
+    /// The drawing as Gerber and Excellon.
+    SaveBoard,
+    /// The drawing as a picture.
+    SaveSvg,
+    /// The drawing itself.
+    SaveDrawing,
     /// The height map of the board.
     HeightMap,
     /// The machine alone, large, or all of it.
@@ -449,7 +469,7 @@ fn in_drawing(press: &Press, key: &str) -> Option<DrawKey> {
 }
 
 fn on_screen(press: &Press, key: &str, tab: Tab) -> Option<KeyAction> {
-    if press.focus.is_control() {
+    if press.focus.keeps(key) {
         return None;
     }
     let on_picture = press.focus == KeyFocus::Picture;
@@ -517,6 +537,7 @@ mod tests {
                 "Alt" => press.alt = true,
                 "text" => press.focus = KeyFocus::Text,
                 "lines" => press.focus = KeyFocus::Lines,
+                "button" => press.focus = KeyFocus::Button,
                 "control" => press.focus = KeyFocus::Control,
                 "menu" => press.focus = KeyFocus::Menu,
                 "slider" => press.focus = KeyFocus::Slider,
@@ -592,6 +613,32 @@ mod tests {
             ("picture+ArrowUp", Tab::Cam, Some(KeyAction::Walk { x: 0, y: 1 })),
             ("ArrowUp", Tab::Board, None),
             ("Shift+ArrowDown", Tab::Draw, Some(far_down)),
+        ];
+        for (text, tab, expected) in rows {
+            assert_eq!(action(&press(text), tab, true), expected, "{text} on {tab:?}");
+        }
+    }
+
+    #[test]
+    fn a_button_keeps_only_the_keys_that_press_it() {
+        let onwards = Some(KeyAction::Step(Stride::Segment { onwards: true }));
+        let rows = [
+            ("button+t", Tab::Simulate, Some(KeyAction::FromAbove)),
+            ("button+h", Tab::Simulate, Some(KeyAction::HomeView)),
+            ("button+.", Tab::Simulate, Some(KeyAction::Faster { more: true })),
+            ("button+ArrowRight", Tab::Simulate, onwards),
+            ("button+Home", Tab::Simulate, Some(KeyAction::Beginning)),
+            ("button+Home", Tab::Board, Some(KeyAction::Fit)),
+            ("button+s", Tab::Cam, Some(KeyAction::Show(Tab::Simulate))),
+            ("button+Space", Tab::Simulate, None),
+            ("button+Space", Tab::Machine, None),
+            ("button+Enter", Tab::Draw, None),
+            ("button+ArrowUp", Tab::Draw, None),
+            ("control+t", Tab::Simulate, Some(KeyAction::FromAbove)),
+            ("control+ArrowRight", Tab::Simulate, None),
+            ("control+Home", Tab::Simulate, None),
+            ("control+Space", Tab::Simulate, None),
+            ("slider+t", Tab::Simulate, Some(KeyAction::FromAbove)),
         ];
         for (text, tab, expected) in rows {
             assert_eq!(action(&press(text), tab, true), expected, "{text} on {tab:?}");

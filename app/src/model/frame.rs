@@ -365,8 +365,17 @@ fn put(frame: &mut Frame, text: Text, act: Option<ToastAct>) -> u32 {
     number
 }
 
-/// A new version of the site is offered while nothing moves, and only then. The screen stays lit from the pre-flight to the end.
+/// Whether the board is what is looked at, and nothing moves.
+pub(super) fn looks_at_board(model: &Model) -> bool {
+    model.frame.tab == Tab::Board && !model.link.busy()
+}
+
+/// What is said of a board that was opened goes away with the look at it. A new version of the site is offered while nothing moves,
+/// and only then. The screen stays lit from the pre-flight to the end.
 pub(super) fn follow(model: &mut Model) -> Option<Effect> {
+    if !looks_at_board(model) {
+        model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::Review));
+    }
     let offered = model.frame.toasts.iter().any(|toast| toast.act == Some(ToastAct::Update));
     let wanted = model.frame.update_ready && !model.link.busy();
     match (offered, wanted) {

@@ -321,7 +321,7 @@ fn was_planned(
     board.plan = Some(planned.clone());
     board.program = program::decode(&planned.program).ok().map(Arc::new);
     let mut effects = Vec::new();
-    if just_opened && OpenBoard::problems(board).is_empty() {
+    if just_opened && OpenBoard::problems(board).is_empty() && frame::looks_at_board(model) {
         let text = Text::of(key!("page.open.certain"));
         effects.push(frame::toast(model, text, Some(ToastAct::Review)));
     }

@@ -3,14 +3,15 @@
 //!
 //! Comes in: the tables of keys and commands, what is typed. Goes out: the action that was chosen.
 
-use super::drawing::may;
+use super::drawing::{self, may};
 use super::{machine, regions};
 use crate::drawing::{DrawKey, When};
 use crate::i18n::{self, t};
-use crate::keys::{COMMANDS, KeyAction, Keyless, SHORTCUTS, Shortcut};
+use crate::keys::{COMMANDS, KeyAction, Keyless, SHORTCUTS, Shortcut, Tab};
+use crate::model::drawing::DrawingExport;
 use crate::model::export::Purpose;
-use crate::model::{AnewEvent, ExportEvent, FilesEvent, FrameEvent, LevelEvent, Overlay};
-use crate::page::{frame, link, open_board, send, written};
+use crate::model::{AnewEvent, DrawEvent, ExportEvent, FilesEvent, FrameEvent, LevelEvent, Overlay};
+use crate::page::{frame, link, open_board, open_drawing, send, written};
 use crate::widgets::{Dialog, dialog, push};
 use leptos::ev;
 use leptos::html::{self, div, input, kbd, li, span, ul};
@@ -36,6 +37,8 @@ fn can_be_done(action: KeyAction) -> bool {
             board.job.with(Option::is_some) && board.cleared()
         }
         KeyAction::Keyless(Keyless::Array) => may(When::ARRAY),
+        KeyAction::Keyless(Keyless::UseBoard) => is_drawn() || open_drawing().over.get().0,
+        KeyAction::Keyless(Keyless::SaveBoard | Keyless::SaveSvg | Keyless::SaveDrawing) => is_drawn(),
         KeyAction::Draw(DrawKey::Group) => may(When::GROUP),
         KeyAction::Draw(DrawKey::Act(act)) => may(act.when()),
         KeyAction::Keyless(Keyless::HeightMap) => machine::set_up_is_seen(),
@@ -44,6 +47,11 @@ fn can_be_done(action: KeyAction) -> bool {
         }
         _ => true,
     }
+}
+
+/// Whether there is something in the drawing.
+fn is_drawn() -> bool {
+    open_drawing().title.with(|(_, count)| *count > 0)
 }
 
 /// What can be chosen here: of two keys that do the same the first, then what has no key.
@@ -78,6 +86,12 @@ fn do_command(command: Keyless) {
         Keyless::Export => send(ExportEvent::Write { purpose: Purpose::Files }),
         Keyless::RunSheet => send(ExportEvent::Write { purpose: Purpose::RunSheet }),
         Keyless::Array => send(FrameEvent::Overlay { overlay: Some(Overlay::Array) }),
+        Keyless::Edge => drawing::draw_edge(),
+        Keyless::UseBoard => send(DrawEvent::Use { tab: Tab::Cam }),
+        Keyless::NewDrawing => send(DrawEvent::New),
+        Keyless::SaveBoard => send(DrawEvent::Export { what: DrawingExport::Board }),
+        Keyless::SaveSvg => send(DrawEvent::Export { what: DrawingExport::Svg }),
+        Keyless::SaveDrawing => send(DrawEvent::Export { what: DrawingExport::Drawing }),
         Keyless::HeightMap => send(LevelEvent::Show { on: true }),
         Keyless::LargeView { on } => send(FrameEvent::Operator { on }),
     }

@@ -64,7 +64,7 @@ pub(crate) fn stage() -> impl IntoView {
             .child(Vec::from(buttons)),
         rulers::labels(shown),
         rulers::rulers(shown),
-        side(),
+        side(from_below(picture)),
         scale(),
         chosen(shown),
         toasts(),
@@ -92,7 +92,7 @@ fn scale() -> impl IntoView {
     let bar = move || frame().unit.get().scale(frame().zoom.get(), SCALE_PX).filter(|_| flat.get());
     move || {
         bar().map(|(px, length)| {
-            let text = format!("{} {}", crate::format::plain(length), i18n::unit_word());
+            let text = format!("{} {}", i18n::number(crate::format::plain(length)), i18n::unit_word());
             div()
                 .class("scale")
                 .attr("aria-hidden", "true")
@@ -141,8 +141,18 @@ fn chosen(shown: Memo<Option<Arc<Shown>>>) -> impl IntoView {
     div().class("unseen").attr("role", "status").child(words)
 }
 
-/// Which side is looked at.
-fn side() -> impl IntoView {
+/// Whether the board in space is looked at from underneath, as the picture says once it did what was asked of it.
+fn from_below(picture: Picture) -> Memo<bool> {
+    let below = RwSignal::new(false);
+    Effect::new(move |_| {
+        let _ = (frame().asked.get(), play().carved.get());
+        request_animation_frame(move || with_view(picture, |view| below.set(view.is_from_below())));
+    });
+    Memo::new(move |_| below.get() && play().in_space.get() && frame().tab.get() == Tab::Simulate)
+}
+
+/// Which side is looked at; in space the one that lies up, unless it is the other that is seen.
+fn side(from_below: Memo<bool>) -> impl IntoView {
     let known = move || match frame().tab.get() {
         Tab::Board => open_board().document.with(Option::is_some),
         tab => tab == Tab::Draw,
@@ -156,7 +166,11 @@ fn side() -> impl IntoView {
     });
     let lying = move || {
         planned.get().map(|face| {
-            let word = if face == Face::Bottom { say!("page.view.bottom") } else { say!("page.view.top") };
+            let word = match face {
+                _ if from_below.get() => say!("page.view.from_below"),
+                Face::Bottom => say!("page.view.bottom"),
+                Face::Top => say!("page.view.top"),
+            };
             span().class("side-badge still").child(word)
         })
     };

@@ -145,15 +145,18 @@ pub(crate) fn languages() -> impl IntoView {
 fn connection() -> impl IntoView {
     let line = link::link();
     let look = move || words::of(line);
-    let text = move || {
-        let state = i18n::text(look().word, &[]);
-        if line.ever.get() { format!("{}: {state}", machine_name(line)) } else { state }
-    };
+    // Where there is no room for both, the name is cut and the state stays.
+    let name =
+        move || line.ever.get().then(|| span().class("cut").child(format!("{}: ", machine_name(line))));
+    let state = move || i18n::text(look().word, &[]);
     button()
         .attr("type", "button")
         .class(move || format!("chip {}", look().tone))
         .on(ev::click, |_| send(FrameEvent::Show { tab: Tab::Machine }))
-        .child((span().class("dot").attr("aria-hidden", "true"), span().class("cut").child(text)))
+        .child((
+            span().class("dot").attr("aria-hidden", "true"),
+            span().class("words").child((name, span().class("state").child(state))),
+        ))
 }
 
 /// What the machine is called. One that nobody gave a name is called by what is there, in the words of the page.

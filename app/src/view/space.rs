@@ -83,6 +83,11 @@ impl View {
         self.repaint();
     }
 
+    /// Whether the board in space is looked at from underneath.
+    pub fn is_from_below(&self) -> bool {
+        self.0.borrow().solid.orbit.is_below()
+    }
+
     /// Moves the eye; false where the flat picture is on show.
     pub(super) fn move_orbit(&self, change: impl FnOnce(&mut Orbit, [f64; 2])) -> bool {
         {

@@ -1,4 +1,5 @@
-//! A native `<dialog>`: focus stays inside, Escape closes it, and STOP is repeated in it, at its place in the window.
+//! A native `<dialog>`: the focus starts at its title and stays inside, Escape closes it, and STOP is repeated in it, at its place
+//! in the window.
 //!
 //! Comes in: a title, a body, a foot. Goes out: the element, open while its signal says so.
 
@@ -58,7 +59,11 @@ pub fn dialog(open: Signal<bool>, closed: impl Fn() + Clone + 'static, parts: Di
             }
         })
         .child((
-            header().child((h2().attr("id", title_id).child(title), stop_zone())),
+            // The focus starts here and not on STOP, which comes first: a key that is pressed as the dialog opens presses nothing.
+            header().child((
+                h2().attr("id", title_id).attr("tabindex", "-1").attr("autofocus", "").child(title),
+                stop_zone(),
+            )),
             div().class("body").child(parts.body),
             footer().child(parts.foot),
         ))

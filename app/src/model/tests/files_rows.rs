@@ -170,6 +170,25 @@ fn what_a_short_word_offers_is_done_once() {
 }
 
 #[test]
+fn that_all_was_read_is_said_where_the_board_is_looked_at_and_goes_with_the_look() {
+    let mut story = Story::told("open certain plan");
+    assert_eq!(story.toasts(), ["page.open.certain"]);
+    story.send(FrameEvent::Show { tab: Tab::Cam });
+    assert_eq!(story.toasts(), Vec::<String>::new(), "it lies over nothing of another screen");
+    story.send(FrameEvent::Show { tab: Tab::Board });
+    assert_eq!(story.toasts(), Vec::<String>::new(), "and is said once");
+    let mut story = Story::told("open certain");
+    story.send(FrameEvent::Show { tab: Tab::Machine });
+    story.tell("plan");
+    assert_eq!(story.toasts(), Vec::<String>::new(), "who left the board before does not hear it");
+    let mut story = Story::told("begin found-none");
+    let tell = Tell::Status(Box::new(super::line::status(State::Running, None)));
+    story.send(LinkEvent::Heard { tell: Some(Box::new(tell)) });
+    ["open", "certain", "plan"].into_iter().for_each(|word| story.tell(word));
+    assert_eq!(story.toasts(), Vec::<String>::new(), "nor who has a job running");
+}
+
+#[test]
 fn a_new_version_is_offered_while_nothing_moves_and_taken_only_when_it_is_wanted() {
     let mut story = Story::told("begin found-none");
     let moves = |story: &mut Story, state| {

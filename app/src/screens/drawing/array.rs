@@ -3,14 +3,14 @@
 //! Comes in: numbers as typed. Goes out: an act.
 
 use crate::drawing::{Act, typed};
-use crate::i18n::{key, t, text, unit_word};
+use crate::i18n::{key, say, t, text, unit_word};
 use crate::model::{DrawEvent, FrameEvent, Overlay};
 use crate::page::{frame, send};
 use crate::widgets::{Dialog, dialog, push, push_if};
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
 use leptos::ev;
-use leptos::html::{div, input, label, span};
+use leptos::html::{div, input, label, p, span};
 use leptos::prelude::*;
 
 /// The most copies along one side.
@@ -72,6 +72,8 @@ pub(super) fn array() -> impl IntoView {
         field("array-x", key!("page.draw.array.x"), x, unit_word, |text| length(text).is_some()),
         field("array-y", key!("page.draw.array.y"), y, unit_word, |text| length(text).is_some()),
     ));
+    let why = move || act().is_none().then(|| say!("page.draw.array.wrong", most = MOST));
+    let body = (body, p().class("refusal").attr("role", "status").child(why));
     let make = move |_| {
         if let Some(act) = untrack(act) {
             send(DrawEvent::Act { act });

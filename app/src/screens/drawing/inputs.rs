@@ -2,10 +2,12 @@
 //!
 //! Comes in: values. Goes out: fields; what is typed into them. Does not know what it is of.
 
+use super::focus_picture;
 use crate::drawing::fields::Field;
 use crate::drawing::typed;
 use crate::format::Unit;
 use crate::i18n::{self, key, number, t};
+use crate::keys::is_escape;
 use crate::page::frame;
 use crate::widgets::{choice, menu_word};
 use annulus_core::board::drawing::{Layer, PadShape};
@@ -13,6 +15,7 @@ use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{self, div, input, label, select, span};
 use leptos::prelude::*;
+use web_sys::{HtmlInputElement, KeyboardEvent};
 
 /// The name of a property.
 pub(super) fn word(field: Field) -> &'static str {
@@ -148,7 +151,7 @@ pub(super) fn length(
     typed_field(id, field, text, i18n::unit_word, fits, act)
 }
 
-/// A field whose text is taken in when it is left or Enter is pressed.
+/// A field whose text is taken in when it is left or Enter is pressed. Escape leaves it as it was, for the picture.
 pub(super) fn typed_field(
     id: String,
     field: Field,
@@ -177,6 +180,14 @@ pub(super) fn typed_field(
                 .attr("autocomplete", "off")
                 .attr("aria-invalid", move || wrong.get().then_some("true"))
                 .prop("value", move || text.get())
+                .on(ev::keydown, move |event: KeyboardEvent| {
+                    if is_escape(&event.key()) && !event.is_composing() {
+                        event_target::<HtmlInputElement>(&event).set_value(&text.get_untracked());
+                        wrong.set(false);
+                        // The key is through with the field by then.
+                        request_animation_frame(focus_picture);
+                    }
+                })
                 .on(ev::change, take),
             span().child(unit),
         )),

@@ -23,6 +23,7 @@ mod tree;
 
 pub(in crate::screens) use actions::may;
 pub(crate) use picture::{in_picture, stroke};
+pub(crate) use tools::draw_edge;
 
 use crate::drawing::DrawKey;
 use crate::model::DrawEvent;

@@ -11,6 +11,7 @@ use crate::keys::KeyAction;
 use crate::model::DrawEvent;
 use crate::page::{frame, key_of, open_drawing, send};
 use crate::widgets::{Icon, picture_button_if};
+use annulus_core::board::drawing::Layer;
 use annulus_core::units::Length;
 use leptos::ev;
 use leptos::html::{self, button, div, h2, header, section, select, span};
@@ -82,6 +83,13 @@ fn change(edit: impl FnOnce(&mut Pen)) {
     let mut pen = open_drawing().pen.get_untracked();
     edit(&mut pen);
     send(DrawEvent::Pen { pen });
+}
+
+/// From now on tracks are drawn that are the edge of the board.
+pub(crate) fn draw_edge() {
+    change(|pen| pen.layer = Layer::Edge);
+    send(DrawEvent::Key { key: DrawKey::Tool(Tool::Track) });
+    focus_picture();
 }
 
 /// What the tool in hand asks for.
