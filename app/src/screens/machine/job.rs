@@ -5,13 +5,14 @@
 use super::{controller, ended, spindles, words};
 use crate::format::duration;
 use crate::i18n::{key, language, say, sentence, t};
-use crate::model::{StartEvent, Unseen};
+use crate::keys::Tab;
+use crate::model::{FrameEvent, StartEvent, Unseen};
 use crate::page::link::{self, Link};
 use crate::page::send;
 use crate::page::{frame, open_board, open_job};
 use crate::parts::{self, WorkCount, WorkPart};
-use crate::screens::shown;
-use crate::widgets::{fact, menu_word, push_if};
+use crate::screens::{shown, top_bar};
+use crate::widgets::{fact, menu_word, push, push_if};
 use annulus_core::control::State;
 use annulus_core::job::Program;
 use annulus_core::machine::ToolWear;
@@ -237,10 +238,14 @@ fn controls(line: Link) -> impl IntoView {
             .into_any()
         }
     };
-    let why = move || (line.state() == Some(State::Ready)).then(|| reason(line)).flatten();
+    let why = Memo::new(move |_| (line.state() == Some(State::Ready)).then(|| reason(line)).flatten());
+    let cure = move |tab: Tab| {
+        push("button small wide", move || top_bar::name_of(tab), move |_| send(FrameEvent::Show { tab }))
+    };
+    let said = move || why.get().map(|(text, there)| (p().class("quiet wide").child(text), there.map(cure)));
     div().class("buttons").child((
         push_if("button large primary wide", can_start, t!("page.job.start"), |_| send(StartEvent::Open)),
-        p().class("quiet wide").child(why),
+        said,
         hold,
         push_if(
             "button large",
@@ -324,25 +329,26 @@ fn percent_menu(line: Link, one: Overridden) -> impl IntoView {
     ))
 }
 
-/// Why Start is not to be had.
-fn reason(line: Link) -> Option<String> {
+/// Why Start is not to be had, and the screen where that is cured.
+fn reason(line: Link) -> Option<(String, Option<Tab>)> {
     if !line.control.get().yours {
-        return Some(say!("page.job.needs_control"));
+        return Some((say!("page.job.needs_control"), None));
     }
+    let at_board = |text: String| Some((text, Some(Tab::Board)));
     if let Some(unseen) = open_board().unseen() {
-        return Some(match unseen {
+        return at_board(match unseen {
             Unseen::Several => say!("page.job.several_unseen"),
             Unseen::Unread => say!("page.job.errors_unacknowledged"),
             Unseen::Board => say!("page.job.board_unseen"),
         });
     }
     if !open_board().refused.with(Vec::is_empty) {
-        return Some(say!("page.job.refused"));
+        return at_board(say!("page.job.refused"));
     }
     if open_board().job.with(Option::is_none) {
-        return Some(say!("page.job.no_plan"));
+        return at_board(say!("page.job.no_plan"));
     }
-    (!open_board().cleared()).then(|| say!("page.job.problems_unread"))
+    (!open_board().cleared()).then(|| (say!("page.job.problems_unread"), Some(Tab::Cam)))
 }
 
 fn facts(line: Link) -> impl IntoView {
