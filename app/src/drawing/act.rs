@@ -179,13 +179,8 @@ impl Editor {
 
     /// A copy without what is of files that are not drawn over here; that is said.
     fn without_strangers(&mut self, clip: &Drawing) -> Drawing {
-        let is_strange = |thing: &Thing| match thing {
-            Thing::Imported { file, object, at, .. } => {
-                let all = self.finder.imported();
-                let of = self.finder.imported_at(file, *object).and_then(|of| all.get(of as usize));
-                of.is_none_or(|of| of.at != *at)
-            }
-            _ => false,
+        let is_strange = |thing: &Thing| {
+            matches!(thing, Thing::Imported { .. }) && self.finder.imported_of(thing).is_none()
         };
         let strange = clip.things().filter(|(_, entry)| is_strange(&entry.thing)).map(|(id, _)| id).collect();
         let (edit, mut own) = (removed(clip, &strange), clip.clone());
