@@ -297,7 +297,7 @@ fn the_picture_over_files_has_all_copper_with_its_arcs() {
 #[test]
 fn what_a_drawing_speaks_of_is_found_where_it_lies_in_a_file_with_other_numbers() {
     let mut drawing = Drawing::default();
-    done(&mut drawing, &[Catch::Imported(14)], |hole| hole.removed());
+    done(&mut drawing, &[Catch::Imported(15)], |hole| hole.removed());
     let thing = drawing.things().next().unwrap().1.thing.clone();
     assert!(matches!(thing, Thing::Imported { object: 2, at, .. } if at == mm(9.0, 1.0)), "{thing:?}");
     let holes = String::from_utf8(HOLES.to_vec()).unwrap().replace("T1\nX1.0Y1.0", "T1\nX2.0Y9.0\nX1.0Y1.0");
