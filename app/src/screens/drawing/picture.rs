@@ -40,7 +40,7 @@ fn front() -> Layer {
 fn space_moves(picture: Picture) {
     let space = move |on: bool| {
         move |event: KeyboardEvent| {
-            if event.code() == "Space" {
+            if event.key() == " " {
                 with_view(picture, |view| view.set_space(on));
             }
         }
