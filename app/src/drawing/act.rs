@@ -71,6 +71,17 @@ pub enum Act {
     },
 }
 
+/// The kind of a thing, and where it lies.
+type Marked = (&'static str, Vec<Point>);
+
+/// That of a thing; none for nodes and groups.
+fn marked(drawing: &Drawing, thing: &Thing) -> Option<Marked> {
+    let mut spots: Vec<Point> =
+        thing.nodes().filter_map(|node| drawing.at(node)).chain(thing.place()).collect();
+    spots.sort_unstable();
+    (!spots.is_empty()).then(|| (thing.word(), spots))
+}
+
 impl Editor {
     /// Does something with what is chosen.
     pub fn act(&mut self, act: Act) {
@@ -108,9 +119,7 @@ impl Editor {
                 self.choose_all();
             }
             Act::Layer(layer) => self.put_on_layer(&ids, layer),
-            Act::PutBack => {
-                self.make(&put_back(self.drawing(), self.finder(), &self.chosen));
-            }
+            Act::PutBack => self.put_back(),
             Act::Snap => self.grid.on = !self.grid.on,
             Act::NextGrid => {
                 let next = GRIDS.into_iter().find(|grid| *grid > self.grid.step).unwrap_or(GRIDS[0]);
@@ -121,6 +130,15 @@ impl Editor {
                 self.leave();
                 self.step(back);
             }
+        }
+    }
+
+    /// What files draw is as they draw it again: what is chosen of it; all of it where nothing is, and that is said.
+    fn put_back(&mut self) {
+        let all = self.chosen.is_empty();
+        let edit = put_back(self.drawing(), self.finder(), &self.chosen);
+        if !edit.is_empty() && self.make(&edit) && all {
+            self.said = Some(Text::of(key!("page.draw.all_put_back")));
         }
     }
 
@@ -174,18 +192,28 @@ impl Editor {
         let Some(corner) = places.into_iter().min_by_key(|at| (at.x + at.y, at.x)) else { return };
         let to = self.aim.at();
         let by = Point::new(to.x - corner.x, to.y - corner.y);
-        self.put_copy(&clip, if by == Point::default() { BESIDE } else { by });
+        let mut by = if by == Point::default() { BESIDE } else { by };
+        while self.lies_there(&clip, by) {
+            by = Point::new(by.x + BESIDE.x, by.y + BESIDE.y);
+        }
+        self.put_copy(&clip, by);
+    }
+
+    /// Whether the like of all that a copy draws lies where it would be pasted: nobody would see it.
+    fn lies_there(&self, clip: &Drawing, by: Point) -> bool {
+        let there: BTreeSet<Marked> =
+            self.drawing().things().filter_map(|(_, entry)| marked(self.drawing(), &entry.thing)).collect();
+        let moved = |at: Point| Point::new(at.x + by.x, at.y + by.y);
+        let coming = clip.things().filter_map(|(_, entry)| marked(clip, &entry.thing));
+        let mut coming =
+            coming.map(|(word, spots)| (word, spots.into_iter().map(moved).collect())).peekable();
+        coming.peek().is_some() && coming.all(|one: Marked| there.contains(&one))
     }
 
     /// A copy without what is of files that are not drawn over here; that is said.
     fn without_strangers(&mut self, clip: &Drawing) -> Drawing {
-        let is_strange = |thing: &Thing| match thing {
-            Thing::Imported { file, object, at, .. } => {
-                let all = self.finder.imported();
-                let of = self.finder.imported_at(file, *object).and_then(|of| all.get(of as usize));
-                of.is_none_or(|of| of.at != *at)
-            }
-            _ => false,
+        let is_strange = |thing: &Thing| {
+            matches!(thing, Thing::Imported { .. }) && self.finder.imported_of(thing).is_none()
         };
         let strange = clip.things().filter(|(_, entry)| is_strange(&entry.thing)).map(|(id, _)| id).collect();
         let (edit, mut own) = (removed(clip, &strange), clip.clone());

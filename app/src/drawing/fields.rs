@@ -13,7 +13,7 @@ use super::Editor;
 use super::typed::{degrees, length};
 use crate::format::Unit;
 use annulus_core::board::drawing::{
-    Catch, Drawing, Edit, Entry, Id, Layer, PadShape, Thing, put, renamed, whole_turn,
+    Catch, Drawing, Edit, Entry, Id, Layer, NARROWEST, PadShape, Thing, WIDEST, put, renamed, whole_turn,
 };
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
@@ -60,7 +60,17 @@ pub enum Field {
     ByY,
 }
 
+/// Whether a property may be so long: how wide or how large something is has bounds, where it lies is told by the edit.
+pub fn may_be(field: Field, length: Length) -> bool {
+    !field.is_size() || (NARROWEST..=WIDEST).contains(&length)
+}
+
 impl Field {
+    /// Whether it says how wide or how large something is.
+    pub const fn is_size(self) -> bool {
+        matches!(self, Self::Width | Self::Size | Self::Diameter)
+    }
+
     /// Its word in the address of a sentence.
     pub const fn word(self) -> &'static str {
         match self {
@@ -176,11 +186,26 @@ fn places(editor: &Editor) -> Vec<FieldRow> {
             Vec::from(pair(Field::X, Field::Y, drawing.at(*node)))
         }
         Some(Thing::Node { at }) => Vec::from(pair(Field::X, Field::Y, Some(*at))),
+        _ if on_one_node(drawing, &editor.chosen).is_some() => {
+            Vec::from(pair(Field::X, Field::Y, on_one_node(drawing, &editor.chosen)))
+        }
         _ => {
             let bounds = editor.selection().bounds();
             Vec::from(pair(Field::X, Field::Y, bounds.map(|bounds| bounds.min)))
         }
     }
+}
+
+/// The place of the node on which all of `chosen` hangs: a pad with its hole.
+fn on_one_node(drawing: &Drawing, chosen: &BTreeSet<Catch>) -> Option<Point> {
+    let node = |catch: &Catch| match catch {
+        Catch::Drawn(id) => match drawing.thing(*id)? {
+            Thing::Pad { node, .. } | Thing::Hole { node, .. } => Some(*node),
+            _ => None,
+        },
+        Catch::Imported(_) => None,
+    };
+    drawing.at(shared(chosen.iter().map(node))??)
 }
 
 /// Widths, sizes, forms, layers of all that have them.
@@ -208,7 +233,10 @@ fn sizes(leaves: &[&Thing]) -> Vec<FieldRow> {
         );
         rows.push(FieldRow { field: Field::Shape, value: FieldValue::Shape(shape) });
         rows.push(FieldRow { field: Field::Size, value: FieldValue::Length(size) });
-        rows.push(FieldRow { field: Field::Turn, value: FieldValue::Turn(turn) });
+        // However a round pad is turned, it is as it was.
+        if pads.iter().any(|pad| pad.0 != PadShape::Circle) {
+            rows.push(FieldRow { field: Field::Turn, value: FieldValue::Turn(turn) });
+        }
     }
     let holes: Vec<(Length, bool)> = leaves
         .iter()

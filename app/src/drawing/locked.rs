@@ -27,8 +27,8 @@ impl Locked {
     fn has(&self, finder: &Finder, thing: &Thing) -> bool {
         match thing {
             Thing::Hole { .. } => self.holes,
-            Thing::Imported { file, object, .. } => {
-                finder.imported_at(file, *object).is_some_and(|of| self.has_imported(finder, of))
+            Thing::Imported { .. } => {
+                finder.imported_of(thing).is_some_and(|of| self.has_imported(finder, of))
             }
             thing => thing.layer().is_some_and(|layer| self.has_layer(layer)),
         }

@@ -140,7 +140,7 @@ fn coming(editor: &Editor) -> Vec<DrawnMark> {
     let (at, pen) = (spot(editor.aim.at()), editor.pen);
     let disc = |size: Length, kind| DrawnMark { a_mm: at, b_mm: at, width_mm: Some(size.mm() as f32), kind };
     match editor.tool {
-        Tool::Pad => vec![disc(pen.size, MarkMeaning::Coming(pen.layer))],
+        Tool::Pad => vec![disc(pen.size, MarkMeaning::Coming(pen.copper))],
         Tool::Hole => vec![disc(pen.diameter, MarkMeaning::Measure)],
         _ => Vec::new(),
     }

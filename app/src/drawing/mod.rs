@@ -11,6 +11,7 @@
 //! nanometres. Does not know the model, the page or files.
 
 mod act;
+mod catching;
 pub mod fields;
 pub mod keys;
 pub mod kinds;
@@ -59,8 +60,10 @@ const LIVE: usize = 100;
 /// With what the next thing is drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Pen {
-    /// Where.
+    /// Where tracks lie.
     pub layer: Layer,
+    /// Where pads lie: on the copper that was drawn on last, as a pad cannot lie on the edge.
+    pub copper: Layer,
     /// Width of tracks.
     pub width: Length,
     /// Form of pads.
@@ -79,12 +82,23 @@ impl Default for Pen {
     fn default() -> Self {
         Self {
             layer: Layer::Top,
+            copper: Layer::Top,
             width: Length::from_um(600),
             shape: PadShape::Circle,
             size: Length::from_um(2_000),
             drilled: true,
             diameter: Length::from_um(800),
             plated: false,
+        }
+    }
+}
+
+impl Pen {
+    /// Draws on a layer from now on; pads stay on copper.
+    pub fn draw_on(&mut self, layer: Layer) {
+        self.layer = layer;
+        if layer != Layer::Edge {
+            self.copper = layer;
         }
     }
 }

@@ -10,9 +10,10 @@
 //! pixels: how far the pointer reaches is told.
 
 use super::Editor;
+use crate::said::{Text, key};
 use crate::view::Touch;
 use annulus_core::board::drawing::{
-    Body, Catch, Id, Selection, Snap, TrackEnd, hole, node, pad, removed, track,
+    Body, Catch, Id, Layer, Selection, Snap, Thing, TrackEnd, hole, node, pad, removed, track,
 };
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::units::Length;
@@ -228,11 +229,13 @@ impl Editor {
         match self.tool {
             Tool::Select => {}
             Tool::Track => self.place_track(at),
+            Tool::Pad if self.has_pad(at, pen.copper) => self.say_there(),
             Tool::Pad => {
-                let drill = pen.drilled.then_some(pen.diameter);
-                let edit = pad(self.drawing(), end(at), (pen.shape, pen.size), drill, pen.layer);
+                let drill = (pen.drilled && !self.has_hole(at)).then_some(pen.diameter);
+                let edit = pad(self.drawing(), end(at), (pen.shape, pen.size), drill, pen.copper);
                 self.make(&edit);
             }
+            Tool::Hole if self.has_hole(at) => self.say_there(),
             Tool::Hole => {
                 let edit = hole(self.drawing(), end(at), pen.diameter, pen.plated);
                 self.make(&edit);
@@ -248,6 +251,26 @@ impl Editor {
                 };
             }
         }
+    }
+
+    /// What hangs on the node at a place.
+    fn hanging_at(&self, at: Point) -> impl Iterator<Item = &Thing> {
+        let drawing = self.drawing();
+        let hanging = drawing.node_at(at).into_iter().flat_map(|node| drawing.hanging(node));
+        hanging.filter_map(|id| drawing.thing(id))
+    }
+
+    fn has_pad(&self, at: Point, on: Layer) -> bool {
+        self.hanging_at(at).any(|thing| matches!(thing, Thing::Pad { layer, .. } if layer.meets(on)))
+    }
+
+    fn has_hole(&self, at: Point) -> bool {
+        self.hanging_at(at).any(|thing| matches!(thing, Thing::Hole { .. }))
+    }
+
+    /// At the second press of a double click the first has placed already.
+    fn say_there(&mut self) {
+        self.said = Some(Text::of(key!("page.draw.there")));
     }
 
     fn place_track(&mut self, at: Point) {
@@ -287,25 +310,23 @@ impl Editor {
         self.doing = Doing::Track { from: last.from, before };
     }
 
-    /// The first thing at a place, with its outermost group unless one thing alone is meant.
-    pub fn hit(&self, at: Point, reach: Length, single: bool) -> Option<Catch> {
-        let mut near = self.finder.at(self.drawing(), at, reach).into_iter();
-        let hit = near.find(|catch| !self.is_locked(*catch))?;
-        Some(if single { hit } else { self.outermost(hit) })
-    }
-
-    /// Select goes down: on something, which can be dragged then, or beside all of it.
+    /// Select goes down: on something, which can be dragged then, or beside all of it. What is chosen is dragged though something
+    /// else lies above it; that is chosen where nothing was dragged.
     fn grab(&mut self, pointer: &Pointer) {
         let Some(hit) = self.hit(pointer.at, pointer.reach, pointer.ctrl) else {
             self.doing = Doing::Box { from: pointer.at, to: pointer.at, adding: pointer.shift };
             return;
         };
         if pointer.shift {
-            return self.choose(hit, true);
+            return self.choose_hit(hit, true, pointer.ctrl);
         }
-        let chosen = self.chosen.contains(&hit);
+        // Who presses the end of one track that is chosen means the end.
+        let is_node = matches!(hit, Catch::Drawn(id) if self.drawing().at(id).is_some());
+        let chosen = self.chosen.contains(&hit)
+            || (!is_node || self.chosen.len() > 1)
+                && self.is_chosen_at(pointer.at, pointer.reach, pointer.ctrl);
         if !chosen {
-            self.choose(hit, false);
+            self.choose_hit(hit, false, pointer.ctrl);
         }
         self.doing = Doing::Drag {
             anchor: self.anchor(pointer.at),
@@ -371,7 +392,7 @@ impl Editor {
                 self.pressed = None;
                 self.rest();
                 if let (false, Some(alone)) = (moved, alone) {
-                    self.choose(alone, false);
+                    self.choose_hit(alone, false, pointer.ctrl);
                 }
             }
             Touch::Cancel => {

@@ -13,6 +13,11 @@ const MOST_MM: f64 = 10_000.0;
 
 /// A length, in the unit on show or in the one that is typed behind it.
 pub fn length(text: &str, unit: Unit) -> Option<Length> {
+    millimetres(text, unit).filter(|mm| mm.abs() <= MOST_MM).map(Length::from_mm)
+}
+
+/// The same in mm, however long.
+pub fn millimetres(text: &str, unit: Unit) -> Option<f64> {
     let text = text.trim().to_lowercase();
     let units = [
         ("mm", 1.0),
@@ -26,8 +31,7 @@ pub fn length(text: &str, unit: Unit) -> Option<Length> {
     let found = units.into_iter().find_map(|(word, mm)| Some((text.strip_suffix(word)?, mm)));
     let own = if unit == Unit::Inch { 25.4 } else { 1.0 };
     let (number, mm) = found.unwrap_or((&text, own));
-    let mm = typed(number)? * mm;
-    (mm.abs() <= MOST_MM).then(|| Length::from_mm(mm))
+    Some(typed(number)? * mm)
 }
 
 /// An angle in thousandths of a degree.

@@ -56,6 +56,8 @@ pub struct Drawing {
     pub title: ReadSignal<(String, usize)>,
     /// The open files are drawn over, and whether there are any.
     pub over: ReadSignal<(bool, bool)>,
+    /// It speaks of what files draw, and none are open.
+    pub elsewhere: ReadSignal<bool>,
     /// The open board is not made of the drawing as it is.
     pub ahead: ReadSignal<bool>,
     /// Drawings that are kept.
@@ -97,6 +99,7 @@ pub(super) fn signals(slots: &mut Slots) -> Drawing {
             (drawing.name().to_owned(), drawing.len())
         }),
         over: slots.made(|model| model.draw.over()),
+        elsewhere: slots.made(|model| model.draw.is_of_files_elsewhere()),
         ahead: slots.made(|model| model.draw.is_ahead()),
         earlier: slots.made(|model| model.draw.earlier().to_vec()),
         unkept: slots.made(|model| model.draw.unkept()),

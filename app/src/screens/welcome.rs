@@ -84,7 +84,7 @@ fn link_to() -> impl IntoView {
 }
 
 /// The projects that were open before: the last one above all, the others in a list that opens.
-fn last() -> impl IntoView {
+pub(super) fn last() -> impl IntoView {
     move || {
         open_board().offers.with(|offers| offers.first().cloned()).map(|offer| kept(offer, Some("status")))
     }

@@ -1,5 +1,5 @@
 //! What hands do on the picture: wheel and pinch zoom, drag pans, a press without a drag picks. Where one draws, the first button
-//! and a single finger draw instead.
+//! and a single finger draw instead, unless Space is held.
 //!
 //! ```text
 //! down ─▶ held ── moved > 4 px ──▶ panning ── up ─▶ nothing more
@@ -88,11 +88,12 @@ fn down(view: &View, event: &PointerEvent) {
         let _ = stage.canvas.set_pointer_capture(event.pointer_id());
         let (at_px, gestures) = (place(event), &mut stage.gestures);
         let alone = gestures.held.is_empty();
-        let draws = gestures.strokes && alone && event.button() == 0;
+        let moves = gestures.strokes && gestures.space;
+        let draws = gestures.strokes && alone && event.button() == 0 && !moves;
         let broken = gestures.stroke.take().is_some();
         stage.fitted &= !draws;
         gestures.stroke = draws.then(|| event.pointer_id());
-        gestures.dragged = !alone || draws || event.button() != 0;
+        gestures.dragged = !alone || draws || moves || event.button() != 0;
         gestures.held.push(Held { id: event.pointer_id(), from_px: at_px, at_px });
         (draws, broken)
     };

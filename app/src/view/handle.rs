@@ -302,6 +302,11 @@ impl View {
         }
     }
 
+    /// Space is held, or let go: with it the first button moves the picture where it would draw.
+    pub fn set_space(&self, on: bool) {
+        self.0.borrow_mut().gestures.space = on;
+    }
+
     /// Which painter is used.
     pub fn backend(&self) -> Backend {
         self.0.borrow().painter.backend()

@@ -49,6 +49,8 @@ pub(super) struct Gestures {
     pub(super) on_backend: Act<Backend>,
     /// The first button and a single finger draw; they do not move the picture.
     pub(super) strokes: bool,
+    /// Space is held: the first button moves the picture where it would draw.
+    pub(super) space: bool,
     /// The pointer that draws now.
     pub(super) stroke: Option<i32>,
     pub(super) listeners: Vec<Closure<dyn FnMut(PointerEvent)>>,

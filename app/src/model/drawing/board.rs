@@ -8,7 +8,7 @@
 //! Comes in: the open document, as it changes; wishes. Goes out: requests, files to save. Does not know how a drawing is read:
 //! the worker writes it as Gerber and Excellon and reads these.
 
-use super::lying::{over_files, plain};
+use super::lying::{lies_over, over_files, plain};
 use super::{Draw, Editor, kept, saving};
 use crate::drawing::Locked;
 use crate::engine::Stopped;
@@ -71,6 +71,11 @@ impl Draw {
     pub fn over(&self) -> (bool, bool) {
         let files = self.with_board.seen.as_ref().is_some_and(|seen| plain(seen).next().is_some());
         (self.with_board.over && files, files)
+    }
+
+    /// Whether it speaks of what files draw, and none are open.
+    pub fn is_of_files_elsewhere(&self) -> bool {
+        self.shown.of_files && !self.over().1
     }
 
     /// Whether the open board is not made of the drawing as it is.
@@ -178,11 +183,17 @@ fn other_document(model: &mut Model, now: Option<Arc<Document>>) -> Vec<Effect> 
     }
     let found = drawn(&now).and_then(|(name, text)| drawing::read(name, text).ok());
     let is_own = found.as_ref().is_none_or(|found| draw.editor.history().goes_on_from(found));
+    let is_first = before.is_none();
     let same = is_own && before.as_ref().is_some_and(|before| plain(before).eq(plain(&now)));
     if same && before.is_some_and(|before| before.said == now.said) {
         return Vec::new();
     }
     draw.forget_files();
+    if found.is_none() && is_first && lies_over(draw.editor.drawing(), &now) {
+        // Its files are back, after a reload.
+        draw.with_board.over = true;
+        return Vec::new();
+    }
     if same { Vec::new() } else { other_files(model, &now, found, is_own) }
 }
 
@@ -206,6 +217,7 @@ fn other_files(model: &mut Model, now: &Document, found: Option<History>, is_own
             draw.open(history);
             draw.with_board.over = has_files;
             draw.with_board.used = Some(draw.editor.changes());
+            draw.kept.came = true;
             effects
         }
         None if empty => {
@@ -221,11 +233,12 @@ fn other_files(model: &mut Model, now: &Document, found: Option<History>, is_own
     }
 }
 
-/// The person leaves the editor for the board: it is made of the drawing, unless it is another one's.
+/// The person leaves the editor for the board: it is made of the drawing, unless it is another one's, or the drawing speaks of files
+/// that are not open: it is no board by itself.
 fn left(model: &mut Model, tab: Tab) -> Vec<Effect> {
     let draw = &model.draw;
     let own = draw.is_of_board() || model.board.document.is_none();
-    if !own || !draw.is_ahead() || draw.with_board.using.is_some() {
+    if draw.is_of_files_elsewhere() || !own || !draw.is_ahead() || draw.with_board.using.is_some() {
         return Vec::new();
     }
     make(model, tab)

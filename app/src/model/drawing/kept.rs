@@ -55,6 +55,10 @@ pub(super) struct Kept {
     leaving: BTreeSet<u32>,
     /// Other drawings, the latest first.
     pub earlier: Vec<Earlier>,
+    /// The drawing under work came with the open project.
+    pub came: bool,
+    /// The kept drawing that may go on from it is looked at.
+    asked: Option<u32>,
     /// The one that was under work before.
     before: Option<Before>,
 }
@@ -171,8 +175,36 @@ pub(super) fn found(
     kept.earlier.sort_by(|a, b| b.at_ms.total_cmp(&a.at_ms));
     match own {
         Some((place, text)) if untouched(model) => opened(model, place, place.is_none(), Some(text)),
+        None => ask_for_later(model),
         _ => Vec::new(),
     }
+}
+
+/// The open project was made of the drawing under work as it is: the latest that is kept by its name may go on from it, where the
+/// page was lost before the project was made anew.
+fn ask_for_later(model: &mut Model) -> Vec<Effect> {
+    let draw = &mut model.draw;
+    if !std::mem::take(&mut draw.kept.came) || draw.with_board.used != Some(draw.editor.changes()) {
+        return Vec::new();
+    }
+    let name = draw.editor.drawing().name();
+    let later = draw.kept.earlier.iter().find(|one| !one.elsewhere && one.name == name);
+    draw.kept.asked = later.map(|one| one.place);
+    draw.kept.asked.map(|place| Effect::TakeDrawing { place }).into_iter().collect()
+}
+
+/// What is kept there is under work now, and that is said, where it goes on from the drawing under work.
+fn later(model: &mut Model, place: Option<u32>, text: Option<String>) -> Vec<Effect> {
+    let Some(Ok(history)) = text.map(|text| drawing::read("drawing.json", &text)) else { return Vec::new() };
+    let now = model.draw.editor.history();
+    if history.now() == now.now() || !history.goes_on_from(now) {
+        return Vec::new();
+    }
+    let over = lying::lying(&model.draw);
+    let mut effects: Vec<Effect> = put_on(model, history, place).into_iter().collect();
+    lying::lie_ahead(&mut model.draw, over);
+    effects.push(frame::toast(model, Text::of(key!("page.draw.went_on")), None));
+    effects
 }
 
 /// The text of a drawing is there: it is under work now, and the one before is put aside.
@@ -182,6 +214,10 @@ pub(super) fn opened(
     is_copy: bool,
     text: Option<String>,
 ) -> Vec<Effect> {
+    if model.draw.kept.asked.take_if(|asked| is_copy || Some(*asked) == place).is_some() {
+        let is_free = !is_copy && !model.draw.is_ahead();
+        return if is_free { later(model, place, text) } else { Vec::new() };
+    }
     let history = match text.map(|text| drawing::read("drawing.json", &text)) {
         Some(Ok(history)) => history,
         Some(Err(why)) => return vec![frame::toast(model, Text::Found(why), None)],

@@ -11,6 +11,7 @@
 
 mod board;
 pub(super) mod kept;
+mod keyed;
 mod lying;
 mod saving;
 
@@ -21,14 +22,14 @@ pub use saving::DrawingExport;
 
 use super::{Effect, Model};
 use crate::drawing::fields::{self, Field, FieldRow};
-use crate::drawing::keys::StepSize;
 use crate::drawing::tree::{self, TreeRow};
 use crate::drawing::{Act, Chosen, DrawKey, DrawnPieces, Editor, Marks, Pen, Pointer, Tool, typed};
 use crate::format::Unit;
 use crate::keys::Tab;
 use crate::said::{Text, key};
 use crate::view::Touch;
-use annulus_core::board::drawing::{Catch, History, Id, Layer, PadShape};
+use annulus_core::board::drawing::{Catch, History, Id, NARROWEST, WIDEST};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 use annulus_core::locale;
 use annulus_core::units::Length;
@@ -64,6 +65,8 @@ pub struct Shown {
     pub tree: Arc<Vec<TreeRow>>,
     /// The fields of what is chosen.
     pub fields: Arc<Vec<FieldRow>>,
+    /// It speaks of what files draw.
+    pub of_files: bool,
     /// Of which drawing, which choice and which open groups that is.
     of: (u32, BTreeSet<Catch>, BTreeSet<Id>),
 }
@@ -257,16 +260,6 @@ impl Draw {
         &self.kept.earlier
     }
 
-    /// The distance of the grid by the size of a step.
-    fn step_of(&self, size: StepSize) -> Length {
-        let step = self.editor.grid.step;
-        match size {
-            StepSize::Fine => Length::from_nm((step.nm() / 10).max(1)),
-            StepSize::Grid => step,
-            StepSize::Far => step * 10,
-        }
-    }
-
     /// What is shown follows the editor.
     fn refresh(&mut self) {
         let (editor, shown) = (&mut self.editor, &mut self.shown);
@@ -278,6 +271,7 @@ impl Draw {
             if *shown.chosen != chosen {
                 shown.chosen = Arc::new(chosen);
             }
+            shown.of_files = lying::over_files(editor.drawing());
             shown.tree = Arc::new(tree::rows(editor));
             let fields = fields::rows(editor);
             if *shown.fields != fields {
@@ -373,13 +367,13 @@ pub(super) fn update(model: &mut Model, event: DrawEvent) -> Vec<Effect> {
 
 /// What changes nothing but the editor.
 fn edit(model: &mut Model, event: DrawEvent) {
-    let unit = model.frame.unit;
+    let (unit, mirrored) = (model.frame.unit, model.frame.flipped);
     let groups = matches!(event, DrawEvent::Group | DrawEvent::Key { key: DrawKey::Group });
     let group = if groups { group_name(model) } else { String::new() };
     let draw = &mut model.draw;
     let editor = &mut draw.editor;
     match event {
-        DrawEvent::Key { key } => by_key(draw, key, &group),
+        DrawEvent::Key { key } => keyed::by_key(draw, keyed::as_seen(key, mirrored), &group),
         DrawEvent::Escape => escape(editor),
         DrawEvent::Take { tool } => editor.take(tool),
         DrawEvent::Pen { pen } => editor.pen = pen,
@@ -394,7 +388,7 @@ fn edit(model: &mut Model, event: DrawEvent) {
         },
         DrawEvent::Set { field, text } => match fields::edit(editor, field, &text, unit) {
             Some(edit) => drop(editor.make(&edit)),
-            None => editor.said = Some(no_number(&text)),
+            None => editor.said = Some(refused(field, &text, unit)),
         },
         DrawEvent::Choose { id, adding } => {
             let catch = editor.catch_of(id);
@@ -450,51 +444,24 @@ fn no_number(text: &str) -> Text {
     })
 }
 
+/// Why what was typed cannot be that property: it is no number, or none of the sizes that there are.
+fn refused(field: Field, text: &str, unit: Unit) -> Text {
+    match typed::millimetres(text, unit) {
+        Some(mm) if field.is_size() => {
+            let why = Diagnostic::error("drawing.size").with("size", mm);
+            Text::Found(why.with("low", NARROWEST.mm()).with("high", WIDEST.mm()))
+        }
+        _ => no_number(text),
+    }
+}
+
 fn pen_size(editor: &mut Editor, field: Field, text: &str, unit: Unit) {
-    let (low, high) = (annulus_core::board::drawing::NARROWEST, annulus_core::board::drawing::WIDEST);
-    match typed::length(text, unit).filter(|size| (low..=high).contains(size)) {
+    match typed::length(text, unit).filter(|size| fields::may_be(field, *size)) {
         Some(size) => match field {
             Field::Width => editor.pen.width = size,
             Field::Size => editor.pen.size = size,
             _ => editor.pen.diameter = size,
         },
-        None => editor.said = Some(no_number(text)),
-    }
-}
-
-fn by_key(draw: &mut Draw, key: DrawKey, group: &str) {
-    let editor = &mut draw.editor;
-    match key {
-        DrawKey::Tool(Tool::Pad) if editor.tool == Tool::Pad => {
-            let at = PadShape::ALL.iter().position(|shape| *shape == editor.pen.shape).unwrap_or(0);
-            editor.pen.shape = PadShape::ALL[(at + 1) % PadShape::ALL.len()];
-        }
-        DrawKey::Tool(tool) => editor.take(tool),
-        DrawKey::Move => {
-            editor.take(Tool::Select);
-            choose_at_aim(editor);
-        }
-        DrawKey::Step { x, y, size } => {
-            let step = draw.step_of(size);
-            draw.editor.nudge((x, y), step);
-        }
-        DrawKey::Place if editor.tool == Tool::Select => choose_at_aim(editor),
-        DrawKey::Place => editor.place(),
-        DrawKey::End => drop(editor.leave()),
-        DrawKey::Back => editor.back_by_a_piece(),
-        DrawKey::Act(act) => editor.act(act),
-        DrawKey::Group => editor.group(group),
-        DrawKey::Side { upper: top } => editor.pen.layer = if top { Layer::Top } else { Layer::Bottom },
-        // These only move the focus: the screen does it.
-        DrawKey::Numbers | DrawKey::Rename | DrawKey::Type { .. } => {}
-    }
-}
-
-/// What is under the cross-hair is chosen.
-fn choose_at_aim(editor: &mut Editor) {
-    let reach = Length::from_nm(editor.grid.step.nm() / 2);
-    if let Some(hit) = editor.hit(editor.aim.at(), reach, false) {
-        editor.choose(hit, false);
-        editor.open_to_chosen();
+        None => editor.said = Some(refused(field, text, unit)),
     }
 }

@@ -262,10 +262,11 @@ fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     effects
 }
 
-/// While the page feeds a job to a controller, or the open project cannot be kept, the browser asks before it is left.
+/// While the page feeds a job to a controller, or the open project or the drawing cannot be kept, the browser asks before it is left.
 pub(in crate::model) fn follow(model: &mut Model) -> Option<Effect> {
     let unkept = model.keeping.failed.is_some() && model.board.document.is_some();
-    let on = unkept || model.link.controller.chosen && model.link.busy();
+    let drawing = model.draw.unkept() && !model.draw.editor.drawing().is_empty();
+    let on = unkept || drawing || model.link.controller.chosen && model.link.busy();
     let changed = std::mem::replace(&mut model.link.controller.guarded, on) != on;
     changed.then_some(Effect::Guard { on })
 }

@@ -177,6 +177,13 @@ fn what_is_drawn_with_each_tool() {
             "1/0/0/2/0 1/0 0",
         ),
         ("a pad with its hole", "key:p at:5,5", "0/1/1/1/0 1/0 0"),
+        ("a double click places one pad", "key:p at:5,5 at:5,5", "0/1/1/1/0 1/0 0"),
+        (
+            "and one hole, none in a pad that has one",
+            "key:p at:5,5 key:o at:5,5 at:9,9 at:9,9",
+            "0/1/2/2/0 2/0 0",
+        ),
+        ("a pad about a hole has that", "key:o at:5,5 key:p at:5,5", "0/1/1/1/0 2/0 0"),
         ("a hole and a node", "key:o at:5,5 key:n at:9,9 at:9,9", "0/0/1/2/0 2/0 0"),
         (
             "pads on the end of a track share its node",
@@ -210,7 +217,19 @@ fn what_is_drawn_with_each_tool() {
 #[test]
 fn what_is_done_with_what_is_chosen() {
     let rows = [
-        ("choose and delete", "key:p at:5,5 at:9,9 key:v at:9.3,9 key:Delete", "0/2/1/2/0 3/0 0"),
+        (
+            "choose and delete a pad with its hole",
+            "key:p at:5,5 at:9,9 key:v at:9.3,9 key:Delete",
+            "0/1/1/1/0 3/0 0",
+        ),
+        ("at its rim too", "key:p at:5,5 at:9,9 key:v at:9.7,9 key:Delete", "0/1/1/1/0 3/0 0"),
+        ("the hole alone", "key:p at:5,5 at:9,9 key:v at+ctrl:9.3,9 key:Delete", "0/2/1/2/0 3/0 0"),
+        ("the pad alone", "key:p at:5,5 at:9,9 key:v at+ctrl:9.7,9 key:Delete", "0/1/2/2/0 3/0 0"),
+        (
+            "shift takes both away again",
+            "key:p at:5,5 at:9,9 key:v at:5,5 at+shift:9,9 at+shift:5.7,5",
+            "0/2/2/2/0 2/0 2",
+        ),
         ("a box", "key:p at:5,5 at:9,9 key:v drag:2,2>12,12 key:Delete", "0/0/0/0/0 3/0 0"),
         ("a box that does not hold all", "key:p at:5,5 at:9,9 key:v drag:2,2>7,7", "0/2/2/2/0 2/0 2"),
         (
@@ -237,11 +256,11 @@ fn what_is_done_with_what_is_chosen() {
         ),
         ("cut", "key:p at:5,5 key:v key:Ctrl+a key:Ctrl+x hover:20,20 key:Ctrl+v", "0/1/1/1/0 3/0 2"),
         ("duplicate", "key:p at:5,5 key:v key:Ctrl+a key:Ctrl+d", "0/2/2/2/0 2/0 2"),
-        ("a drag that is called off changes nothing", "key:p at:5,5 key:v begin:5,5>9,9", "0/1/1/1/0 1/0 1"),
+        ("a drag that is called off changes nothing", "key:p at:5,5 key:v begin:5,5>9,9", "0/1/1/1/0 1/0 2"),
         (
             "nor does it lose what was taken back",
             "key:p at:5,5 at:9,9 key:Ctrl+z key:v begin:5,5>9,9",
-            "0/1/1/1/0 1/1 1",
+            "0/1/1/1/0 1/1 2",
         ),
         ("escape: choice, then tool", "key:p at:5,5 key:v key:Ctrl+a escape", "0/1/1/1/0 1/0 0"),
     ];
@@ -288,6 +307,21 @@ fn what_is_moved_goes_onto_the_grid_with_all_that_hangs_on_it() {
             "a node with its track",
             "key:x at:5,5 at:10,5 key:End key:v drag:10,5>10.1,9.2",
             [(5.0, 5.0), (10.0, 9.0)],
+        ),
+        (
+            "beside a node, over its track",
+            "key:x at:5,5 at:10,5 key:End key:v drag:9.9,5.1>9.9,9.2",
+            [(5.0, 5.0), (10.0, 9.0)],
+        ),
+        (
+            "the end of a track that is chosen",
+            "key:x at:5,5 at:10,5 key:End key:v at:7.6,5 drag:10,5>10,9",
+            [(5.0, 5.0), (10.0, 9.0)],
+        ),
+        (
+            "at an end, all that is chosen",
+            "key:x at:5,5 at:10,5 key:End key:n at:20,20 key:v key:Ctrl+a drag:10,5>10,9",
+            [(5.0, 9.0), (10.0, 9.0)],
         ),
         (
             "a track with both ends",

@@ -65,6 +65,12 @@ pub(super) fn over_files() -> DrawnBoard {
 /// The same with another drill file.
 fn over(drill: &[u8]) -> DrawnBoard {
     let mut sheet = DrawnBoard::default();
+    open_over(&mut sheet, drill);
+    sheet
+}
+
+/// Opens the files, and what they draw in the editor.
+fn open_over(sheet: &mut DrawnBoard, drill: &[u8]) {
     let files = vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), drill.to_vec())];
     sheet.event(FilesEvent::Chosen { files });
     let (number, request) = asked(&sheet.out).unwrap();
@@ -75,7 +81,27 @@ fn over(drill: &[u8]) -> DrawnBoard {
     assert!(matches!(request, Request::Trace(_)), "{request:?}");
     let answer = alone(request);
     sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
-    sheet
+}
+
+/// After a reload the drawing of this tab is there before the files that it speaks of: alone it is no board.
+#[test]
+fn what_was_drawn_over_files_waits_for_them_after_a_reload() {
+    let mut before = over_files();
+    before.word("at:1,1.4");
+    before.word("key:Delete");
+    let text = drawing::write(before.model.draw.editor.history());
+    let mut sheet = DrawnBoard::default();
+    sheet.event(DrawEvent::Found { own: Some((Some(0), text)), earlier: Vec::new() });
+    assert!(sheet.model.draw.is_of_files_elsewhere());
+    sheet.event(FrameEvent::Show { tab: Tab::Board });
+    assert_eq!(asked(&sheet.out).map(|(number, _)| number), None, "no board is made of it");
+    open_over(&mut sheet, DRILL);
+    assert_eq!(sheet.drawing(), before.drawing());
+    assert_eq!((sheet.model.draw.over(), sheet.model.draw.is_of_files_elsewhere()), ((true, true), false));
+    assert_eq!(places(&sheet), places(&before));
+    sheet.event(FrameEvent::Show { tab: Tab::Board });
+    let Some((_, Request::Read(wanted))) = asked(&sheet.out) else { panic!("{:?}", sheet.out) };
+    assert_eq!(wanted.files.len(), 3, "the files with what is drawn over them");
 }
 
 #[test]
@@ -118,6 +144,7 @@ fn what_files_draw_is_taken_out_moved_and_added_to() {
     sheet.event(DrawEvent::Escape);
     sheet.event(DrawEvent::Act { act: crate::drawing::Act::PutBack });
     assert_eq!(sheet.of("imported"), []);
+    assert_eq!(sheet.model.draw.editor.said, Some(Text::of("page.draw.all_put_back")));
     while sheet.model.draw.editor.can_undo().0 {
         sheet.word("key:Ctrl+z");
     }
@@ -328,7 +355,7 @@ fn an_object_of_a_file_is_chosen_by_its_place_in_the_list() {
 }
 
 /// A board was made of the drawing that the words make.
-fn board_of(words: &str) -> DrawnBoard {
+pub(super) fn board_of(words: &str) -> DrawnBoard {
     let mut sheet = DrawnBoard::tell(words);
     sheet.event(DrawEvent::Use { tab: Tab::Cam });
     answer(&mut sheet);
@@ -337,14 +364,14 @@ fn board_of(words: &str) -> DrawnBoard {
 }
 
 /// What was asked for is answered as the worker does it.
-fn answer(sheet: &mut DrawnBoard) {
+pub(super) fn answer(sheet: &mut DrawnBoard) {
     let (number, request) = asked(&sheet.out).unwrap();
     let answer = alone(request);
     sheet.event(Event::Answered { number, answer: answer.map_err(Stopped::Refused) });
 }
 
 /// The drawing as a file of a project, by the name that every unnamed one has.
-fn as_file(sheet: &DrawnBoard) -> Vec<(String, Vec<u8>)> {
+pub(super) fn as_file(sheet: &DrawnBoard) -> Vec<(String, Vec<u8>)> {
     vec![("board.drawing.json".to_owned(), drawing::write(sheet.model.draw.editor.history()).into_bytes())]
 }
 

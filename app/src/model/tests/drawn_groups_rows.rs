@@ -13,7 +13,7 @@ fn what_files_draw_is_grouped_caught_and_moved_with_what_is_drawn() {
     for word in ["key:p", "at:20,20", "key:v", "at:20.7,20", "at+shift:1,1.4", "at+shift:5,1.4"] {
         sheet.word(word);
     }
-    assert_eq!(sheet.model.draw.editor.chosen.len(), 3, "a drawn pad and two of the files");
+    assert_eq!(sheet.model.draw.editor.chosen.len(), 4, "a drawn pad with its hole and two of the files");
     sheet.word("key:Ctrl+g");
     assert_eq!((sheet.of("group").len(), sheet.of("imported").len()), (1, 2), "{:?}", sheet.drawing());
     let (group, before) = (sheet.of("group")[0], places(&sheet));

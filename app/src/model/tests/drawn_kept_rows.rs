@@ -1,9 +1,10 @@
 //! Drawings in the store, by rows: kept while one draws, given back after a reload, offered, forgotten.
 
 use super::draw_rows::DrawnBoard;
+use super::drawn_files_rows::{answer, as_file, board_of};
 use crate::keys::Tab;
 use crate::model::drawing::Earlier;
-use crate::model::{DrawEvent, Effect, FrameEvent, KeepEvent, Model};
+use crate::model::{DrawEvent, Effect, FilesEvent, FrameEvent, KeepEvent, Model};
 use annulus_core::board::drawing;
 
 fn kept(effects: &[Effect]) -> Option<(u32, Option<u32>, String)> {
@@ -31,6 +32,31 @@ fn a_reload_gives_the_drawing_back_with_all_its_edits() {
     // It is written where it was.
     again.event(DrawEvent::Rested);
     assert_eq!(kept(&again.out).map(|(_, place, _)| place), Some(Some(3)));
+}
+
+/// After a crash the project is restored by another tab: the drawing that goes on from that of the project is under work then.
+#[test]
+fn edits_after_the_last_use_of_a_board_come_back_with_its_project() {
+    let words = "key:p at:5,5";
+    let project = board_of(words);
+    let later = DrawnBoard::tell(&format!("{words} at:9,9"));
+    let other = DrawnBoard::tell("key:o at:1,1");
+    for (kept, comes) in [(&later, true), (&other, false)] {
+        let mut sheet = DrawnBoard { model: Model::default(), out: Vec::new(), all: Vec::new() };
+        sheet.event(FilesEvent::Chosen { files: as_file(&project) });
+        answer(&mut sheet);
+        sheet.event(FrameEvent::Show { tab: Tab::Draw });
+        let earlier = Earlier { place: 2, name: String::new(), at_ms: 1.0, elsewhere: false };
+        sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier.clone()] });
+        assert_eq!(sheet.out, [Effect::TakeDrawing { place: 2 }]);
+        let (text, said) = (drawing::write(kept.model.draw.editor.history()), sheet.model.frame.toasts.len());
+        sheet.event(DrawEvent::Opened { place: Some(2), is_copy: false, text: Some(text) });
+        let wanted = if comes { kept } else { &project };
+        assert_eq!((sheet.drawing(), sheet.model.draw.is_ahead()), (wanted.drawing(), comes));
+        assert_eq!(sheet.model.frame.toasts.len() - said, usize::from(comes), "it is said");
+        sheet.event(DrawEvent::Found { own: None, earlier: vec![earlier] });
+        assert!(!sheet.out.iter().any(|effect| matches!(effect, Effect::TakeDrawing { .. })), "once");
+    }
 }
 
 #[test]
@@ -76,10 +102,16 @@ fn a_drawing_that_the_store_cannot_keep_is_tried_again_and_stays_told() {
         assert!(sheet.model.draw.unkept());
         assert_eq!(sheet.model.frame.toasts.len(), 1, "it is said once");
     }
+    let guards = |sheet: &DrawnBoard| {
+        let guard = |effect: &Effect| if let Effect::Guard { on } = effect { Some(*on) } else { None };
+        sheet.all.iter().filter_map(guard).collect::<Vec<_>>()
+    };
+    assert_eq!(guards(&sheet), [true], "the browser asks before the page is left");
     sheet.event(KeepEvent::Looked);
     let (of, ..) = kept(&sheet.out).unwrap();
     sheet.event(DrawEvent::Kept { of, place: Some(1) });
     assert!(!sheet.model.draw.unkept());
+    assert_eq!(guards(&sheet), [true, false]);
     sheet.event(KeepEvent::Looked);
     assert_eq!(kept(&sheet.out), None);
 }

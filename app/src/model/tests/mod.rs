@@ -16,6 +16,7 @@ mod draw_rows;
 mod drawn_files_rows;
 mod drawn_groups_rows;
 mod drawn_kept_rows;
+mod drawn_pads_rows;
 mod files_rows;
 mod job_board_rows;
 mod job_rows;

@@ -8,6 +8,7 @@ use crate::keys::Tab;
 use crate::model::DrawEvent;
 use crate::model::drawing::{DrawingExport, Earlier};
 use crate::page::{open_drawing, send};
+use crate::screens::welcome::last;
 use crate::widgets::{push, push_if};
 use js_sys::Date;
 use leptos::html::{div, h2, h3, header, li, p, section, span, ul};
@@ -28,6 +29,7 @@ pub(super) fn board() -> impl IntoView {
     section().class("block draw-board").attr("aria-label", t!("page.draw.board")).child((
         header().child(h2().child(t!("page.draw.board"))),
         over,
+        move || drawing.elsewhere.get().then(last),
         push_if("button primary", usable, t!("page.draw.use"), |_| send(DrawEvent::Use { tab: Tab::Cam })),
         move || (there() && drawing.ahead.get()).then(|| p().class("quiet").child(t!("page.draw.ahead"))),
         h3().child(t!("page.draw.files")),

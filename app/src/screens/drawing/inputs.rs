@@ -3,7 +3,7 @@
 //! Comes in: values. Goes out: fields; what is typed into them. Does not know what it is of.
 
 use super::focus_picture;
-use crate::drawing::fields::Field;
+use crate::drawing::fields::{self, Field};
 use crate::drawing::typed;
 use crate::format::Unit;
 use crate::i18n::{self, key, number, t};
@@ -85,6 +85,10 @@ pub(super) struct Choices<T: 'static> {
 /// The layers.
 pub(super) const LAYERS: Choices<Layer> = Choices { all: &Layer::ALL, word: Layer::word, name: layer_word };
 
+/// The layers that pads lie on.
+pub(super) const COPPER: Choices<Layer> =
+    Choices { all: &[Layer::Top, Layer::Bottom, Layer::Both], word: Layer::word, name: layer_word };
+
 /// The forms of pads.
 pub(super) const SHAPES: Choices<PadShape> =
     Choices { all: &PadShape::ALL, word: PadShape::word, name: shape_word };
@@ -147,7 +151,9 @@ pub(super) fn length(
     let text = Signal::derive(move || {
         value.get().map_or_else(String::new, |length| number(frame().unit.get().short(length.mm())))
     });
-    let fits = |text: &str| typed::length(text, Unit::default()).is_some();
+    let fits = move |text: &str| {
+        typed::length(text, Unit::default()).is_some_and(|length| fields::may_be(field, length))
+    };
     typed_field(id, field, text, i18n::unit_word, fits, act)
 }
 

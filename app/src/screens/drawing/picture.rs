@@ -10,7 +10,9 @@ use crate::page::{frame, open_drawing, send};
 use crate::screens::canvas::{Picture, with_view};
 use crate::view::{Palette, PointerStroke, Touch};
 use annulus_core::board::drawing::Layer;
+use leptos::ev;
 use leptos::prelude::*;
+use web_sys::KeyboardEvent;
 
 /// So much of the board is across where one place is looked at, in mm.
 const LOOK_MM: f64 = 12.0;
@@ -34,6 +36,27 @@ fn front() -> Layer {
     }
 }
 
+/// While Space is held the pointer moves the picture.
+fn space_moves(picture: Picture) {
+    let space = move |on: bool| {
+        move |event: KeyboardEvent| {
+            if event.key() == " " {
+                with_view(picture, |view| view.set_space(on));
+            }
+        }
+    };
+    let down = window_event_listener(ev::keydown, space(true));
+    let up = window_event_listener(ev::keyup, space(false));
+    let away = window_event_listener(ev::blur, move |_| {
+        with_view(picture, |view| view.set_space(false));
+    });
+    on_cleanup(move || {
+        down.remove();
+        up.remove();
+        away.remove();
+    });
+}
+
 /// Whatever is drawn goes to the picture while the screen is on show.
 pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<Palette>) {
     let drawing = open_drawing();
@@ -43,6 +66,7 @@ pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<
         let on = on.get();
         with_view(picture, |view| view.set_strokes(on));
     });
+    space_moves(picture);
     // What is looked at anew is in the picture by then.
     Effect::new(move |before: Option<Option<u32>>| {
         let (look, at) = drawing.look.get();

@@ -3,7 +3,7 @@
 //! Comes in: tool, pen, grid. Goes out: others.
 
 use super::focus_picture;
-use super::inputs::{self, LAYERS, SHAPES, tick};
+use super::inputs::{self, COPPER, Choices, LAYERS, SHAPES, tick};
 use crate::drawing::fields::Field;
 use crate::drawing::{Act, DrawKey, GRIDS, Pen, Tool};
 use crate::i18n::{self, key, t};
@@ -97,20 +97,24 @@ fn pen() -> impl IntoView {
     let drawing = open_drawing();
     let tool = Memo::new(move |_| drawing.tool.get());
     move || match tool.get() {
-        Tool::Track => div().class("draw-pen").child((layers(), size(Field::Width))).into_any(),
+        Tool::Track => div().class("draw-pen").child((layers(&LAYERS), size(Field::Width))).into_any(),
         Tool::Pad => div()
             .class("draw-pen")
-            .child((layers(), shapes(), size(Field::Size), drilled(), size(Field::Diameter)))
+            .child((layers(&COPPER), shapes(), size(Field::Size), drilled(), size(Field::Diameter)))
             .into_any(),
         Tool::Hole => div().class("draw-pen").child((size(Field::Diameter), plated())).into_any(),
         Tool::Select | Tool::Node | Tool::Measure => ().into_any(),
     }
 }
 
-fn layers() -> impl IntoView {
-    let pen = open_drawing().pen;
-    let take = |layer| change(|pen| pen.layer = layer);
-    LAYERS.buttons(t!("page.draw.field.layer"), move || pen.get().layer, take)
+/// The layers that the tool in hand can draw on.
+fn layers(choices: &'static Choices<Layer>) -> impl IntoView {
+    let drawing = open_drawing();
+    let now = move || {
+        let pen = drawing.pen.get();
+        if drawing.tool.get() == Tool::Pad { pen.copper } else { pen.layer }
+    };
+    choices.buttons(t!("page.draw.field.layer"), now, |layer| change(|pen| pen.draw_on(layer)))
 }
 
 fn shapes() -> impl IntoView {

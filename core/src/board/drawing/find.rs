@@ -9,6 +9,7 @@
 //! Comes in: a [`Drawing`], what an edit touched, what is imported. Goes out: ids and places. Follows an edit by what it
 //! touched, whatever the size of the drawing. Does not know pixels.
 
+use super::over::is_called;
 use super::places::Places;
 use super::{Body, Drawing, Id, Imported, Layer, Thing};
 use crate::geometry::{Bounds, Point};
@@ -54,14 +55,25 @@ impl Snap {
     }
 }
 
+/// The rank of a node by which nothing but tracks holds: behind holes and pads, before tracks.
+const BARE_NODE: u8 = 2;
+
+/// The objects of a file, by their places in the list of what is imported.
+#[derive(Clone, Debug, Default)]
+struct OfFile {
+    by_number: BTreeMap<u32, u32>,
+    /// The first that lies at a place.
+    by_place: BTreeMap<Point, u32>,
+}
+
 /// Where everything is.
 #[derive(Clone, Debug, Default)]
 pub struct Finder {
     places: Places<Catch>,
     bodies: BTreeMap<Catch, Body>,
     imported: Arc<Vec<Imported>>,
-    /// The place in `imported` of a file's object.
-    objects: BTreeMap<(String, u32), u32>,
+    /// What is imported, by its file.
+    files: BTreeMap<String, OfFile>,
     /// Which imported thing a thing of the drawing speaks of, or is a copy of.
     spoken_of: BTreeMap<Id, u32>,
     /// And the other way round, without copies.
@@ -71,10 +83,11 @@ pub struct Finder {
 impl Finder {
     /// Everything of `drawing` and of what is imported.
     pub fn new(drawing: &Drawing, imported: Arc<Vec<Imported>>) -> Self {
-        let objects =
-            (0..).zip(imported.iter()).map(|(at, one)| ((one.file.clone(), one.object), at)).collect();
-        let mut finder = Self { imported, objects, ..Self::default() };
+        let mut finder = Self { imported, ..Self::default() };
         for (at, one) in (0..).zip(finder.imported.clone().iter()) {
+            let file = finder.files.entry(one.file.clone()).or_default();
+            file.by_number.insert(one.object, at);
+            file.by_place.entry(one.at).or_insert(at);
             finder.set(Catch::Imported(at), Some(one.body.clone()));
         }
         finder.update(drawing, &drawing.things().map(|(id, _)| id).collect());
@@ -86,9 +99,15 @@ impl Finder {
         &self.imported
     }
 
-    /// The place in that list of a file's object.
-    pub fn imported_at(&self, file: &str, object: u32) -> Option<u32> {
-        self.objects.get(&(file.to_owned(), object)).copied()
+    /// The place in that list of the object of a file that a thing speaks of, or is a copy of: found as the board finds it, by its
+    /// number where it lies where the thing says, else the first of its file that does. None where none does, as the file is
+    /// another one by now.
+    pub fn imported_of(&self, thing: &Thing) -> Option<u32> {
+        let Thing::Imported { file, object, at, .. } = thing else { return None };
+        let called = || self.files.iter().find(|(name, _)| is_called(name, file)).map(|(_, own)| own);
+        let own = self.files.get(file).or_else(called)?;
+        let lies_there = |of: &u32| self.imported.get(*of as usize).is_some_and(|one| one.at == *at);
+        own.by_number.get(object).copied().filter(lies_there).or_else(|| own.by_place.get(at).copied())
     }
 
     /// The thing of the drawing that says where an imported one is now; none where it is as its file says.
@@ -99,7 +118,7 @@ impl Finder {
     /// As what a thing of the drawing is caught: as an object of a file where it says where that is.
     pub fn catch_of(&self, id: Id, thing: &Thing) -> Catch {
         let of = match thing {
-            Thing::Imported { file, object, copy: false, .. } => self.imported_at(file, *object),
+            Thing::Imported { copy: false, .. } => self.imported_of(thing),
             _ => None,
         };
         of.map_or(Catch::Drawn(id), Catch::Imported)
@@ -145,8 +164,8 @@ impl Finder {
             }
             let entry = drawing.get(*id);
             let mut body = entry.and_then(|entry| Body::of(drawing, entry));
-            if let Some(thing @ Thing::Imported { file, object, copy, .. }) = entry.map(|entry| &entry.thing)
-                && let Some(of) = self.imported_at(file, *object)
+            if let Some(thing @ Thing::Imported { copy, .. }) = entry.map(|entry| &entry.thing)
+                && let Some(of) = self.imported_of(thing)
                 && let Some(one) = self.imported.get(of as usize)
             {
                 let placed = thing.placement().map(|placement| one.body.clone().placed(placement, one.at));
@@ -185,14 +204,23 @@ impl Finder {
     }
 
     /// What lies within `reach` of a place: what is right there first, holes before pads before tracks, of equal ones the
-    /// latest. A node by which nothing but tracks holds comes before these.
+    /// latest. A node by which nothing but tracks holds comes before these wherever it is within reach, the nearest first.
     pub fn at(&self, drawing: &Drawing, at: Point, reach: Length) -> Vec<Catch> {
         let near = self.meeting(Bounds::of(at).grown(reach)).into_iter();
-        let mut hit: Vec<((bool, u8), Catch)> = near
+        let mut hit: Vec<((bool, u8, Length), Catch)> = near
             .filter_map(|catch| {
                 let distance = self.bodies.get(&catch)?.distance_mm(at);
-                let beside = distance > 0.0;
-                (distance <= reach.mm()).then(|| ((beside, self.rank(drawing, catch)), catch))
+                if distance > reach.mm() {
+                    return None;
+                }
+                let rank = self.rank(drawing, catch);
+                // It has no area: nobody presses right there.
+                let order = if rank == BARE_NODE {
+                    (false, rank, Length::from_mm(distance))
+                } else {
+                    (distance > 0.0, rank, Length::ZERO)
+                };
+                Some((order, catch))
             })
             .collect();
         hit.sort_by_key(|(order, catch)| (*order, std::cmp::Reverse(*catch)));
@@ -211,7 +239,7 @@ impl Finder {
         match drawing.thing(id) {
             Some(Thing::Node { .. }) => {
                 let bare = |id: Id| matches!(drawing.thing(id), Some(Thing::Track { .. }));
-                if drawing.hanging(id).all(bare) { 2 } else { 4 }
+                if drawing.hanging(id).all(bare) { BARE_NODE } else { 4 }
             }
             Some(Thing::Hole { .. }) => 0,
             Some(Thing::Pad { .. }) => 1,

@@ -169,7 +169,7 @@ fn changed(drawing: &Drawing, artwork: &mut Artwork) -> (BTreeSet<usize>, Vec<Di
 
 /// Whether a file that was read is the one that a drawing names: by the whole of its name, or by its end, as a file has
 /// another folder before its name where another reads it.
-fn is_called(name: &str, wanted: &str) -> bool {
+pub(super) fn is_called(name: &str, wanted: &str) -> bool {
     let ends = |long: &str, short: &str| {
         long.strip_suffix(short).is_some_and(|rest| rest.is_empty() || rest.ends_with('/'))
     };

@@ -78,7 +78,7 @@ impl<'a> Selection<'a> {
             let one = self.finder.imported().get(*of as usize)?;
             // The finder may be ahead of the drawing, while something is dragged.
             let said = self.finder.said_of(*of).and_then(|id| Some((id, self.drawing.get(id)?.clone())));
-            let said = said.filter(|(_, entry)| one.is_in(&entry.thing));
+            let said = said.filter(|(_, entry)| self.finder.imported_of(&entry.thing) == Some(*of));
             Some(said.unwrap_or_else(|| {
                 let id = next;
                 next = Id(next.0.saturating_add(1));
@@ -318,12 +318,6 @@ impl Imported {
             mirror: false,
             copy: false,
         }
-    }
-
-    /// Whether a thing speaks of it.
-    fn is_in(&self, thing: &Thing) -> bool {
-        matches!(thing, Thing::Imported { file, object, copy: false, .. }
-            if *file == self.file && *object == self.object)
     }
 }
 

@@ -33,6 +33,24 @@ fn the_pointer_finds_snaps_and_boxes() {
 }
 
 #[test]
+fn the_node_at_a_corner_of_tracks_is_caught_before_them() {
+    let mut drawing = Drawing::default();
+    for (from, to) in [((0.0, 0.0), (5.0, 0.0)), ((5.0, 0.0), (5.0, 5.0)), ((5.0, 5.0), (5.5, 5.0))] {
+        let ends = (TrackEnd::At(mm(from.0, from.1)), TrackEnd::At(mm(to.0, to.1)));
+        drawing.apply(&track(&drawing, ends, um(600), Layer::Top).0).unwrap();
+    }
+    let finder = Finder::new(&drawing, Arc::default());
+    let hit = |x, y| finder.at(&drawing, mm(x, y), um(400)).first().copied();
+    let node = |x, y| drawing.node_at(mm(x, y)).map(Catch::Drawn);
+    for (x, y) in [(5.0, 0.0), (5.1, 0.1), (4.7, 0.0), (5.0, 0.39)] {
+        assert_eq!(hit(x, y), node(5.0, 0.0), "{x} {y}");
+    }
+    // Of two within reach the nearer one.
+    assert_eq!((hit(5.2, 5.1), hit(5.3, 5.1)), (node(5.0, 5.0), node(5.5, 5.0)));
+    assert_eq!(hit(2.5, 0.1), Some(Catch::Drawn(all(&drawing, "track")[0])));
+}
+
+#[test]
 fn the_smallest_figures_follow_every_edit() {
     let mut drawing = small();
     let first = mm(5.0, 5.0);

@@ -292,3 +292,35 @@ fn the_picture_over_files_has_all_copper_with_its_arcs() {
     assert_eq!(picture.matches("<circle").count(), 4, "holes");
     assert!(picture.ends_with("</svg>\n") && !picture.contains("NaN"));
 }
+
+/// A file that was exported anew, with a hole before those that were there: the editor finds what the board finds.
+#[test]
+fn what_a_drawing_speaks_of_is_found_where_it_lies_in_a_file_with_other_numbers() {
+    let mut drawing = Drawing::default();
+    done(&mut drawing, &[Catch::Imported(15)], |hole| hole.removed());
+    let thing = drawing.things().next().unwrap().1.thing.clone();
+    assert!(matches!(thing, Thing::Imported { object: 2, at, .. } if at == mm(9.0, 1.0)), "{thing:?}");
+    let holes = String::from_utf8(HOLES.to_vec()).unwrap().replace("T1\nX1.0Y1.0", "T1\nX2.0Y9.0\nX1.0Y1.0");
+    for name in ["many.drl", "anew/many.drl"] {
+        let files = [("many.gbr", MANY.to_vec()), (name, holes.clone().into_bytes())];
+        let files = files.map(|(name, bytes)| (name.to_owned(), bytes));
+        let (mut artwork, mut used) = (artwork::read_set(&files, &Overrides::default()), vec![1]);
+        let finder = Finder::new(&drawing, Arc::new(imported(&artwork, &used)));
+        assert_eq!(lay_over(&drawing, &mut artwork, &mut used), []);
+        let drilled: Vec<Point> =
+            artwork.files[1].drill.as_ref().unwrap().hits.iter().map(|hit| hit.at).collect();
+        let caught = |at: Point| {
+            !finder.at(&drawing, at, um(1)).iter().all(|catch| {
+                finder.object_of(*catch).is_none_or(|of| finder.imported()[of as usize].layer.is_some())
+            })
+        };
+        let all = [(2.0, 9.0), (1.0, 1.0), (5.0, 1.0), (9.0, 1.0), (1.0, 6.0)].map(|(x, y)| mm(x, y));
+        for at in all {
+            assert_eq!(caught(at), drilled.contains(&at), "{name} {at:?}");
+        }
+        assert!(!drilled.contains(&mm(9.0, 1.0)) && drilled.len() == 4);
+        // It is one and the same object that is put back and moved.
+        let of = finder.imported_of(&thing).unwrap();
+        assert_eq!((finder.said_of(of), finder.imported()[of as usize].at), (Some(Id(1)), mm(9.0, 1.0)));
+    }
+}
