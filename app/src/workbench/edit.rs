@@ -3,7 +3,7 @@
 //!
 //! Comes in: a [`Work`] and a change. Goes out: the changed one. Knows no screens.
 
-use crate::format::typed;
+use crate::format::{Unit, typed};
 use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
 use annulus_core::cam::parameters::Parameter;
 use annulus_core::cam::work::{Holes, Operation, OperationKind, Remedy, Work};
@@ -83,6 +83,16 @@ pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
 }
 
 /// What the bit of `operation` cuts at the surface, where it is a V-bit: the deeper, the wider.
+/// The same where lengths are typed in `unit`; the value is in millimetres.
+pub fn value_in<T>(row: &Parameter<T>, text: &str, unit: Unit) -> Value {
+    match value(row, text) {
+        Value::Number(number) if row.unit == "mm" && unit == Unit::Inch => {
+            Value::Number(number / Unit::Inch.of_mm(1.0))
+        }
+        value => value,
+    }
+}
+
 pub fn width(work: &Work, operation: &Operation) -> Option<Length> {
     let bit = work.bit(&operation.bit)?;
     let uses = !matches!(operation.action, OperationKind::Drill(_));
@@ -343,6 +353,26 @@ mod tests {
     fn a_finer_tip_of_the_whole_is_a_bit_of_the_job() {
         let mut before = work(&["isolate", "isolate", "cut_out"]);
         before.operations[1].face = Face::Bottom;
+    #[test]
+    fn lengths_are_typed_in_the_unit_on_show_and_kept_in_millimetres() {
+        let typed = |key: &str, text: &str, unit| {
+            let row = annulus_core::cam::parameters::OPERATION.iter().find(|row| row.key == key).unwrap();
+            value_in(row, text, unit)
+        };
+        let (inch, mm) = (Unit::Inch, Unit::Millimetre);
+        for (key, text, unit, wanted) in [
+            ("operation.depth", "0.08", mm, 0.08),
+            ("operation.depth", "0.01", inch, 0.254),
+            ("operation.depth_per_pass", "0,1", inch, 2.54),
+            ("operation.feed", "10", inch, 10.0),
+            ("isolate.passes", "3", inch, 3.0),
+        ] {
+            let Value::Number(found) = typed(key, text, unit) else { panic!("{key}") };
+            assert!((found - wanted).abs() < 1e-9, "{key} {text}: {found}");
+        }
+        assert_eq!(typed("operation.depth", "deep", inch), Value::Text("deep".to_owned()));
+    }
+
         let tip = Length::from_um(80);
         let after = finer_tip(&before, tip);
         let bit = after.bit(&after.operations[0].bit).unwrap();
