@@ -8,6 +8,7 @@ use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
 use annulus_core::cam::parameters::Parameter;
 use annulus_core::cam::work::{Holes, Operation, OperationKind, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
+use annulus_core::locale;
 use annulus_core::machine::{Machine, Value, ValueKind};
 use annulus_core::proof::{self, Finding};
 use annulus_core::units::Length;
@@ -82,7 +83,6 @@ pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
     }
 }
 
-/// What the bit of `operation` cuts at the surface, where it is a V-bit: the deeper, the wider.
 /// The same where lengths are typed in `unit`; the value is in millimetres.
 pub fn value_in<T>(row: &Parameter<T>, text: &str, unit: Unit) -> Value {
     match value(row, text) {
@@ -93,6 +93,7 @@ pub fn value_in<T>(row: &Parameter<T>, text: &str, unit: Unit) -> Value {
     }
 }
 
+/// What the bit of `operation` cuts at the surface, where it is a V-bit: the deeper, the wider.
 pub fn width(work: &Work, operation: &Operation) -> Option<Length> {
     let bit = work.bit(&operation.bit)?;
     let uses = !matches!(operation.action, OperationKind::Drill(_));
@@ -203,11 +204,14 @@ pub fn shallower(work: &Work, offer: &proof::Shallower) -> Work {
     work
 }
 
+/// How deep the finer tip of [`finer_tip`] cuts at most: only as deep as the copper needs.
+pub const FINER_TIP_DEPTH: Length = Length::from_nm(COPPER_THICKNESS.nm() + DEPTH_MARGIN.nm());
+
 /// With a V-bit of this `tip` in place of the finest that isolates this side, only as deep as the copper needs. A bit that is
 /// among those of the job is taken; else there is one more.
 pub fn finer_tip(work: &Work, tip: Length) -> Work {
     let mut work = work.clone();
-    let (face, least) = (work.setup.face, COPPER_THICKNESS + DEPTH_MARGIN);
+    let (face, least) = (work.setup.face, FINER_TIP_DEPTH);
     let isolates = |operation: &&Operation| {
         matches!(operation.action, OperationKind::Isolate(_)) && operation.on && operation.face == face
     };
@@ -221,7 +225,7 @@ pub fn finer_tip(work: &Work, tip: Length) -> Work {
     let known = work.bits.iter().find(|bit| bit.cutter == cutter).map(|bit| bit.name.clone());
     let name = known.unwrap_or_else(|| {
         let mut bit = Bit { name: String::new(), cutter, ..before.clone() };
-        bit.name = bit.file_word();
+        bit.name = bit.title(locale::FALLBACK);
         work.bits.push(bit.clone());
         bit.name
     });
@@ -350,10 +354,6 @@ mod tests {
     }
 
     #[test]
-    fn a_finer_tip_of_the_whole_is_a_bit_of_the_job() {
-        let mut before = work(&["isolate", "isolate", "cut_out"]);
-        before.operations[1].face = Face::Bottom;
-    #[test]
     fn lengths_are_typed_in_the_unit_on_show_and_kept_in_millimetres() {
         let typed = |key: &str, text: &str, unit| {
             let row = annulus_core::cam::parameters::OPERATION.iter().find(|row| row.key == key).unwrap();
@@ -373,10 +373,15 @@ mod tests {
         assert_eq!(typed("operation.depth", "deep", inch), Value::Text("deep".to_owned()));
     }
 
+    #[test]
+    fn a_finer_tip_of_the_whole_is_a_bit_of_the_job() {
+        let mut before = work(&["isolate", "isolate", "cut_out"]);
+        before.operations[1].face = Face::Bottom;
         let tip = Length::from_um(80);
         let after = finer_tip(&before, tip);
         let bit = after.bit(&after.operations[0].bit).unwrap();
         assert!(matches!(bit.cutter, Cutter::Vee { tip: found, .. } if found == tip), "{bit:?}");
+        assert_eq!(bit.name, "V-bit 30°, tip 0.08", "called as the others are");
         assert_eq!(after.bits.len(), before.bits.len() + 1);
         assert_eq!(after.operations[0].depth, COPPER_THICKNESS + DEPTH_MARGIN);
         assert_eq!(after.operations[1..], before.operations[1..], "the other side stays as it is");
