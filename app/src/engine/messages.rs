@@ -138,7 +138,7 @@ pub struct CopperMarks {
     pub gone: Mesh,
 }
 
-/// What was read. The copper stays with the worker, which knows it by `board_key`; the page gets its triangles.
+/// What was read. The areas of the copper stay with the worker, which knows them by `board_key`; the page gets their triangles.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Reading {
     /// Every file and every member of every zip, in order.
@@ -147,7 +147,7 @@ pub struct Reading {
     pub used: Vec<u32>,
     /// The boards that they are of, where that is more than one.
     pub boards: Vec<BoardRow>,
-    /// The board without its copper.
+    /// The board without the areas of its copper.
     pub board: Board,
     /// The number by which the worker knows the whole board.
     pub board_key: u32,
@@ -400,7 +400,7 @@ mod as_json {
 pub struct Laid {
     /// It lies otherwise than the files show it.
     pub turned: bool,
-    /// Without its copper.
+    /// Without the areas of its copper.
     pub board: Board,
     /// Its box.
     pub body: Option<Bounds>,

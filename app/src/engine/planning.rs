@@ -145,8 +145,7 @@ fn laid(board: &Board, work: &Work, cache: &Cache) -> Laid {
     let turned = work.setup.face == Face::Bottom || panel.columns > 1 || panel.rows > 1;
     let body = picture::body(board);
     let layers = cache.copper(board, body).unwrap_or_else(|| layers(board, body));
-    let board = Board { copper: Vec::new(), ..board.clone() };
-    Laid { turned, board, body, layers }
+    Laid { turned, board: board.without_areas(), body, layers }
 }
 
 /// The bits that drill, in order of use, with the holes of the board that each makes.

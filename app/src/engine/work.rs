@@ -74,7 +74,7 @@ fn read(wanted: &ToRead, cache: &mut Cache, progress: &mut dyn FnMut(u64, u64)) 
     let artwork = board_files::artwork(wanted, &mut part(progress, 0, READ));
     let boards = several(&artwork);
     let artwork = board_files::as_said(wanted, artwork);
-    let (artwork, used, mut board, mut diagnostics) =
+    let (artwork, used, board, mut diagnostics) =
         board_files::board(wanted, artwork, &mut part(progress, READ, PAINTED));
     progress(PAINTED, 100);
     let body = picture::body(&board);
@@ -90,14 +90,14 @@ fn read(wanted: &ToRead, cache: &mut Cache, progress: &mut dyn FnMut(u64, u64)) 
         .chain(artwork.missing(&all))
         .filter(|diagnostic| diagnostic.severity == Severity::Error);
     let lost = errors.map(|error| error.code.clone()).collect();
-    cache.keep(wanted.board_key, board.clone(), lost);
+    let on_page = board.without_areas();
+    cache.keep(wanted.board_key, board, lost);
     cache.keep_copper(body, copper);
-    board.copper.clear();
     Reading {
         files: artwork.files.iter().map(file_row).collect(),
         used: used.iter().map(|row| *row as u32).collect(),
         boards,
-        board,
+        board: on_page,
         board_key: wanted.board_key,
         body,
         layers,
@@ -452,6 +452,30 @@ mod tests {
         assert_eq!(sides, ["bottom", "top"], "the lower one is drawn first");
         assert_eq!(rows[0].mesh.triangles.len(), 2);
         assert_eq!(rows[0].mesh.bounds_mm(), Some([[4.0, 4.0], [6.0, 5.0]]), "from the corner of the body");
+    }
+
+    #[test]
+    fn the_names_of_pads_go_to_the_page_with_the_board_and_as_it_lies() {
+        let mut cache = Cache::default();
+        let mut ask = |request| super::perform(request, &mut cache, &mut |_, _| {}).unwrap();
+        let copper =
+            b"%FSLAX33Y33*%%MOMM*%%TF.FileFunction,Copper,L2,Bot*%%ADD10C,1*%D10*%TO.P,J1,2*%%TO.N,GND*%\
+            X1000Y1000D03*%TD*%X9000Y1000D03*M02*";
+        let machine = Settings::of(&virtual_drill());
+        let files = vec![("b-bottom.gbr".to_owned(), copper.to_vec())];
+        let wanted = ToRead { files, machine: Some(machine.clone()), ..ToRead::default() };
+        let Answer::Read(reading) = ask(Request::Read(wanted)) else { panic!() };
+        let said = |board: &board::Board| {
+            let pads = board.copper.iter().flat_map(|copper| &copper.named);
+            let rows = pads.map(|pad| format!("{} {:?} {}", pad.name, pad.net, pad.at.x.mm()));
+            (rows.collect::<Vec<_>>(), board.copper.iter().all(|copper| copper.region.is_empty()))
+        };
+        assert_eq!(said(&reading.board), (vec!["J1.2 Some(\"GND\") 1".to_owned()], true));
+        let work = reading.work;
+        let wanted = ToPlan { board_key: 0, machine, work, loaded: None, accept: Vec::new(), laid: None };
+        let Answer::Planned(planned) = ask(Request::Plan(wanted)) else { panic!() };
+        let laid = planned.laid.unwrap();
+        assert_eq!(said(&laid.board), (vec!["J1.2 Some(\"GND\") 9".to_owned()], true), "turned over");
     }
 
     #[test]

@@ -135,6 +135,8 @@ pub enum PlayEvent {
 
 /// How far beside a cut a press still means it, mm.
 const BESIDE_MM: f64 = 1.5;
+/// So near to a mark the playback stands at it, s.
+const AT_MARK_S: f64 = 0.25;
 /// A second of the clock is parted into so many pieces for each frame where the head has a speed of its own.
 const PIECES: u32 = 16;
 
@@ -244,6 +246,13 @@ fn neighbour(now_s: f64, on: bool, mut times: impl DoubleEndedIterator<Item = f6
     } else {
         times.rev().find(|time| *time < now_s - SAME_S)
     }
+}
+
+/// The one of `warnings` at which the playback stands at `at_s`, the nearest; none where none is near.
+pub fn mark_at(warnings: &[Warning], at_s: f64) -> Option<&Warning> {
+    let away_s = |warning: &&Warning| (warning.at_s - at_s).abs();
+    let near = warnings.iter().filter(|warning| away_s(warning) <= AT_MARK_S);
+    near.min_by(|a, b| away_s(a).total_cmp(&away_s(b)))
 }
 
 /// The next speed up or down.

@@ -14,7 +14,7 @@ use crate::format::plain;
 use crate::i18n::number;
 use crate::keys::Tab;
 use crate::layers::LayerKind;
-use crate::page::{frame, open_drawing, play};
+use crate::page::{frame, open_drawing, open_job, play};
 use crate::picture;
 use crate::screens::layers;
 use crate::view::Camera;
@@ -100,10 +100,14 @@ fn words(shown: &Shown) -> Vec<PictureWords> {
     let seen = |face| {
         layers::kind_seen(if face == Face::Top { LayerKind::CopperTop } else { LayerKind::CopperBottom })
     };
+    // Where the board is seen as it lies, that is the side that is up.
+    let up = (frame().tab.get() != Tab::Board)
+        .then(|| open_job().work.with(|work| work.as_ref().map(|work| work.setup.face)).unwrap_or_default());
     let mut all: Vec<PictureWords> = Vec::new();
     // A pad with a hole is on both sides.
     let mut told = BTreeSet::new();
-    for copper in shown.board.copper.iter().filter(|copper| seen(copper.face)) {
+    let shown_side = |face: Face| seen(face) && up.is_none_or(|up| up == face);
+    for copper in shown.board.copper.iter().filter(|copper| shown_side(copper.face)) {
         let named = copper.named.iter().filter(|pad| told.insert((pad.at, &pad.name)));
         all.extend(named.map(|pad| PictureWords {
             at_mm: place(pad.at),

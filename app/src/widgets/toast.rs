@@ -3,7 +3,7 @@
 //! Comes in: what the page has to say. Goes out: lines, and what was pressed in them.
 
 use super::{Icon, picture_button};
-use crate::i18n::{key, sentence, t};
+use crate::i18n::{key, say, sentence, t};
 use crate::model::{FrameEvent, Toast, ToastAct};
 use crate::page::{frame, send};
 use crate::said::Text;
@@ -13,6 +13,18 @@ use leptos::prelude::*;
 /// Says `text`.
 pub fn toast(text: Text) {
     send(FrameEvent::Say { text });
+}
+
+/// A sentence that says of which file it is, where it is of one.
+fn whole(text: &Text) -> String {
+    let file = match text {
+        Text::Found(diagnostic) => diagnostic.place.as_ref().map(|place| place.file.clone()),
+        Text::Key { .. } => None,
+    };
+    match file.filter(|file| !file.is_empty()) {
+        Some(file) => say!("page.open.of_file", file = file, what = sentence(text)),
+        None => sentence(text),
+    }
 }
 
 /// Where they are shown.
@@ -38,7 +50,7 @@ fn line(toast: Toast) -> impl IntoView {
         )
     });
     div().class("toast").child((
-        span().class("grow").child(move || sentence(&text)),
+        span().class("grow").child(move || whole(&text)),
         act,
         picture_button(Icon::Cross, t!("page.close"), move |_| send(FrameEvent::Said { number })),
     ))

@@ -3,11 +3,12 @@
 //!
 //! Comes in: a [`Work`] and a change. Goes out: the changed one. Knows no screens.
 
-use crate::format::typed;
+use crate::format::{Unit, typed};
 use annulus_core::board::{COPPER_THICKNESS, DEPTH_MARGIN, Face};
 use annulus_core::cam::parameters::Parameter;
 use annulus_core::cam::work::{Holes, Operation, OperationKind, Remedy, Work};
 use annulus_core::job::{Bit, Cutter};
+use annulus_core::locale;
 use annulus_core::machine::{Machine, Value, ValueKind};
 use annulus_core::proof::{self, Finding};
 use annulus_core::units::Length;
@@ -79,6 +80,16 @@ pub fn value<T>(row: &Parameter<T>, text: &str) -> Value {
             let words: Option<Vec<_>> = text.split_whitespace().map(typed).collect();
             words.map_or_else(|| Value::Text(text.to_owned()), Value::Numbers)
         }
+    }
+}
+
+/// The same where lengths are typed in `unit`; the value is in millimetres.
+pub fn value_in<T>(row: &Parameter<T>, text: &str, unit: Unit) -> Value {
+    match value(row, text) {
+        Value::Number(number) if row.unit == "mm" && unit == Unit::Inch => {
+            Value::Number(number / Unit::Inch.of_mm(1.0))
+        }
+        value => value,
     }
 }
 
@@ -193,11 +204,14 @@ pub fn shallower(work: &Work, offer: &proof::Shallower) -> Work {
     work
 }
 
+/// How deep the finer tip of [`finer_tip`] cuts at most: only as deep as the copper needs.
+pub const FINER_TIP_DEPTH: Length = Length::from_nm(COPPER_THICKNESS.nm() + DEPTH_MARGIN.nm());
+
 /// With a V-bit of this `tip` in place of the finest that isolates this side, only as deep as the copper needs. A bit that is
 /// among those of the job is taken; else there is one more.
 pub fn finer_tip(work: &Work, tip: Length) -> Work {
     let mut work = work.clone();
-    let (face, least) = (work.setup.face, COPPER_THICKNESS + DEPTH_MARGIN);
+    let (face, least) = (work.setup.face, FINER_TIP_DEPTH);
     let isolates = |operation: &&Operation| {
         matches!(operation.action, OperationKind::Isolate(_)) && operation.on && operation.face == face
     };
@@ -211,7 +225,7 @@ pub fn finer_tip(work: &Work, tip: Length) -> Work {
     let known = work.bits.iter().find(|bit| bit.cutter == cutter).map(|bit| bit.name.clone());
     let name = known.unwrap_or_else(|| {
         let mut bit = Bit { name: String::new(), cutter, ..before.clone() };
-        bit.name = bit.file_word();
+        bit.name = bit.title(locale::FALLBACK);
         work.bits.push(bit.clone());
         bit.name
     });
@@ -340,6 +354,26 @@ mod tests {
     }
 
     #[test]
+    fn lengths_are_typed_in_the_unit_on_show_and_kept_in_millimetres() {
+        let typed = |key: &str, text: &str, unit| {
+            let row = annulus_core::cam::parameters::OPERATION.iter().find(|row| row.key == key).unwrap();
+            value_in(row, text, unit)
+        };
+        let (inch, mm) = (Unit::Inch, Unit::Millimetre);
+        for (key, text, unit, wanted) in [
+            ("operation.depth", "0.08", mm, 0.08),
+            ("operation.depth", "0.01", inch, 0.254),
+            ("operation.depth_per_pass", "0,1", inch, 2.54),
+            ("operation.feed", "10", inch, 10.0),
+            ("isolate.passes", "3", inch, 3.0),
+        ] {
+            let Value::Number(found) = typed(key, text, unit) else { panic!("{key}") };
+            assert!((found - wanted).abs() < 1e-9, "{key} {text}: {found}");
+        }
+        assert_eq!(typed("operation.depth", "deep", inch), Value::Text("deep".to_owned()));
+    }
+
+    #[test]
     fn a_finer_tip_of_the_whole_is_a_bit_of_the_job() {
         let mut before = work(&["isolate", "isolate", "cut_out"]);
         before.operations[1].face = Face::Bottom;
@@ -347,6 +381,7 @@ mod tests {
         let after = finer_tip(&before, tip);
         let bit = after.bit(&after.operations[0].bit).unwrap();
         assert!(matches!(bit.cutter, Cutter::Vee { tip: found, .. } if found == tip), "{bit:?}");
+        assert_eq!(bit.name, "V-bit 30°, tip 0.08", "called as the others are");
         assert_eq!(after.bits.len(), before.bits.len() + 1);
         assert_eq!(after.operations[0].depth, COPPER_THICKNESS + DEPTH_MARGIN);
         assert_eq!(after.operations[1..], before.operations[1..], "the other side stays as it is");

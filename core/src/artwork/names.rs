@@ -421,6 +421,16 @@ pub(super) fn foreign(base: &str, code: &str) -> Option<&'static str> {
     (FOREIGN.contains(&ending.as_str()) || !known).then_some(reason)
 }
 
+/// Endings that only layers have.
+const LAYER_ENDINGS: [&str; 15] =
+    ["gbr", "ger", "gbx", "gtl", "gbl", "gts", "gbs", "gto", "gbo", "gtp", "gbp", "gko", "gml", "gm1", "pho"];
+
+/// Whether a file is called as only layers are: a text of this name that holds no layer is missed.
+pub(super) fn is_called_like_layer(base: &str) -> bool {
+    let ending = base.rsplit_once('.').map_or("", |(_, ending)| ending);
+    LAYER_ENDINGS.iter().any(|known| known.eq_ignore_ascii_case(ending))
+}
+
 /// Whether a name fits a pattern: `*` is anything, `?` one letter, `#` digits.
 fn fits(pattern: &[u8], name: &[u8]) -> bool {
     match pattern {
@@ -456,6 +466,26 @@ mod tests {
             ("zero", "refused.eia_tape", None),
         ] {
             assert_eq!(foreign(name, code), want, "{name}");
+        }
+    }
+
+    #[test]
+    fn a_text_that_is_called_like_a_layer_and_is_none_is_an_error_of_the_set() {
+        use crate::artwork::{FileKind, Overrides, read_set};
+        let drill = "M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y1.0\nM30\n";
+        for (name, kind, code) in [
+            ("junk.gbr", FileKind::Refused, Some("gerber.not_recognised")),
+            ("Junk.GTL", FileKind::Refused, Some("gerber.not_recognised")),
+            ("readme.txt", FileKind::Unknown, None),
+            ("board.gbrjob", FileKind::Unknown, None),
+            ("junk.drl", FileKind::Unknown, Some("drill.not_recognised")),
+        ] {
+            let files = [("b.drl", drill), (name, "hello, this is no board")];
+            let files = files.map(|(name, text)| (name.to_owned(), text.as_bytes().to_vec()));
+            let artwork = read_set(&files, &Overrides::default());
+            let missing = artwork.missing(&[0, 1]).map(|said| said.code.as_str()).next();
+            assert_eq!((artwork.files[1].kind, missing), (kind, code), "{name}");
+            assert_eq!(artwork.files[1].has_error(), code.is_some(), "{name}");
         }
     }
 

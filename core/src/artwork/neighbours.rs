@@ -2,6 +2,7 @@
 //!
 //! ```text
 //!   board.DRL  punched tape, refused ◀── board.TXT  the same program as text: nothing is missing
+//!   copy.drl   byte for byte that ◀── board.drl  the first of them makes the board
 //!   board-NPTH.drl  holes in no pad  ◀── board.drl  moved by (x, y) to lie on its pads: so are they
 //! ```
 //!
@@ -11,6 +12,7 @@ use super::companion::{base, folder, stem};
 use super::registration::FITS_SHARE;
 use super::{FileKind, FileRead};
 use crate::diagnostic::{Diagnostic, Severity};
+use std::collections::BTreeMap;
 
 /// Shifts this near to each other are one, in mm.
 const SAME_MM: f64 = 0.05;
@@ -19,6 +21,21 @@ const SAME_MM: f64 = 0.05;
 pub(super) fn settle(files: &mut [FileRead]) {
     tapes(files);
     shifts(files);
+    copies(files);
+}
+
+/// Of drill programs with equal contents the first makes the board, as [`super::Artwork::default_use`] has it; the others say so.
+fn copies(files: &mut [FileRead]) {
+    let mut first: BTreeMap<u64, String> = BTreeMap::new();
+    for file in files.iter_mut().filter(|file| file.is_program_with_holes()) {
+        match first.get(&file.fingerprint) {
+            Some(twin) => {
+                let told = Diagnostic::note("set.same_drill").at(&file.name, 0, 0).with("twin", twin);
+                file.diagnostics.push(told);
+            }
+            None => drop(first.insert(file.fingerprint, file.name.clone())),
+        }
+    }
 }
 
 /// A punched tape beside a drill program of its name loses nothing: CAD programs write both of one board.
@@ -97,6 +114,18 @@ mod tests {
         assert_eq!(both.files[0].kind, FileKind::Refused);
         assert_eq!(codes(&both.files[0], Severity::Error), Vec::<&str>::new());
         assert_eq!(codes(&both.files[0], Severity::Note), ["refused.eia_tape", "set.tape_twin"]);
+    }
+
+    #[test]
+    fn a_copy_of_a_drill_program_says_which_one_is_used() {
+        let text = program(";text", &[(1.0, 1.0), (2.0, 1.0), (3.0, 4.0)]);
+        let other = program(";text", &[(1.0, 1.0), (2.0, 5.0), (3.0, 4.0)]);
+        let all = set(&[("a.drl", text.clone()), ("b.drl", other), ("c.drl", text)]);
+        assert_eq!(all.default_use(), [0, 1]);
+        let said = |at: usize| codes(&all.files[at], Severity::Note).contains(&"set.same_drill");
+        assert_eq!([0, 1, 2].map(said), [false, false, true]);
+        let message = all.files[2].diagnostics.last().unwrap().message("en");
+        assert!(message.contains("a.drl"), "{message}");
     }
 
     /// Pads on a crooked grid, so that no shift but one fits, and their layer.

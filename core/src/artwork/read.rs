@@ -480,6 +480,9 @@ fn plain_kind(name: &str, what: What) -> FileRead {
             file.diagnostics.push(warning.with("format", format));
             file
         }
+        _ if names::is_called_like_layer(companion::base(name)) => {
+            FileRead::refused(name, Diagnostic::error("gerber.not_recognised"))
+        }
         _ => {
             let mut file =
                 FileRead::new(name, FileKind::Unknown, Role::Other, Diagnostic::note("kind.unknown"));

@@ -146,6 +146,25 @@ impl Board {
         outline::filled(&self.outline)
     }
 
+    /// The board without the areas of its copper: of every side what bears names, where it lies. For those who have the areas
+    /// otherwise, or need none.
+    #[must_use]
+    pub fn without_areas(&self) -> Self {
+        let named = |copper: &Copper| {
+            let (face, named, source) = (copper.face, copper.named.clone(), copper.source);
+            Copper { face, named, source, ..Copper::default() }
+        };
+        Self {
+            name: self.name.clone(),
+            sources: self.sources.clone(),
+            holes: self.holes.clone(),
+            slots: self.slots.clone(),
+            outline: self.outline.clone(),
+            copper: self.copper.iter().map(named).collect(),
+            legend: self.legend.clone(),
+        }
+    }
+
     /// The box around all centres and slot points.
     pub fn bounds(&self) -> Option<Bounds> {
         let holes = self.holes.iter().map(|hole| hole.at);

@@ -19,8 +19,8 @@ use serde::{Deserialize, Serialize};
 const DEPTH_STEP: Length = Length::from_um(1);
 /// Tips are offered in whole steps of this.
 const TIP_STEP: Length = Length::from_um(10);
-/// No finer tip is made.
-const FINEST_TIP: Length = Length::from_um(20);
+/// A finer tip can hardly be bought.
+const FINEST_TIP: Length = Length::from_um(50);
 
 /// What is to be done about all gaps together.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -115,7 +115,8 @@ impl Whole {
         }
         let narrow = self.rest.saturating_sub(self.tip_opens);
         if narrow > 0 {
-            diagnostics.push(said("proof.whole.middle").with("count", narrow));
+            let finest = format!("{:.2}", FINEST_TIP.mm());
+            diagnostics.push(said("proof.whole.middle").with("count", narrow).with("finest", finest));
         }
         diagnostics
     }

@@ -107,6 +107,24 @@ fn the_head_goes_as_fast_as_it_was_told() {
 }
 
 #[test]
+fn a_mark_says_its_sentence_where_the_playback_stands() {
+    use crate::model::play::mark_at;
+    use annulus_core::sim::{Fault, Warning};
+    let warning = |at_s, fault| Warning { at_s, fault, leg: 0, depth_mm: 0.1 };
+    let both = vec![warning(0.1, Fault::TooDeep), warning(0.3, Fault::Outside)];
+    let rows = [
+        (0.1, Some(Fault::TooDeep)),
+        (0.3, Some(Fault::Outside)),
+        (0.25, Some(Fault::Outside)),
+        (0.0, Some(Fault::TooDeep)),
+        (0.7, None),
+    ];
+    for (at_s, said) in rows {
+        assert_eq!(mark_at(&both, at_s).map(|warning| warning.fault), said, "{at_s} s");
+    }
+}
+
+#[test]
 fn the_flat_picture_is_chosen_or_all_there_is() {
     let mut model = playing(0.0, 1.0);
     assert!(!model.play.in_space(), "nothing is carved");

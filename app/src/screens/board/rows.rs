@@ -39,11 +39,15 @@ fn tool(board: &Board, bit: Option<Length>, sizes: Vec<Length>, holes: Vec<u32>)
     Tool { plated: (said(true), said(false)), bit, sizes, holes }
 }
 
-/// The tools of `board`, by its plan if there is one.
+/// The tools of `board`, by its plan if there is one. A plan may be of several copies, with holes for pins behind theirs: the holes
+/// of the board itself are the first.
 pub(crate) fn tools(board: &Board, plan: Option<&PlanReady>) -> Vec<Tool> {
     if let Some(plan) = plan {
-        let planned =
-            plan.bits.iter().map(|bit| tool(board, Some(bit.diameter), bit.sizes.clone(), bit.holes.clone()));
+        let own = |holes: &[u32]| -> Vec<u32> {
+            holes.iter().copied().filter(|hole| (*hole as usize) < board.holes.len()).collect()
+        };
+        let bits = plan.bits.iter().map(|bit| (bit, own(&bit.holes))).filter(|(_, holes)| !holes.is_empty());
+        let planned = bits.map(|(bit, holes)| tool(board, Some(bit.diameter), bit.sizes.clone(), holes));
         let drilled: BTreeSet<u32> = plan.bits.iter().flat_map(|bit| bit.holes.iter().copied()).collect();
         return planned.chain(by_size(board, |hole| !drilled.contains(&hole))).collect();
     }

@@ -2,7 +2,9 @@
 //!
 //! Comes in: a row, its value now, what to do with another one. Goes out: a field. Knows no single row.
 
+use crate::format::Unit;
 use crate::i18n::{self, advice, message};
+use crate::page::frame;
 use crate::widgets::menu_word;
 use crate::workbench::edit;
 use annulus_core::cam::parameters::Parameter;
@@ -29,8 +31,22 @@ fn word_of(word: &str) -> String {
     i18n::text(&format!("page.cam.word.{word}"), &[])
 }
 
-fn shown(value: Option<&Value>) -> String {
+/// The unit of lengths on show, where the numbers of the row are lengths; all others stay as the table has them.
+fn length_unit<T>(row: &Parameter<T>) -> Option<Unit> {
+    let single = matches!(row.kind, ValueKind::Number(..));
+    (row.unit == "mm" && single).then(|| frame().unit.get())
+}
+
+/// The word of a row's unit.
+fn unit_of<T>(row: &Parameter<T>) -> String {
+    if length_unit(row).is_some() { i18n::unit_word() } else { i18n::unit_of(row.unit) }
+}
+
+fn shown<T>(row: &Parameter<T>, value: Option<&Value>) -> String {
     match value {
+        Some(Value::Number(mm)) if length_unit(row) == Some(Unit::Inch) => {
+            i18n::number(Unit::Inch.short(*mm))
+        }
         Some(Value::Number(number)) => i18n::number(crate::format::plain(*number)),
         Some(Value::Text(text)) => text.clone(),
         Some(value) => i18n::number(value.to_string()),
@@ -48,7 +64,10 @@ pub(super) fn entry<T: 'static>(
     let refused = RwSignal::new(None::<Diagnostic>);
     let set = {
         let write = write.clone();
-        move |text: String| refused.set(write(edit::value(row, &text)).err())
+        move |text: String| {
+            let unit = untrack(|| length_unit(row)).unwrap_or_default();
+            refused.set(write(edit::value_in(row, &text, unit)).err());
+        }
     };
     if matches!(row.kind, ValueKind::Choice(["no", "yes"])) {
         return flag(row, now, write);
@@ -72,7 +91,7 @@ pub(super) fn entry<T: 'static>(
             .attr("inputmode", if matches!(row.kind, ValueKind::Text(_)) { "text" } else { "decimal" })
             .attr("aria-describedby", format!("{id}-help"))
             .attr("aria-invalid", move || refused.with(Option::is_some).then_some("true"))
-            .prop("value", move || now.with(|now| shown(now.as_ref())))
+            .prop("value", move || now.with(|now| shown(row, now.as_ref())))
             .on(ev::change, move |event| set(event_target_value(&event)))
             .into_any(),
     };
@@ -91,7 +110,7 @@ pub(super) fn entry<T: 'static>(
         .class("setting")
         .child((
             label().attr("for", id.clone()).child(move || name_of(row.key)),
-            span().class("with-unit").child((control, span().child(move || i18n::unit_of(row.unit)))),
+            span().class("with-unit").child((control, span().child(move || unit_of(row)))),
             track,
             small()
                 .attr("id", format!("{id}-help"))
@@ -116,7 +135,7 @@ fn slider<T: 'static>(
         .attr("step", step.to_string())
         .attr("aria-label", move || name_of(row.key))
         .attr("aria-valuetext", move || {
-            format!("{} {}", i18n::number(crate::format::plain(number())), i18n::unit_of(row.unit))
+            format!("{} {}", shown(row, Some(&Value::Number(number()))), unit_of(row))
         })
         .prop("value", move || number().to_string())
         .on(ev::input, move |event| {

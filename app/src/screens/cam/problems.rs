@@ -92,7 +92,8 @@ fn whole_line(bench: OpenJob, whole: Whole) -> impl IntoView {
             Some(push("button small primary", text, act).into_any())
         }
         (None, Some(tip)) => {
-            let text = t!("page.cam.whole_tip", tip = format!("{:.2}", tip.mm()));
+            let depth = format!("{:.3}", edit::FINER_TIP_DEPTH.mm());
+            let text = t!("page.cam.whole_tip", tip = format!("{:.2}", tip.mm()), depth = depth);
             let act = move |_| bench.change(None, |work| edit::finer_tip(work, tip));
             Some(push("button small primary", text, act).into_any())
         }

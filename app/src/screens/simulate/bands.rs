@@ -10,6 +10,7 @@
 use crate::format::clock;
 use crate::i18n::{self, language, say, t};
 use crate::model::PlayEvent;
+use crate::model::play::mark_at;
 use crate::page::{Play, open_board, open_job, send};
 use crate::view::Palette;
 use annulus_core::cam::work::{Operation, OperationKind};
@@ -165,6 +166,12 @@ fn sentence(warning: &Warning) -> String {
         Fault::Clamp => say!("page.simulate.wrong_clamp", at = at, depth = depth),
         Fault::WrongTool => say!("page.simulate.wrong_tool", at = at),
     }
+}
+
+/// The sentence of the mark at which the playback stands.
+pub(super) fn said(play: Play) -> Option<String> {
+    let at_s = play.at_s.get();
+    play.warnings.with(|warnings| mark_at(warnings, at_s).map(sentence))
 }
 
 /// The marks of what is wrong: a press goes there.

@@ -109,8 +109,10 @@ fn looks() -> impl IntoView {
             push("button warn", word, |_| send(PlayEvent::Wrong { on: true }))
         })
     };
+    let said = Memo::new(move |_| super::bands::said(play));
+    let said = span().class("mark-said strong").attr("role", "status").child(move || said.get());
     let none = move || play.no_space.get().then(|| span().class("quiet").child(t!("page.simulate.no_space")));
-    div().class("row").child((views, flat, travel, wrong, none))
+    div().class("row").child((views, flat, travel, wrong, said, none))
 }
 
 /// Speeds of the head that can be chosen, in mm/s.

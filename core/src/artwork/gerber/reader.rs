@@ -47,6 +47,8 @@ pub(super) struct Reader {
     /// Whether a level (`%LN`) has named the layer.
     pub(super) level_named: bool,
     ended: bool,
+    /// The rest was not read: the limit of objects is reached.
+    cut: bool,
 }
 
 /// Reads a layer. What a person says about its numbers counts where the layer says nothing.
@@ -75,6 +77,7 @@ impl Reader {
             pairs_left: crossing::FUEL,
             level_named: false,
             ended: false,
+            cut: false,
         }
     }
 
@@ -93,6 +96,7 @@ impl Reader {
             }
             if self.step_repeat.kept >= MOST_OBJECTS {
                 self.tell(Severity::Error, "gerber.too_many_objects", block.at, b"");
+                self.cut = true;
                 break;
             }
         }
@@ -118,7 +122,9 @@ impl Reader {
 
     fn finish(mut self) -> (Gerber, Vec<Diagnostic>) {
         if self.graphics.region.is_some() {
-            self.findings.at(Severity::Warning, "gerber.region_open", 0, 0, b"");
+            if !self.cut {
+                self.findings.at(Severity::Warning, "gerber.region_open", 0, 0, b"");
+            }
             self.end_contour(At::default());
         }
         self.close_all();
@@ -131,7 +137,7 @@ impl Reader {
             self.findings.at(Severity::Error, "gerber.units_missing", 0, 0, Units::Inch.name().as_bytes());
         } else if self.out.units.is_none() || self.out.digits.is_none() {
             self.findings.at(Severity::Warning, "gerber.format_missing", 0, 0, b"");
-        } else if !self.ended {
+        } else if !self.ended && !self.cut {
             self.findings.at(Severity::Warning, "gerber.no_end", 0, 0, b"");
         }
         (self.out, self.findings.finish())
@@ -218,6 +224,13 @@ mod tests {
     fn read_text(text: &str) -> (Gerber, Vec<String>) {
         let (gerber, diagnostics) = read("t.gbr", text.as_bytes(), &Overrides::default());
         (gerber, diagnostics.into_iter().map(|diagnostic| diagnostic.code).collect())
+    }
+
+    #[test]
+    fn what_was_cut_at_the_limit_does_not_miss_its_end() {
+        let objects = "X0Y0D03*".repeat(MOST_OBJECTS + 1);
+        let (_, codes) = read_text(&format!("%FSLAX36Y36*%%MOMM*%%ADD10C,0.1*%D10*{objects}M02*"));
+        assert_eq!(codes, ["gerber.too_many_objects"]);
     }
 
     #[test]

@@ -87,6 +87,16 @@ fn nothing_is_offered_where_every_gap_is_open_or_none_opens() {
 }
 
 #[test]
+fn a_tip_that_can_hardly_be_bought_is_not_offered() {
+    // Less the flanks of 0.0268, 0.06 would need a tip of 0.03, and 0.09 one of 0.06.
+    let gaps = [0.06, 0.09];
+    let whole = prove(&row(&gaps), &[around_all(&gaps)], &ProofOptions::default()).whole.unwrap();
+    assert_eq!((whole.tip, whole.tip_opens, whole.rest), (Some(Length::from_um(60)), 1, 2));
+    let said = whole.diagnostics().last().unwrap().message("en");
+    assert!(said.contains("0.05 mm") && said.contains("1 of the gaps"), "{said}");
+}
+
+#[test]
 fn a_sliver_must_be_read_only_where_a_net_depends_on_it() {
     // Two pads with a thread between them, and one with a thread that leads nowhere.
     let pads = [(0.0, 0.0, 2.0, 2.0), (4.0, 0.0, 6.0, 2.0)];
