@@ -9,7 +9,7 @@
 //! Comes in: a [`Board`], an order of holes. Goes out: a [`Scene`] in millimetres from the board's lower left corner, so
 //! that 32-bit numbers are as fine as 30 nm. Does not know who looks.
 
-use crate::toolpaths::{ToolpathPiece, Toolpaths, Travel};
+use crate::toolpaths::{self, ToolpathPiece, Toolpaths, Travel};
 use crate::view::{
     Colour, Cutting, Disc, HoleState, Line, Palette, Plate, Scene, SceneSlot, UNORDERED, Width,
 };
@@ -17,7 +17,7 @@ use annulus_core::board::changes::{BoardChanges, Fate};
 use annulus_core::board::{Board, Hole, Slot};
 use annulus_core::cam::work::{OperationKind, Work};
 use annulus_core::geometry::{Bounds, Path, Point};
-use annulus_core::job::{Bit, Cutter};
+use annulus_core::job::{Bit, Cutter, Program};
 use annulus_core::units::Length;
 use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
 
@@ -51,6 +51,12 @@ pub fn origin(body: Option<Bounds>) -> Point {
 /// A place of the files in millimetres of the picture.
 pub fn place(origin: Point, at: Point) -> [f32; 2] {
     [(at.x - origin.x).mm() as f32, (at.y - origin.y).mm() as f32]
+}
+
+/// What `program` does, in millimetres of the picture of a board with this `body`.
+pub fn program_in(program: &Program, body: Option<Bounds>) -> Toolpaths {
+    let corner = origin(body);
+    toolpaths::toolpaths(program, Point::new(corner.x - program.origin.x, corner.y - program.origin.y))
 }
 
 /// The board's body: its outline, or a margin around its holes and its copper.

@@ -8,8 +8,7 @@
 //! Comes in: a [`Program`], the place of the picture's corner in work coordinates. Goes out: [`Toolpaths`] in mm of the
 //! picture. Knows no colours.
 
-use crate::picture;
-use annulus_core::geometry::{Bounds, Point, chords};
+use annulus_core::geometry::{Point, chords};
 use annulus_core::job::{Command, Leg, Mark, Program, travel_mm};
 use annulus_core::units::Length;
 
@@ -88,12 +87,6 @@ struct Head<'a> {
     height: Length,
     bit: u32,
     toolpaths: Toolpaths,
-}
-
-/// What `program` does, in millimetres of a picture whose board has this `body`.
-pub fn in_picture(program: &Program, body: Option<Bounds>) -> Toolpaths {
-    let corner = picture::origin(body);
-    toolpaths(program, Point::new(corner.x - program.origin.x, corner.y - program.origin.y))
 }
 
 /// What `program` does, seen from `corner`, a place in work coordinates.

@@ -8,7 +8,8 @@ use crate::engine::messages::{PlanReady, Proved, Timed};
 use crate::keys::Tab;
 use crate::model::board::{left_out, problems, unread};
 use crate::model::{BoardBefore, Document, Job, LaidBoard, NewExports, Offer, Unseen, WorkerTask};
-use crate::toolpaths::{self, Toolpaths};
+use crate::picture;
+use crate::toolpaths::Toolpaths;
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::Program;
 use annulus_core::machine::Machine;
@@ -101,7 +102,7 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
         toolpaths: Memo::new(move |_| {
             let program = program.get()?;
             let body = laid.with(|laid| laid.as_ref().and_then(|laid| laid.laid.body));
-            Some(Arc::new(toolpaths::in_picture(&program, body)))
+            Some(Arc::new(picture::program_in(&program, body)))
         }),
         title: slots.made(|model| model.title().map(str::to_owned)),
         machine: slots.kept(|model| &model.machine),

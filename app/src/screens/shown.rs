@@ -137,7 +137,7 @@ pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
             toolpaths
         } else {
             let program = desk.program.get().filter(|_| toolpaths.is_some());
-            program.map(|program| Arc::new(toolpaths::in_picture(&program, body)))
+            program.map(|program| Arc::new(picture::program_in(&program, body)))
         };
         let start = if as_laid.get() || !turned { work_zero } else { turned_back(work_zero, body) };
         let before = frame().show_before.get();
@@ -208,7 +208,7 @@ fn of_program(job: &Job, outline: Region) -> Shown {
     let order = (0..holes.len() as u32).collect();
     let board = Board { name: program.name.clone(), holes, outline, ..Board::default() };
     let body = picture::body_with(&board, milled(program));
-    let toolpaths = toolpaths::in_picture(program, body);
+    let toolpaths = picture::program_in(program, body);
     Shown {
         board: Arc::new(board),
         order,

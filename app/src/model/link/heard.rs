@@ -60,25 +60,7 @@ fn took(model: &mut Model, tell: Tell) -> Vec<Effect> {
             let by_you = ending == Ending::Stopped && stop::pressed_here(link, model.clock.page_ms);
             link.ended = Some(JobEnded { job, ending, holes_done, toolpaths_done, by_you });
         }
-        Tell::Interrupted {
-            job,
-            name,
-            next_leg,
-            holes_done,
-            holes_total,
-            toolpaths_done,
-            toolpaths_total,
-        } => {
-            link.interrupted = Some(Interrupted {
-                job,
-                name,
-                next_leg,
-                holes_done,
-                holes_total,
-                toolpaths_done,
-                toolpaths_total,
-            });
-        }
+        offer @ Tell::Interrupted { .. } => link.interrupted = interrupted(offer),
         Tell::Timing(timing) => link.timing = Some(Arc::new(*timing)),
         Tell::QueueText { text } => link.queue.text = text,
         Tell::Queue(status) => queue(&mut link.queue, *status),
@@ -211,4 +193,14 @@ fn queue(queue: &mut MachineQueue, news: QueueStatus) {
         }
         queue.results[row] = result;
     }
+}
+
+/// What can be taken up.
+fn interrupted(told: Tell) -> Option<Interrupted> {
+    let Tell::Interrupted { job, name, next_leg, holes_done, holes_total, toolpaths_done, toolpaths_total } =
+        told
+    else {
+        return None;
+    };
+    Some(Interrupted { job, name, next_leg, holes_done, holes_total, toolpaths_done, toolpaths_total })
 }

@@ -84,7 +84,7 @@ fn what_is_asked_after_a_start_is_done_after_it() {
 
 #[test]
 fn a_tip_that_goes_far_below_the_board_is_looked_at_before_the_start() {
-    let bench = Bench::new();
+    let bench = Bench::new(&machine(), Faults::default());
     bench.home();
     bench.drill.ask(Ask::SetZero).unwrap();
     for (breakthrough_mm, wanted) in [(0.5, None), (3.0, None), (3.2, Some(RowVerdict::Warn))] {
