@@ -293,7 +293,7 @@ export async function pictures(page, name) {
 /** `error` with what the page said then, and a picture of it called `name`: elsewhere only the text of a failure is kept. */
 export async function failed(page, name, error) {
   await page.screenshot({ path: picture(name) });
-  const alerts = await page.locator("[role=alert], [role=status], dialog[open], .machine-top").allInnerTexts();
+  const alerts = await page.locator("[role=alert], [role=status], dialog[open], .machine-top").filter({ visible: true }).allInnerTexts();
   const short = alerts.map((text) => text.replace(/\s+/g, " ").trim()).filter(Boolean).join(" | ");
   error.message += `\nIts banners: ${short}\nThe page said: ${await page.locator("main").innerText()}`;
   return error;

@@ -171,7 +171,7 @@ test("a board that bows is touched by the drill itself, and the job follows it w
     await press(page, page.getByRole("button", { name: "Start…" }));
     const preflight = page.getByRole("dialog", { name: "Before the start" });
     await preflight.getByText(/Depth follows the height map/).waitFor();
-    await preflight.getByText(/Page and bridge computed the same steps/).waitFor();
+    await preflight.getByText(/Page and machine computed the same steps/).waitFor();
     for (const box of await preflight.getByRole("checkbox").all()) await box.check();
     const start = preflight.getByRole("button", { name: "Start the job" });
     await until(() => start.isEnabled(), "nothing that fails");

@@ -1,35 +1,42 @@
-//! The workers that are asked: one knows the board, one times what that one proves, one looks through templates, and one comes and
-//! goes with each request beside them.
+//! The workers that are asked: one knows the board, one looks through templates, and one comes and goes with each request beside them.
+//! So does the one that times what is proved: the times of a large board take memory that nobody needs afterwards.
 //!
 //! Comes in: requests with their numbers. Goes out: their progress and answers as events. Does not know what is asked.
 
-use crate::engine::Engine;
 use crate::engine::messages::Request;
+use crate::engine::{Engine, PassingEngine};
 use crate::model::{Event, Lane};
 use crate::page::send;
+use std::cell::RefCell;
 
 /// The workers that stay.
 #[derive(Default)]
 pub(super) struct Workers {
     board: Engine,
-    times: Engine,
+    times: RefCell<PassingEngine>,
     template: Engine,
 }
 
 impl Workers {
-    /// The worker of `lane`, where one stays there.
-    fn staying(&self, lane: Lane) -> Option<&Engine> {
+    /// The worker of `lane`, where one is there.
+    fn there(&self, lane: Lane) -> Option<Engine> {
         match lane {
-            Lane::Board => Some(&self.board),
-            Lane::Times => Some(&self.times),
-            Lane::Template => Some(&self.template),
+            Lane::Board => Some(self.board.clone()),
+            Lane::Template => Some(self.template.clone()),
+            Lane::Times => self.times.borrow().there(),
             Lane::Beside => None,
         }
     }
 
     /// Hands a request over; its answer comes as an event.
     pub(super) fn ask(&self, lane: Lane, number: u32, request: Request) {
-        let engine = self.staying(lane).cloned().unwrap_or_default();
+        let engine = match lane {
+            Lane::Board | Lane::Template => self.there(lane).unwrap_or_default(),
+            Lane::Times | Lane::Beside => Engine::new(),
+        };
+        if lane == Lane::Times {
+            self.times.replace(engine.passing());
+        }
         // Handed over at once, so that what is called off behind it is called off.
         let answer = engine.ask(request, move |share| send(Event::Progress { number, share }));
         leptos::task::spawn_local(async move {
@@ -41,6 +48,8 @@ impl Workers {
 
     /// Ends whatever the worker of `lane` does.
     pub(super) fn call_off(&self, lane: Lane) {
-        self.staying(lane).into_iter().for_each(Engine::cancel);
+        if let Some(engine) = self.there(lane) {
+            engine.cancel();
+        }
     }
 }

@@ -46,14 +46,14 @@ pub enum Stopped {
 }
 
 #[cfg(target_arch = "wasm32")]
-pub use handle::Engine;
+pub use handle::{Engine, PassingEngine};
 
 #[cfg(target_arch = "wasm32")]
 mod handle {
     use super::messages::{Answer, Request};
     use super::{Stopped, requests};
     use std::cell::RefCell;
-    use std::rc::Rc;
+    use std::rc::{Rc, Weak};
 
     /// A worker of the page's own. Cheap to clone: clones share the worker. Requests are done one after the other; two
     /// engines work side by side.
@@ -75,9 +75,25 @@ mod handle {
             requests::ask(&self.0, request, Box::new(progress))
         }
 
+        /// A hold on this engine that keeps no worker: its worker ends when nothing else has it.
+        pub fn passing(&self) -> PassingEngine {
+            PassingEngine(Rc::downgrade(&self.0))
+        }
+
         /// Calls off whatever is in work; who waits is told [`Stopped::Cancelled`].
         pub fn cancel(&self) {
             requests::cancel(&self.0);
+        }
+    }
+
+    /// An engine that others may have let go of.
+    #[derive(Clone, Default)]
+    pub struct PassingEngine(Weak<RefCell<requests::Requests>>);
+
+    impl PassingEngine {
+        /// The engine, where it is still there.
+        pub fn there(&self) -> Option<Engine> {
+            self.0.upgrade().map(Engine)
         }
     }
 }

@@ -11,7 +11,7 @@ use annulus_core::wire::Paired;
 pub enum Lane {
     /// The one that knows the board.
     Board,
-    /// The one that times what that one proves.
+    /// The one that times what that one proves; it ends with its answer.
     Times,
     /// The one that looks through templates.
     Template,
@@ -31,7 +31,7 @@ pub enum Effect {
         /// What is wanted.
         request: Box<Request>,
     },
-    /// End whatever a worker that stays does; who waits is told that it was cancelled.
+    /// End whatever a worker does; who waits is told that it was cancelled.
     CallOff {
         /// Which worker.
         lane: Lane,
