@@ -5,18 +5,20 @@
 //! what the plan leaves out      each with a tick that it was seen
 //! the cure of the whole board   one button, before those of single places
 //! groups of findings
+//! what the plan warns of
 //! ```
 //!
 //! Comes in: errors and findings of the plan on show. Goes out: the finding marked in the picture, the cure of the whole put into
 //! the job, ticks.
 
 use super::groups;
+use crate::engine::messages::PlanReady;
 use crate::i18n::{advice, message, say, t};
 use crate::model::{FilesEvent, JobEvent};
 use crate::page::{OpenJob, open_board, open_job, send};
 use crate::widgets::{Icon, icon, picture_button_if, push, push_if};
 use crate::workbench::edit;
-use annulus_core::diagnostic::Diagnostic;
+use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::proof::Whole;
 use leptos::ev;
 use leptos::html::{div, h2, header, input, label, li, p, section, span, strong, ul};
@@ -30,12 +32,18 @@ pub(super) fn problems() -> impl IntoView {
         desk.proved
             .with(|proved| proved.as_ref().map_or(0, |proved| proved.groups.iter().map(all).sum::<usize>()))
     };
+    let warned = Memo::new(move |_| desk.plan.with(|plan| warnings_of(plan.as_deref())));
     let any = move || found() > 0;
-    let count = move || desk.left_out.with(Vec::len) + found();
+    let count = move || desk.left_out.with(Vec::len) + warned.with(Vec::len) + found();
     let unread = move || open_board().unread();
     let left_out = move || {
         let lines: Vec<AnyView> =
             desk.left_out.get().into_iter().map(|error| missing_line(error).into_any()).collect();
+        (!lines.is_empty()).then(|| ul().class("findings").child(lines))
+    };
+    let warnings = move || {
+        let lines: Vec<AnyView> =
+            warned.get().into_iter().map(|warning| warning_line(warning).into_any()).collect();
         (!lines.is_empty()).then(|| ul().class("findings").child(lines))
     };
     let list = move || match desk.proved.get() {
@@ -74,7 +82,26 @@ pub(super) fn problems() -> impl IntoView {
             left_out,
             whole,
             list,
+            warnings,
         ))
+}
+
+/// What the plan warns of.
+fn warnings_of(plan: Option<&PlanReady>) -> Vec<Diagnostic> {
+    let warnings = |diagnostic: &&Diagnostic| diagnostic.severity == Severity::Warning;
+    plan.into_iter().flat_map(|plan| plan.diagnostics.iter().filter(warnings)).cloned().collect()
+}
+
+/// One warning of the plan: nobody has to tick it.
+fn warning_line(warning: Diagnostic) -> impl IntoView {
+    let what = warning.clone();
+    li().class("finding tone-pause").child((
+        icon(Icon::Warning),
+        div().class("grow").child((
+            strong().child(move || message(&what)),
+            span().class("quiet").child(move || advice(&warning)),
+        )),
+    ))
 }
 
 /// What one change of the whole job opens, and the button that makes it: the lesser depth, else the finer tip.
