@@ -55,6 +55,9 @@ function stop(event) {
   const sent = () => (fallen.dataset.stop = "sent");
   const unsent = () => (fallen.dataset.stop = "unsent");
   try {
+    // A socket that is closed takes what is sent without a word.
+    const { readyState = WebSocket.OPEN } = globalThis.annulusStop.carrier;
+    if (readyState !== WebSocket.OPEN) throw new Error("the line is closed");
     Promise.resolve(globalThis.annulusStop()).then(sent, unsent);
   } catch {
     unsent();

@@ -236,14 +236,30 @@ test("on a narrow window everything is reached by scrolling, and nothing is inac
   }
 });
 
+/** The sample's holes are being drilled, and the first bit is asked for. */
+async function started(page) {
+  await page.getByRole("button", { name: /Sample board/ }).click();
+  await drillOnly(page);
+  const { start } = await startJob(page);
+  await start.click();
+}
+
+/** The panel of a page whose program trapped, from outside: memory is given back that there never was. */
+async function broken(page) {
+  await page.evaluate(async () => {
+    const program = await (await import(new URL("page.js", document.baseURI).href)).default();
+    setTimeout(() => program.__wbindgen_free(0xfffffff0, 64, 4));
+  });
+  const fallen = page.getByRole("dialog", { name: "This page broke down" });
+  await fallen.waitFor();
+  return fallen;
+}
+
 test("on a phone that shows another screen a STOP is told in sight, however far it is scrolled", async () => {
   const own = await startBridge({ speed: 2 });
   const { page, context } = await openLinked(held.browser, own, { width: 390, height: 844 });
   try {
-    await page.getByRole("button", { name: /Sample board/ }).click();
-    await drillOnly(page);
-    const { start } = await startJob(page);
-    await start.click();
+    await started(page);
     await page.getByRole("button", { name: "Continue: the bit is in" }).click();
     await show(page, "Settings");
     await page.evaluate(() => scrollTo(0, document.body.scrollHeight));
@@ -264,18 +280,9 @@ test("a page whose program broke says so above every dialog, and its own STOP st
   const own = await startBridge({ speed: 2 });
   const { page, context } = await openLinked(held.browser, own, { width: 390, height: 844 });
   try {
-    await page.getByRole("button", { name: /Sample board/ }).click();
-    await drillOnly(page);
-    const { start } = await startJob(page);
-    await start.click();
+    await started(page);
     await page.getByRole("button", { name: "Continue: the bit is in" }).waitFor();
-    // A real trap, from outside: memory is given back that there never was.
-    await page.evaluate(async () => {
-      const program = await (await import(new URL("page.js", document.baseURI).href)).default();
-      setTimeout(() => program.__wbindgen_free(0xfffffff0, 64, 4));
-    });
-    const fallen = page.getByRole("dialog", { name: "This page broke down" });
-    await fallen.waitFor();
+    const fallen = await broken(page);
     await page.keyboard.press("Escape");
     assert.ok(await fallen.isVisible(), "it stays");
     const stop = fallen.getByRole("button", { name: "STOP", exact: true });
@@ -290,6 +297,12 @@ test("a page whose program broke says so above every dialog, and its own STOP st
     await fallen.getByRole("button", { name: "Load the page again" }).click();
     await page.getByRole("heading", { level: 1 }).first().waitFor({ state: "attached" });
     assert.ok(!(await fallen.isVisible()), "the page is there again");
+    // A line that is closed takes a STOP without a word: it is not said to be sent.
+    await (await pressed(page)).waitFor();
+    await own.stop();
+    await page.waitForTimeout(1000);
+    await (await broken(page)).getByRole("button", { name: "STOP", exact: true }).click();
+    await page.getByText(/^STOP could not be sent/).waitFor();
   } finally {
     await context.close();
     await own.stop();

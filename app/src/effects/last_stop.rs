@@ -14,6 +14,8 @@ use wasm_bindgen::prelude::*;
 
 /// Where `www/boot.js` looks for it.
 const CALL: &str = "annulusStop";
+/// And there what carries it.
+const CARRIER: &str = "carrier";
 
 #[wasm_bindgen]
 extern "C" {
@@ -26,7 +28,10 @@ extern "C" {
 /// From now on it is `target.method(argument)`.
 pub(super) fn is(target: &JsValue, method: &str, argument: &JsValue) {
     let call = Reflect::get(target, &method.into()).map(JsCast::unchecked_into::<Call>);
-    keep(&call.map_or(JsValue::UNDEFINED, |call| call.bind(target, argument)));
+    let bound = call.map_or(JsValue::UNDEFINED, |call| call.bind(target, argument));
+    // A socket that is closed takes what is sent without a word: who calls looks at it first.
+    let _ = Reflect::set(&bound, &CARRIER.into(), target);
+    keep(&bound);
 }
 
 /// There is none: what is there comes to rest by itself where nothing follows, as a USB adapter does.
