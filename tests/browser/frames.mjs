@@ -1,22 +1,42 @@
 // How long a frame of the simulation takes, flat and in space, played and scrubbed, in both graphics interfaces. `cargo xtask bench`
-// runs it. The interfaces draw in software here: on a graphics card a frame takes a small part of that.
+// runs it. The interfaces draw in software, and a frame takes a small part of that on a graphics card: with ANNULUS_CARD=1 one
+// draws, and frames follow each other as fast as they can, not as a screen shows them.
 //
-// Comes in: the sample, and boards of the corpus where there is one. Goes out: lines on standard output. Judges nothing.
+// Comes in: the sample, and boards of the corpus where there is one; or as arguments, how many straight pieces are to be routed
+// instead (125000 are a million segments: the mill goes down in eight steps). Goes out: lines on standard output. Judges nothing.
 
 import { join } from "node:path";
 import { readdirSync } from "node:fs";
-import { corpus, data, openBrowser, openLinked, show, startBridge, until } from "./harness.mjs";
+import { corpus, data, onCard, openBrowser, openLinked, show, startBridge, until } from "./harness.mjs";
 
 const BOARDS = ["kicad/4.0-multivibrator", "eagle/arduino-uno"];
 const WATCHED_MS = 4000;
+const UNTHROTTLED = onCard ? ["--disable-frame-rate-limit", "--disable-gpu-vsync"] : [];
 
-async function open(page, folder) {
-  if (!folder) return page.getByRole("button", { name: /Sample board/ }).click();
+/** An Excellon file that routes so many straight pieces in rows over 100 mm × 80 mm, up and down a little so that none goes on. */
+function routed(segments) {
+  const [rows, paths] = [Math.ceil(segments / 2000), []];
+  for (let row = 0, left = segments; row < rows; row += 1, left -= 2000) {
+    const place = (at) => `X${((row % 2 ? 2000 - at : at) / 20).toFixed(3)}Y${((row + 0.5) * (80 / rows) + (at % 2 ? 0.02 : -0.02)).toFixed(3)}`;
+    paths.push(`G00${place(0)}`, "M15");
+    for (let at = 1; at <= Math.min(2000, left); at += 1) paths.push(`G01${place(at)}`);
+    paths.push("M16");
+  }
+  return ["M48", "METRIC,TZ", "T1C0.800", "%", "G90", "T1", ...paths, "M30", ""].join("\n");
+}
+
+async function open(page, board) {
+  if (!board) return page.getByRole("button", { name: /Sample board/ }).click();
   const chooser = page.waitForEvent("filechooser");
   await page.getByRole("button", { name: "Open files…" }).click();
-  await (await chooser).setFiles(readdirSync(folder).map((name) => join(folder, name)));
+  const folder = typeof board === "number" ? null : join(corpus(), board);
+  const files = folder
+    ? readdirSync(folder).map((name) => join(folder, name))
+    : [{ name: `routed-${board}.drl`, mimeType: "text/plain", buffer: Buffer.from(routed(board)) }];
+  await (await chooser).setFiles(files);
   const use = page.getByRole("button", { name: /Use this board/ });
-  await until(async () => (await use.isVisible()) || Number(await data(page, "holes")) > 0, "the board");
+  const planned = page.getByText(/^Planned .* m,/);
+  await until(async () => (await use.isVisible()) || (await planned.isVisible()), "the board");
   if (await use.isVisible()) await use.click();
 }
 
@@ -47,26 +67,27 @@ const told = (times) => {
   return `${share(0.5)} ms median ${share(0.95)} ms of 95 % ${share(1)} ms longest`;
 };
 
-const folder = corpus();
+const segments = process.argv.slice(2).map(Number);
+const boards = segments.length > 0 ? segments : [null, ...(corpus() ? BOARDS : [])];
 const bridge = await startBridge();
 for (const gpu of ["webgl2", "webgpu"]) {
-  for (const board of [null, ...(folder ? BOARDS : [])]) {
-    const browser = await openBrowser(gpu);
+  for (const board of boards) {
+    const browser = await openBrowser(gpu, UNTHROTTLED);
     const { page } = await openLinked(browser, bridge);
-    await open(page, board && join(folder, board));
+    await open(page, board);
     await page.getByText(/^Planned .* m,/).waitFor();
     await show(page, "Simulate");
     await page.getByRole("button", { name: "From above (T)" }).waitFor();
     await page.waitForTimeout(5000);
-    const backend = await data(page, "backend");
+    const drawn = `${await data(page, "backend")}, ${await data(page, "lines")} segments`;
     for (const flat of [false, true]) {
       if (flat) await page.keyboard.press("Alt+3");
-      const name = `frame/${(board ?? "sample").split("/").pop()}, ${flat ? "flat" : "in space"}`.padEnd(44);
+      const name = `frame/${String(board ?? "sample").split("/").pop()}, ${flat ? "flat" : "in space"}`.padEnd(44);
       await page.keyboard.press("Home");
       await page.keyboard.press("Space");
-      console.log(`${name} played   ${told(await frames(page, false))}  (${backend})`);
+      console.log(`${name} played   ${told(await frames(page, false))}  (${drawn})`);
       await page.keyboard.press("Space");
-      console.log(`${name} scrubbed ${told(await frames(page, true))}  (${backend})`);
+      console.log(`${name} scrubbed ${told(await frames(page, true))}  (${drawn})`);
     }
     await browser.close();
   }

@@ -59,8 +59,18 @@ const webgpu = [
   "--use-vulkan=swiftshader",
 ];
 
+/** Flags under which a graphics card draws, by Vulkan: `ANNULUS_CARD=1`, for measuring only. */
+const card = ["--use-angle=vulkan", "--use-vulkan=native", "--enable-features=Vulkan", "--ignore-gpu-blocklist", "--enable-gpu"];
+
+/** Whether a graphics card draws. */
+export const onCard = Boolean(process.env.ANNULUS_CARD);
+
 /** Flags by what draws; with "none" the page has a plain canvas, as on a computer whose graphics card is not trusted. */
-const GPUS = { webgpu: [...webgl2, ...webgpu], webgl2, none: ["--disable-gpu", "--disable-software-rasterizer"] };
+const GPUS = {
+  webgpu: onCard ? [...card, "--enable-unsafe-webgpu"] : [...webgl2, ...webgpu],
+  webgl2: onCard ? [...card, "--disable-features=WebGPU,WebGPUService"] : webgl2,
+  none: ["--disable-gpu", "--disable-software-rasterizer"],
+};
 
 /** A browser in which "webgpu", "webgl2" or "none" draws, with more flags. */
 export async function openBrowser(gpu = "webgl2", more = []) {
