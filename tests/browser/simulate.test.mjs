@@ -90,6 +90,26 @@ test("a graphics card that is lost again and again leaves a flat picture that sa
   }
 });
 
+test("WebGPU that is lost again and again leaves WebGL2, and that leaves a flat picture", async () => {
+  const browser = await openBrowser("webgpu");
+  try {
+    const { page } = await openLinked(browser, held.bridge);
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await page.getByText(/^Planned .* m,/).waitFor();
+    await until(async () => Number(await data(page, "frames")) > 0, "a picture");
+    const drawn = [];
+    for (let loss = 1; loss <= 8; loss += 1) {
+      drawn.push(await data(page, "backend"));
+      await page.locator("canvas").first().dispatchEvent("webglcontextlost");
+      await until(async () => Number(await data(page, "losses")) === loss, `a new picture after loss ${loss}`);
+    }
+    drawn.push(await data(page, "backend"));
+    assert.deepEqual(drawn, [...Array(4).fill("WebGPU"), ...Array(4).fill("WebGL2"), "2D"]);
+  } finally {
+    await browser.close();
+  }
+});
+
 test("what draws on the graphics card is fetched by itself: without it there is a flat picture, and the next page has it", async () => {
   const { page, context, problems } = await held.fresh();
   try {

@@ -53,6 +53,14 @@ impl Backend {
             Self::Flat => "2D",
         }
     }
+
+    /// What is tried where this one is lost again and again.
+    pub(super) const fn below(self) -> PainterChoice {
+        match self {
+            Self::WebGpu => PainterChoice::WebGl2,
+            Self::WebGl2 | Self::Flat => PainterChoice::Flat,
+        }
+    }
 }
 
 /// What paints.

@@ -3,6 +3,7 @@
 //! ```text
 //! set_… ──▶ repaint ──▶ requestAnimationFrame ─┬▶ paint ─┬─ shown
 //!                               ResizeObserver ─┘         └─ device lost: new canvas, new painter, same scene; told
+//!                                                            lost again and again: WebGPU ▶ WebGL2 ▶ 2D
 //! ```
 //!
 //! Comes in: a host element. Goes out: a canvas in it. Does not know what is shown.
@@ -23,7 +24,7 @@ use std::rc::Rc;
 use wasm_bindgen::prelude::*;
 use web_sys::{HtmlElement, ResizeObserver};
 
-/// A device that is lost more often than this is not asked again.
+/// A kind of device that is lost more often than this is not asked again.
 const MOST_LOSSES: u32 = 3;
 /// A picture that is not sharp becomes so when nothing has moved for so long, in ms.
 const REST_MS: i32 = 250;
@@ -51,6 +52,7 @@ impl View {
             picker: None,
             fitted: true,
             frames: Frames::default(),
+            lost_of_kind: 0,
             recent_ms: [0.0; 60],
             frame_asked: None,
             sharp: false,
@@ -143,11 +145,14 @@ impl View {
     fn restore(&self) {
         let (host, wanted) = {
             let mut stage = self.0.borrow_mut();
-            stage.painter = Painter::None;
+            let lost = std::mem::replace(&mut stage.painter, Painter::None).backend();
             stage.canvas.remove();
             stage.frames.losses += 1;
-            let wanted = if stage.frames.losses > MOST_LOSSES { PainterChoice::Flat } else { stage.wanted };
-            (stage.host.clone(), wanted)
+            stage.lost_of_kind += 1;
+            if stage.lost_of_kind > MOST_LOSSES {
+                (stage.wanted, stage.lost_of_kind) = (lost.below(), 0);
+            }
+            (stage.host.clone(), stage.wanted)
         };
         let stage = Rc::downgrade(&self.0);
         wasm_bindgen_futures::spawn_local(async move {

@@ -55,6 +55,8 @@ pub(super) struct Stage {
     pub(super) picker: Option<Picker>,
     pub(super) fitted: bool,
     pub(super) frames: Frames,
+    /// How often a device of the kind that is wanted now was lost.
+    pub(super) lost_of_kind: u32,
     pub(super) recent_ms: [f64; 60],
     pub(super) frame_asked: Option<i32>,
     /// The frame that is asked for is sharp: nothing moves any more.
