@@ -2,7 +2,7 @@
 
 // The same board that the engine's own tests have.
 #[allow(dead_code)]
-#[path = "../../../core/tests/controller/automaton.rs"]
+#[path = "../../../core/tests/controller/automaton/mod.rs"]
 mod automaton;
 
 mod changer;
