@@ -20,7 +20,7 @@ use crate::model::{Document, Effect, Lane, Model, files};
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{self, History, Layer};
 use annulus_core::project::saved::SaidOfFiles;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// A board that is being made of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +46,8 @@ pub(super) struct WithBoard {
     using: Option<Using>,
     /// The state of the drawing that the open board was made of.
     pub(super) used: Option<u32>,
+    /// The board that one made of a drawing took the place of last.
+    replaced: Weak<Document>,
     /// The screen seen last.
     tab: Tab,
 }
@@ -76,6 +78,11 @@ impl Draw {
     /// Whether it speaks of what files draw, and none are open.
     pub fn is_of_files_elsewhere(&self) -> bool {
         self.shown.of_files && !self.over().1
+    }
+
+    /// Whether a board is being made of it.
+    pub(in crate::model) fn is_making(&self) -> bool {
+        self.with_board.using.is_some()
     }
 
     /// Whether the open board is not made of the drawing as it is.
@@ -179,6 +186,12 @@ fn other_document(model: &mut Model, now: Option<Arc<Document>>) -> Vec<Effect> 
     if let Some(Using { changes, tab }) = using {
         draw.with_board.used = Some(changes);
         model.frame.tab = tab;
+        return Vec::new();
+    }
+    if Weak::as_ptr(&draw.with_board.replaced) == Arc::as_ptr(&now) {
+        // Back from the board that was made of the drawing, which stays under work.
+        draw.forget_files();
+        draw.with_board.used = None;
         return Vec::new();
     }
     let found = drawn(&now).and_then(|(name, text)| drawing::read(name, text).ok());
@@ -304,6 +317,9 @@ pub(super) fn make(model: &mut Model, tab: Tab) -> Vec<Effect> {
     draw.with_board.using = Some(Using { changes: editor.changes(), tab });
     let under = draw.with_board.seen.clone().filter(|_| draw.over().0);
     let again = under.is_some() || draw.with_board.used.is_some();
+    if !again {
+        draw.with_board.replaced = draw.with_board.seen.as_ref().map(Arc::downgrade).unwrap_or_default();
+    }
     let mut files: Vec<(String, Vec<u8>)> = under.iter().flat_map(|under| plain(under)).cloned().collect();
     files.push(file);
     let open = draw.with_board.seen.clone().filter(|_| again);
