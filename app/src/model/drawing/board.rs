@@ -12,7 +12,7 @@ use super::lying::{lies_over, over_files, plain};
 use super::{Draw, Editor, kept, saving};
 use crate::drawing::Locked;
 use crate::engine::Stopped;
-use crate::engine::messages::{Answer, Request, ToRead};
+use crate::engine::messages::{Answer, Request, ToRead, Traced};
 use crate::keys::Tab;
 use crate::layers::{LayerKind, LayerLook};
 use crate::model::planning::{OnTheWay, Wanted};
@@ -115,6 +115,7 @@ impl Draw {
         self.with_board.traced = false;
         self.with_board.tracing = None;
         self.set_imported(Arc::default());
+        self.shown.under = Arc::default();
     }
 
     fn set_imported(&mut self, imported: Arc<Vec<drawing::Imported>>) {
@@ -288,8 +289,9 @@ pub(in crate::model) fn answered(
     let draw = &mut model.draw;
     draw.with_board.tracing = None;
     draw.with_board.traced = true;
-    if let Ok(Answer::Traced(imported)) = answer {
+    if let Ok(Answer::Traced(Traced { imported, outline_mm })) = answer {
         draw.set_imported(Arc::new(imported));
+        draw.shown.under = Arc::new(outline_mm);
         draw.look_at_all();
     }
     draw.refresh();

@@ -2,6 +2,7 @@
 
 use super::draw_rows::DrawnBoard;
 use crate::drawing::fields::FieldValue;
+use crate::drawing::scene::scene;
 use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
@@ -9,7 +10,8 @@ use crate::layers::LayerKind;
 use crate::model::drawing::DrawingExport;
 use crate::model::{Document, DrawEvent, Effect, Event, FilesEvent, FrameEvent, ToastAct};
 use crate::said::Text;
-use annulus_core::board::drawing::{self, Catch};
+use crate::view::Palette;
+use annulus_core::board::drawing::{self, Catch, Layer};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::units::Length;
 use std::sync::Arc;
@@ -63,6 +65,28 @@ pub(super) fn over_files() -> DrawnBoard {
     sheet
 }
 
+#[test]
+fn the_edge_of_the_files_lies_faintly_under_what_is_drawn_over_them() {
+    let mut sheet = DrawnBoard::default();
+    let edge = "%TF.FileFunction,Profile,NP*%%FSLAX33Y33*%%MOMM*%%ADD10C,0.1*%D10*\
+                X-1000Y-1000D02*X9000Y-1000D01*X9000Y7000D01*X-1000Y7000D01*X-1000Y-1000D01*M02*";
+    let files = [("a.gbr", COPPER), ("a.drl", DRILL), ("a-edge.gbr", edge.as_bytes())];
+    open_files(&mut sheet, files.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).to_vec());
+    let palette = Palette::DARK;
+    let seen = |sheet: &DrawnBoard| {
+        let shown = &sheet.model.draw.shown;
+        scene((&shown.sheet, &shown.under), &shown.chosen, (Layer::Top, None), &palette)
+    };
+    let lines = seen(&sheet).lines;
+    let mut corners: Vec<[i32; 2]> = lines.iter().map(|line| line.a_mm.map(|mm| mm as i32)).collect();
+    corners.sort_unstable();
+    assert_eq!(corners, [[-1, -1], [-1, 7], [9, -1], [9, 7]]);
+    assert!(lines.iter().all(|line| line.a_mm != line.b_mm && line.colour != palette.outline));
+    assert_eq!(seen(&sheet).wanted_mm, Some([[-7.0, -8.0], [15.0, 14.0]]), "all of it is looked at");
+    sheet.event(DrawEvent::Over { on: false });
+    assert_eq!(seen(&sheet).lines, []);
+}
+
 /// The same with another drill file.
 fn over(drill: &[u8]) -> DrawnBoard {
     let mut sheet = DrawnBoard::default();
@@ -72,7 +96,10 @@ fn over(drill: &[u8]) -> DrawnBoard {
 
 /// Opens the files, and what they draw in the editor.
 fn open_over(sheet: &mut DrawnBoard, drill: &[u8]) {
-    let files = vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), drill.to_vec())];
+    open_files(sheet, vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), drill.to_vec())]);
+}
+
+fn open_files(sheet: &mut DrawnBoard, files: Vec<(String, Vec<u8>)>) {
     sheet.event(FilesEvent::Chosen { files });
     let (number, request) = asked(&sheet.out).unwrap();
     let answer = alone(request);
