@@ -6,6 +6,7 @@
 pub use annulus_core::locale::typed;
 
 use crate::said::{Text, key};
+use annulus_core::geometry::Point;
 
 /// The unit lengths are shown in. Everything inside stays millimetres; this is for the eye alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,6 +30,12 @@ impl Unit {
     /// A coordinate with the digits a machine can tell apart: 1 µm, or 0.0001 inch.
     pub fn coordinate(self, mm: f64) -> String {
         self.with_digits(mm, if self == Self::Inch { 4 } else { 3 })
+    }
+
+    /// How far `to` is from `from`: straight, in X and in Y, each with the digits of a coordinate.
+    pub fn apart(self, from: Point, to: Point) -> [String; 3] {
+        let lengths_mm = [from.distance_mm(to), (to.x - from.x).mm(), (to.y - from.y).mm()];
+        lengths_mm.map(|mm| self.coordinate(mm))
     }
 
     /// A coordinate without the zeros at its end.
@@ -126,6 +133,13 @@ mod tests {
         for (unit, mm, text) in short.into_iter().chain(more) {
             assert_eq!(unit.short(mm), text);
         }
+    }
+
+    #[test]
+    fn a_measure_has_as_many_decimals_in_every_part() {
+        let (from, to) = (Point::from_mm(1.0, 2.0), Point::from_mm(4.0, 0.75));
+        assert_eq!(Unit::Millimetre.apart(from, to), ["3.250", "3.000", "-1.250"]);
+        assert_eq!(Unit::Inch.apart(from, to), ["0.1280", "0.1181", "-0.0492"]);
     }
 
     #[test]
