@@ -3,7 +3,7 @@
 //! Comes in: a program's bytes and how the drill stands. Goes out: a [`Prepared`] job. Moves nothing.
 
 use crate::surface::{Followed, Ground, KeptSurface, followed};
-use annulus_core::board::USUAL_BED;
+use annulus_core::board::bed;
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
@@ -309,7 +309,7 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
 pub(crate) fn far_below(program: &Program, machine: &Machine) -> Option<PreflightRow> {
     let below = deepest(program) - machine.process.board_thickness;
     let why = || Diagnostic::warning("preflight.far_below").with("below", format!("{:.2}", below.mm()));
-    (below > USUAL_BED).then(|| row(RowVerdict::Warn, why()))
+    (below > bed(false)).then(|| row(RowVerdict::Warn, why()))
 }
 
 /// The errors of the job that a person saw and accepted, said once more.
