@@ -109,7 +109,7 @@ fn whole_line(bench: OpenJob, whole: Whole) -> impl IntoView {
     let said: Vec<AnyView> = whole
         .diagnostics()
         .into_iter()
-        .map(|told| strong().child(move || message(&told)).into_any())
+        .map(|told| strong().child(move || message(&with_bit_called(&told))).into_any())
         .collect();
     let offer = match (whole.shallower, whole.tip) {
         (Some(offer), _) => {
@@ -131,6 +131,14 @@ fn whole_line(bench: OpenJob, whole: Whole) -> impl IntoView {
         div().class("grow").child(said),
         div().class("row").child(offer),
     ))
+}
+
+/// The same with its bit called as people call it.
+fn with_bit_called(told: &Diagnostic) -> Diagnostic {
+    let mut told = told.clone();
+    let bits = told.args.iter_mut().filter(|(name, _)| name == "bit");
+    bits.for_each(|(_, bit)| *bit = super::called(bit));
+    told
 }
 
 /// One error of the plan.
