@@ -6,6 +6,7 @@
 pub use annulus_core::locale::typed;
 
 use crate::said::{Text, key};
+use annulus_core::diagnostic::Diagnostic;
 use annulus_core::geometry::Point;
 
 /// The unit lengths are shown in. Everything inside stays millimetres; this is for the eye alone.
@@ -70,10 +71,40 @@ impl Unit {
     }
 
     fn with_digits(self, mm: f64, digits: usize) -> String {
-        let text = format!("{:.*}", digits, self.of_mm(mm));
-        let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
-        if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+        rounded(self.of_mm(mm), digits)
     }
+}
+
+/// A number with so many decimals; what is zero then has no sign.
+fn rounded(number: f64, digits: usize) -> String {
+    let text = format!("{number:.digits$}");
+    let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+}
+
+/// What of a board names places of it, beside all that is said of its toolpaths.
+const NAME_PLACES: [&str; 3] = ["board.nets_meet", "board.outline_mended", "drawing.file_is_another"];
+
+/// What was `found`, with the place of the board that it names counted from `zero` instead of in the files' coordinates.
+pub fn counted_from(found: &Diagnostic, zero: Point) -> Diagnostic {
+    // A zone is told where a person typed that it lies.
+    let of_toolpaths = found.code.starts_with("cam.") && found.code != "cam.zone_beside";
+    let mut found = found.clone();
+    if !of_toolpaths && !NAME_PLACES.contains(&found.code.as_str()) {
+        return found;
+    }
+    for (name, value) in &mut found.args {
+        let by = match name.as_str() {
+            "x" => zero.x,
+            "y" => zero.y,
+            _ => continue,
+        };
+        if let Ok(mm) = value.parse::<f64>() {
+            let digits = value.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+            *value = rounded(mm - by.mm(), digits);
+        }
+    }
+    found
 }
 
 /// A number with as many digits as it has, at most three.
@@ -140,6 +171,23 @@ mod tests {
         let (from, to) = (Point::from_mm(1.0, 2.0), Point::from_mm(4.0, 0.75));
         assert_eq!(Unit::Millimetre.apart(from, to), ["3.250", "3.000", "-1.250"]);
         assert_eq!(Unit::Inch.apart(from, to), ["0.1280", "0.1181", "-0.0492"]);
+    }
+
+    #[test]
+    fn places_of_the_board_are_counted_from_its_zero_and_shifts_are_not() {
+        let zero = Point::from_mm(100.0, -50.0);
+        let rows = [
+            ("cam.holes_outside", "112.345", "-40.00", "12.345 10.00"),
+            ("board.nets_meet", "100.000", "-50.000", "0.000 0.000"),
+            ("board.moved", "112.345", "-40.00", "112.345 -40.00"),
+            ("cam.zone_beside", "1.00", "2.00", "1.00 2.00"),
+        ];
+        for (code, x, y, wanted) in rows {
+            let found = Diagnostic::warning(code).with("x", x).with("y", y).with("count", 3);
+            let told = counted_from(&found, zero);
+            let values: Vec<&str> = told.args.iter().map(|(_, value)| value.as_str()).collect();
+            assert_eq!(values.join(" "), format!("{wanted} 3"), "{code}");
+        }
     }
 
     #[test]
