@@ -289,6 +289,19 @@ mod tests {
     }
 
     #[test]
+    fn a_slot_and_a_gap_of_copper_are_two_words_in_polish() {
+        let has = |text: &str, words: [&str; 2]| words.iter().any(|word| text.to_lowercase().contains(word));
+        let mut gaps = 0;
+        for (key, english) in entries("en") {
+            let polish = lookup("pl", key).unwrap_or_default();
+            let (slot, gap) = (has(english, ["slot ", "slots"]), has(english, [" gap", "gap "]));
+            assert!(slot || !gap || !polish.to_lowercase().contains("szczelin"), "{key}: {polish}");
+            gaps += u32::from(gap && polish.to_lowercase().contains("odstęp"));
+        }
+        assert!(gaps > 10, "gaps have a word: {gaps}");
+    }
+
+    #[test]
     fn a_form_that_is_left_out_is_the_last_one() {
         let said = |count| form_of("pl", count, "otwór|otwory|otworów");
         assert_eq!(["1", "4", "12", "2.5"].map(said), ["otwór", "otwory", "otworów", "otworów"]);
