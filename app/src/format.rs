@@ -83,7 +83,14 @@ fn rounded(number: f64, digits: usize) -> String {
 }
 
 /// What of a board names places of it, beside all that is said of its toolpaths.
-const NAME_PLACES: [&str; 3] = ["board.nets_meet", "board.outline_mended", "drawing.file_is_another"];
+const NAME_PLACES: [&str; 6] = [
+    "board.nets_meet",
+    "board.outline_mended",
+    "drawing.file_is_another",
+    "written.extra",
+    "written.missing",
+    "written.still",
+];
 
 /// What was `found`, with the place of the board that it names counted from `zero` instead of in the files' coordinates.
 pub fn counted_from(found: &Diagnostic, zero: Point) -> Diagnostic {
@@ -179,6 +186,7 @@ mod tests {
         let rows = [
             ("cam.holes_outside", "112.345", "-40.00", "12.345 10.00"),
             ("board.nets_meet", "100.000", "-50.000", "0.000 0.000"),
+            ("written.missing", "101.00", "-49.50", "1.00 0.50"),
             ("board.moved", "112.345", "-40.00", "112.345 -40.00"),
             ("cam.zone_beside", "1.00", "2.00", "1.00 2.00"),
         ];
