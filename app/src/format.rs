@@ -6,6 +6,8 @@
 pub use annulus_core::locale::typed;
 
 use crate::said::{Text, key};
+use annulus_core::diagnostic::Diagnostic;
+use annulus_core::geometry::Point;
 
 /// The unit lengths are shown in. Everything inside stays millimetres; this is for the eye alone.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -29,6 +31,12 @@ impl Unit {
     /// A coordinate with the digits a machine can tell apart: 1 µm, or 0.0001 inch.
     pub fn coordinate(self, mm: f64) -> String {
         self.with_digits(mm, if self == Self::Inch { 4 } else { 3 })
+    }
+
+    /// How far `to` is from `from`: straight, in X and in Y, each with the digits of a coordinate.
+    pub fn apart(self, from: Point, to: Point) -> [String; 3] {
+        let lengths_mm = [from.distance_mm(to), (to.x - from.x).mm(), (to.y - from.y).mm()];
+        lengths_mm.map(|mm| self.coordinate(mm))
     }
 
     /// A coordinate without the zeros at its end.
@@ -63,10 +71,47 @@ impl Unit {
     }
 
     fn with_digits(self, mm: f64, digits: usize) -> String {
-        let text = format!("{:.*}", digits, self.of_mm(mm));
-        let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
-        if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+        rounded(self.of_mm(mm), digits)
     }
+}
+
+/// A number with so many decimals; what is zero then has no sign.
+fn rounded(number: f64, digits: usize) -> String {
+    let text = format!("{number:.digits$}");
+    let is_zero = text.chars().all(|c| matches!(c, '-' | '0' | '.'));
+    if is_zero { text.trim_start_matches('-').to_owned() } else { text }
+}
+
+/// What of a board names places of it, beside all that is said of its toolpaths.
+const NAME_PLACES: [&str; 6] = [
+    "board.nets_meet",
+    "board.outline_mended",
+    "drawing.file_is_another",
+    "written.extra",
+    "written.missing",
+    "written.still",
+];
+
+/// What was `found`, with the place of the board that it names counted from `zero` instead of in the files' coordinates.
+pub fn counted_from(found: &Diagnostic, zero: Point) -> Diagnostic {
+    // A zone is told where a person typed that it lies.
+    let of_toolpaths = found.code.starts_with("cam.") && found.code != "cam.zone_beside";
+    let mut found = found.clone();
+    if !of_toolpaths && !NAME_PLACES.contains(&found.code.as_str()) {
+        return found;
+    }
+    for (name, value) in &mut found.args {
+        let by = match name.as_str() {
+            "x" => zero.x,
+            "y" => zero.y,
+            _ => continue,
+        };
+        if let Ok(mm) = value.parse::<f64>() {
+            let digits = value.split_once('.').map_or(0, |(_, decimals)| decimals.len());
+            *value = rounded(mm - by.mm(), digits);
+        }
+    }
+    found
 }
 
 /// A number with as many digits as it has, at most three.
@@ -125,6 +170,31 @@ mod tests {
         ];
         for (unit, mm, text) in short.into_iter().chain(more) {
             assert_eq!(unit.short(mm), text);
+        }
+    }
+
+    #[test]
+    fn a_measure_has_as_many_decimals_in_every_part() {
+        let (from, to) = (Point::from_mm(1.0, 2.0), Point::from_mm(4.0, 0.75));
+        assert_eq!(Unit::Millimetre.apart(from, to), ["3.250", "3.000", "-1.250"]);
+        assert_eq!(Unit::Inch.apart(from, to), ["0.1280", "0.1181", "-0.0492"]);
+    }
+
+    #[test]
+    fn places_of_the_board_are_counted_from_its_zero_and_shifts_are_not() {
+        let zero = Point::from_mm(100.0, -50.0);
+        let rows = [
+            ("cam.holes_outside", "112.345", "-40.00", "12.345 10.00"),
+            ("board.nets_meet", "100.000", "-50.000", "0.000 0.000"),
+            ("written.missing", "101.00", "-49.50", "1.00 0.50"),
+            ("board.moved", "112.345", "-40.00", "112.345 -40.00"),
+            ("cam.zone_beside", "1.00", "2.00", "1.00 2.00"),
+        ];
+        for (code, x, y, wanted) in rows {
+            let found = Diagnostic::warning(code).with("x", x).with("y", y).with("count", 3);
+            let told = counted_from(&found, zero);
+            let values: Vec<&str> = told.args.iter().map(|(_, value)| value.as_str()).collect();
+            assert_eq!(values.join(" "), format!("{wanted} 3"), "{code}");
         }
     }
 

@@ -16,7 +16,7 @@ use crate::view::{
 use annulus_core::board::changes::{BoardChanges, Fate};
 use annulus_core::board::{Board, Hole, Slot};
 use annulus_core::cam::work::{OperationKind, Work};
-use annulus_core::geometry::{Bounds, Path, Point};
+use annulus_core::geometry::{Bounds, Path, Point, Region};
 use annulus_core::job::{Bit, Cutter, Program};
 use annulus_core::units::Length;
 use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
@@ -108,12 +108,7 @@ pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
             colour: colour(width),
         }
     };
-    let ring = |path: &Path| {
-        let points = path.flattened(CHORD_ERROR_MM);
-        let corners = points.len() - usize::from(path.is_closed());
-        points.iter().take(corners).map(|point| place(origin, *point)).collect()
-    };
-    let outline: Vec<Vec<[f32; 2]>> = board.outline.paths().map(ring).collect();
+    let outline = rings(&board.outline, origin);
     let filled = fill(&outline);
     Scene {
         plate: body.filter(|_| filled.is_empty()).map(|bounds| plate(origin, bounds)),
@@ -126,6 +121,16 @@ pub fn scene(board: &Board, body: Option<Bounds>, palette: &Palette) -> Scene {
         wanted_mm: None,
         chosen_mm: None,
     }
+}
+
+/// The closed lines of an outline, in mm from `origin`.
+pub fn rings(outline: &Region, origin: Point) -> Vec<Vec<[f32; 2]>> {
+    let ring = |path: &Path| {
+        let points = path.flattened(CHORD_ERROR_MM);
+        let corners = points.len() - usize::from(path.is_closed());
+        points.iter().take(corners).map(|point| place(origin, *point)).collect()
+    };
+    outline.paths().map(ring).collect()
 }
 
 /// Rings as triangles. A ring within another is a hole in it, one within a hole is solid again.

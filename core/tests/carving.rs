@@ -184,7 +184,14 @@ fn a_place_finds_its_second_and_a_second_its_place() {
 }
 
 fn room(travel: Option<Bounds>, deepest: i64) -> ToolRoom {
-    ToolRoom { travel, deepest: um(deepest), lowest: um(2_000), zones: Vec::new() }
+    ToolRoom {
+        travel,
+        deepest: um(deepest),
+        pins: 0..0,
+        deepest_pin: um(deepest),
+        lowest: um(2_000),
+        zones: Vec::new(),
+    }
 }
 
 #[test]
@@ -250,6 +257,13 @@ fn what_is_wrong_is_told_with_its_second_and_its_leg() {
     let reached = annulus_core::sim::reach(&good).unwrap().with(Point::default());
     assert_eq!(found(&good, Some(reached), 4_600), [], "the last half of a step is not outside");
     assert_eq!(found(&good, None, 2_000), [(Fault::TooDeep, 5), (Fault::TooDeep, 6)]);
+    let pinned = |deepest_pin| {
+        let room = ToolRoom { pins: 0..1, deepest_pin: um(deepest_pin), ..room(None, 2_000) };
+        let told = warnings(&playback(&good), &good.bits, &room);
+        told.iter().map(|one| (one.fault, one.leg)).collect::<Vec<_>>()
+    };
+    assert_eq!(pinned(2_200), [(Fault::TooDeep, 6)], "a hole for a pin goes into the bed");
+    assert_eq!(pinned(2_050), [(Fault::TooDeep, 5), (Fault::TooDeep, 6)]);
     assert_eq!(found(&drill_mills, None, 4_600), [(Fault::WrongTool, 1)]);
     let mut dragged = good;
     dragged.legs[6].commands.insert(2, rapid(26.0, 25.0));

@@ -3,14 +3,13 @@
 //! Comes in: a program's bytes and how the drill stands. Goes out: a [`Prepared`] job. Moves nothing.
 
 use crate::surface::{Followed, Ground, KeptSurface, followed};
-use annulus_core::board::USUAL_BED;
+use annulus_core::board::bed;
 use annulus_core::check;
 use annulus_core::control::{State, Trust, lateness};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::job::worn::{self, Wear};
 use annulus_core::job::{Bit, Command, Cutter, Leg, Mark, Program, bite, deepest};
 use annulus_core::level::{TOLERANCE, level};
-use annulus_core::locale;
 use annulus_core::machine::{self, Machine, RackTool, Steps, ToolWear};
 use annulus_core::magazine::{Held, ToolStock, changes_ticks};
 use annulus_core::motion;
@@ -260,10 +259,7 @@ pub fn prepare(key: &str, bytes: &[u8], from_leg: u32, context: &Context) -> Res
     if let Some(stock) = &context.stock {
         checks.extend(magazine(program, from_leg as usize, stock));
     } else if let Some(bit) = bit_of_leg(program, from_leg as usize) {
-        checks.push(row(
-            RowVerdict::Warn,
-            note("preflight.first_bit").with("bit", bit.title(locale::FALLBACK)),
-        ));
+        checks.push(row(RowVerdict::Warn, note("preflight.first_bit").with("bit", bit.titled())));
     }
     checks.extend(far_below(program, machine));
     checks.extend(accepted(program));
@@ -284,7 +280,7 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
     let mut missing: Vec<String> = Vec::new();
     let taken_up = bit_of_leg(program, from_leg).filter(|_| from_leg > 0);
     for bit in taken_up.into_iter().chain(wanted).filter(|bit| !stock.has(bit)) {
-        let title = bit.title(locale::FALLBACK);
+        let title = bit.titled();
         if !missing.contains(&title) {
             missing.push(title);
         }
@@ -309,7 +305,7 @@ fn magazine(program: &Program, from_leg: usize, stock: &ToolStock) -> Vec<Prefli
 pub(crate) fn far_below(program: &Program, machine: &Machine) -> Option<PreflightRow> {
     let below = deepest(program) - machine.process.board_thickness;
     let why = || Diagnostic::warning("preflight.far_below").with("below", format!("{:.2}", below.mm()));
-    (below > USUAL_BED).then(|| row(RowVerdict::Warn, why()))
+    (below > bed(false)).then(|| row(RowVerdict::Warn, why()))
 }
 
 /// The errors of the job that a person saw and accepted, said once more.
@@ -373,14 +369,14 @@ pub(crate) fn worn_tool(tool: &RackTool, bit: &Bit, (now, needs): (&ToolWear, We
         (false, true) => note("preflight.tool_wears_out"),
         (false, false) => return None,
     };
-    let found = found.with("number", tool.number).with("tool", bit.title(locale::FALLBACK));
+    let found = found.with("number", tool.number).with("tool", bit.titled());
     Some(found.with("done", now.done()).with("life", tool.life))
 }
 
 /// The drills of the program that the machine's rack does not have. Mills and V-bits belong to the job: no rack lists them.
 pub(crate) fn missing_drills(program: &Program, machine: &Machine) -> Vec<String> {
     let lacks = |bit: &&Bit| bit.cutter == Cutter::Drill && !machine.rack.iter().any(|tool| tool.is(bit));
-    program.bits.iter().filter(lacks).map(|bit| bit.title(locale::FALLBACK)).collect()
+    program.bits.iter().filter(lacks).map(|bit| bit.titled()).collect()
 }
 
 fn planned(program: Program, context: &Context) -> Result<Planned, Diagnostic> {

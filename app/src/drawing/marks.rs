@@ -5,7 +5,7 @@
 use super::pieces::{CHORD_ERROR_MM, DrawnPieces, fill, spot};
 use super::{Doing, Editor, Tool};
 use crate::view::Mesh;
-use annulus_core::board::drawing::{Body, Catch, Layer, Snap};
+use annulus_core::board::drawing::{Body, Catch, Layer, Snap, Thing};
 use annulus_core::geometry::Point;
 use annulus_core::units::Length;
 use std::collections::BTreeSet;
@@ -21,6 +21,8 @@ const COARSE_MM: f64 = 0.03;
 pub enum MarkMeaning {
     /// The rim of what is chosen.
     Chosen,
+    /// A node that is chosen: it has no size of its own, and so no rim.
+    ChosenNode,
     /// Copper, or an edge, that is not there yet.
     Coming(Layer),
     /// A box to choose with.
@@ -84,8 +86,12 @@ impl Chosen {
             if editor.finder().layer(drawing, *catch).is_some() {
                 fill(&mut mesh, body, chord_mm);
             }
-            if !many {
-                rim(&mut rims, body);
+            match *catch {
+                Catch::Drawn(id) if matches!(drawing.thing(id), Some(Thing::Node { .. })) => {
+                    rims.extend(body.points.iter().map(|at| handle(*at)));
+                }
+                _ if !many => rim(&mut rims, body),
+                _ => {}
             }
         }
         Self { rims, mesh: Arc::new(mesh), holes }
@@ -144,6 +150,11 @@ fn coming(editor: &Editor) -> Vec<DrawnMark> {
         Tool::Hole => vec![disc(pen.diameter, MarkMeaning::Measure)],
         _ => Vec::new(),
     }
+}
+
+/// A dot as large at every zoom.
+fn handle(at: Point) -> DrawnMark {
+    DrawnMark { a_mm: spot(at), b_mm: spot(at), width_mm: None, kind: MarkMeaning::ChosenNode }
 }
 
 fn rim(strokes: &mut Vec<DrawnMark>, body: &Body) {

@@ -133,7 +133,8 @@ impl Pieces {
     }
 }
 
-fn both(a: Option<[[f32; 2]; 2]>, b: Option<[[f32; 2]; 2]>) -> Option<[[f32; 2]; 2]> {
+/// The box around two.
+pub(super) fn both(a: Option<[[f32; 2]; 2]>, b: Option<[[f32; 2]; 2]>) -> Option<[[f32; 2]; 2]> {
     let (Some([a_low, a_high]), Some([b_low, b_high])) = (a, b) else { return a.or(b) };
     let low = [a_low[0].min(b_low[0]), a_low[1].min(b_low[1])];
     Some([low, [a_high[0].max(b_high[0]), a_high[1].max(b_high[1])]])

@@ -1,10 +1,10 @@
 //! A drawing as a scene: layers, holes, marks, in their colours.
 //!
-//! Comes in: a [`DrawnPieces`], what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on. Goes out: a [`Scene`] whose zero
+//! Comes in: a [`DrawnPieces`], the edge of files under it, what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on. Goes out: a [`Scene`] whose zero
 //! point is that of the drawing, and the lines over it. Does not know who looks.
 
 use super::marks::{DrawnMark, MarkMeaning};
-use super::pieces::{HolePiece, SlotPiece};
+use super::pieces::{HolePiece, SlotPiece, both};
 use super::{Chosen, DrawnPieces, Marks};
 use crate::view::{
     Colour, Disc, FilledLayer as Area, HoleState, Line, Palette, Plate, Scene, SceneSlot, UNORDERED, Width,
@@ -24,10 +24,10 @@ const FAR_SHARE: f32 = 0.5;
 /// The same where everything but the layer that is drawn on is faint.
 const DIM_SHARE: f32 = 0.15;
 
-/// The scene of a drawing; `front` is the side that lies in front, and all that is not on layer `only`, where that is said, is
+/// The scene of a drawing over files with an edge, `under` it; `front` is the side that lies in front, and all that is not on layer `only`, where that is said, is
 /// faint.
 pub fn scene(
-    sheet: &DrawnPieces,
+    (sheet, under): (&DrawnPieces, &[Vec<[f32; 2]>]),
     chosen: &Chosen,
     (front, only): (Layer, Option<Layer>),
     palette: &Palette,
@@ -75,14 +75,28 @@ pub fn scene(
     };
     let node = |at: &[f32; 2]| line(*at, *at, Width::Px(4.0), palette.silk.alpha(150));
     let nodes = sheet.nodes.iter().map(node);
+    let ground = match only {
+        Some(only) if only != Layer::Edge => DIM_SHARE,
+        _ => FAR_SHARE,
+    };
+    let ground = palette.outline.mixed(palette.plate, ground);
+    let under_edges = under.iter().flat_map(|ring| {
+        let on = ring.iter().cycle().skip(1);
+        ring.iter().zip(on).map(|(a, b)| line(*a, *b, Width::Px(1.25), ground))
+    });
     let edges = sheet.edges.iter().map(|[a, b]| line(*a, *b, Width::Px(1.25), seen(Layer::Edge)));
+    let bounds_mm = under.iter().flatten().fold(sheet.bounds_mm, |all, at| both(all, Some([*at; 2])));
     Scene {
-        plate: Some(plate(sheet.bounds_mm)),
+        plate: Some(plate(bounds_mm)),
         layers,
-        lines: edges.chain(nodes).chain(chosen.rims.iter().map(|mark| stroke(mark, palette))).collect(),
+        lines: under_edges
+            .chain(edges)
+            .chain(nodes)
+            .chain(chosen.rims.iter().map(|mark| stroke(mark, palette)))
+            .collect(),
         slots: sheet.slots.iter().map(slot).collect(),
         discs: sheet.holes.iter().map(disc).collect(),
-        wanted_mm: sheet.bounds_mm.map(wanted),
+        wanted_mm: bounds_mm.map(wanted),
         chosen_mm: chosen.mesh.bounds_mm(),
         ..Scene::default()
     }
@@ -108,6 +122,7 @@ fn line(a_mm: [f32; 2], b_mm: [f32; 2], width: Width, colour: Colour) -> Line {
 fn stroke(mark: &DrawnMark, palette: &Palette) -> Line {
     let (px, colour) = match mark.kind {
         MarkMeaning::Chosen => (1.75, palette.selected),
+        MarkMeaning::ChosenNode => (9.0, palette.selected),
         MarkMeaning::Coming(layer) => (2.0, own(layer, palette).alpha(150)),
         MarkMeaning::Box => (1.5, palette.current),
         MarkMeaning::Measure => (2.0, palette.head),

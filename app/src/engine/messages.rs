@@ -526,6 +526,15 @@ pub enum WorkerReport {
     Panicked(String),
 }
 
+/// What files draw.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub struct Traced {
+    /// What of it can be caught.
+    pub imported: Vec<Imported>,
+    /// The closed lines of the board's edge, in mm from the files' zero point.
+    pub outline_mm: Vec<Vec<[f32; 2]>>,
+}
+
 /// Answers, one kind a request.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Answer {
@@ -536,7 +545,7 @@ pub enum Answer {
     /// To [`Request::Read`].
     Read(Box<Reading>),
     /// To [`Request::Trace`].
-    Traced(Vec<Imported>),
+    Traced(Traced),
     /// To [`Request::WriteOver`].
     WrittenOver(Box<WrittenOver>),
     /// To [`Request::Plan`].

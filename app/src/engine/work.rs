@@ -6,16 +6,16 @@ use super::cache::Cache;
 use super::copper::layers;
 use super::mesh::mesh;
 use super::messages::{
-    Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow,
+    Answer, BoardRow, DrillRow, FileRow, LayerRow, Reading, Request, Timed, ToRead, ToTime, ToolRow, Traced,
 };
 use super::share::part;
 use super::{board_files, comparing, drawn_over, exporting, planning, proving, underside, writing};
 use crate::picture;
 use annulus_core::artwork::{self, Artwork, DrillFile, FileRead, Role, Side};
-use annulus_core::board::drawing;
+use annulus_core::board::{BoardWanted, drawing, from_artwork_with};
 use annulus_core::cam::work::Work;
 use annulus_core::diagnostic::{Diagnostic, Severity};
-use annulus_core::geometry::Bounds;
+use annulus_core::geometry::{Bounds, Point};
 use annulus_core::machine::{Machine, virtual_drill};
 use annulus_core::project::{self, saved};
 use annulus_core::sim::summary;
@@ -107,9 +107,13 @@ fn read(wanted: &ToRead, cache: &mut Cache, progress: &mut dyn FnMut(u64, u64)) 
 }
 
 /// What files draw, without the drawings among them.
-fn trace(wanted: &ToRead) -> Vec<drawing::Imported> {
+fn trace(wanted: &ToRead) -> Traced {
     let artwork = board_files::as_said(wanted, board_files::artwork(wanted, &mut |_, _| {}));
-    drawing::imported(&artwork, &board_files::used(wanted, &artwork))
+    let used = board_files::used(wanted, &artwork);
+    let asked = BoardWanted { copper: false, aligned: wanted.said.aligned };
+    let (board, _) = from_artwork_with(&artwork, &used, asked);
+    let outline_mm = picture::rings(&board.outline, Point::default());
+    Traced { imported: drawing::imported(&artwork, &used), outline_mm }
 }
 
 /// The boards whose copper or holes are in `artwork`, where they are several.

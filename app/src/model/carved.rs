@@ -9,7 +9,7 @@
 //! drawn.
 
 use super::Model;
-use annulus_core::board::USUAL_BED;
+use annulus_core::board;
 use annulus_core::geometry::{Bounds, Point};
 use annulus_core::job::{Program, touched};
 use annulus_core::machine::Machine;
@@ -59,9 +59,14 @@ pub(super) fn warned(model: &Model) -> Arc<Vec<Warning>> {
     };
     let origin = program.origin;
     let zones = model.board.plan.iter().flat_map(|plan| &plan.zones);
+    let thickness = model.machine.process.board_thickness;
+    let (work, laid) = (model.job.work.as_ref(), model.board.laid.as_ref());
+    let pins = work.zip(laid).map(|(work, laid)| work.setup.pins(&laid.laid.board));
     let room = ToolRoom {
         travel: travel(program, &model.machine),
-        deepest: model.machine.process.board_thickness + USUAL_BED,
+        deepest: thickness + board::bed(false),
+        pins: pins.unwrap_or_default(),
+        deepest_pin: thickness + board::bed(true),
         lowest: program.safe_height,
         zones: zones.map(|zone| moved(*zone, origin)).collect(),
     };

@@ -22,6 +22,8 @@ pub enum ToastAct {
     Update,
     /// Go back to the drawing that was under work before.
     DrawnBefore,
+    /// Go back to the board that was open before.
+    BoardBefore,
     /// Take in files that changed on the disk.
     TakeAnew,
     /// Keep a board that was to be forgotten.

@@ -354,6 +354,7 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
         // What was written is not what the job says any more.
         export::forget(model);
     }
+    files::follow(model);
     effects.extend(files::anew::follow(model));
     effects.extend(drawing::follow(model));
     effects.extend(planning::follow(model));
@@ -381,6 +382,7 @@ fn offered(model: &mut Model, number: u32) -> Vec<Effect> {
         Some(ToastAct::TakeBackBoard { place }) => keeping::taken_back(model, place),
         Some(ToastAct::TakeBackDrawing { place }) => drawing::kept::taken_back(model, place),
         Some(ToastAct::DrawnBefore) => drawing::update(model, DrawEvent::Back),
+        Some(ToastAct::BoardBefore) => files::update(model, FilesEvent::Back),
         Some(ToastAct::TakeAnew) => {
             model.anew.want();
             Vec::new()

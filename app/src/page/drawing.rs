@@ -20,6 +20,8 @@ use std::sync::Arc;
 pub struct Drawing {
     /// What is drawn.
     pub sheet: ReadSignal<Arc<DrawnPieces>>,
+    /// The closed lines of the edge of the open files under it, in mm.
+    pub under: ReadSignal<Arc<Vec<Vec<[f32; 2]>>>>,
     /// What is chosen, as it lies over that.
     pub lit: ReadSignal<Arc<Chosen>>,
     /// What follows the pointer.
@@ -78,6 +80,7 @@ pub fn open_drawing() -> Drawing {
 pub(super) fn signals(slots: &mut Slots) -> Drawing {
     Drawing {
         sheet: slots.kept(|model| &model.draw.shown.sheet),
+        under: slots.kept(|model| &model.draw.shown.under),
         lit: slots.kept(|model| &model.draw.shown.chosen),
         marks: slots.kept(|model| &model.draw.shown.marks),
         tree: slots.kept(|model| &model.draw.shown.tree),

@@ -106,6 +106,15 @@ pub(crate) fn missing_holes() -> Memo<Vec<u32>> {
     })
 }
 
+/// The place in the files' coordinates that rulers, readings and lists of the open board count from: the work zero, and until a plan
+/// says that, the corner of the board.
+pub(crate) fn zero() -> Point {
+    let planned = open_board().plan.with(|plan| plan.as_ref().map(|plan| plan.origin));
+    let corner =
+        || open_board().document.with(|open| open.as_ref().map(|open| picture::origin(open.reading.body)));
+    planned.or_else(corner).unwrap_or_default()
+}
+
 /// The board in the picture.
 pub(crate) fn shown() -> Memo<Option<Arc<Shown>>> {
     let desk = open_board();

@@ -40,6 +40,7 @@ fn line(toast: Toast) -> impl IntoView {
             ToastAct::Review => key!("page.open.review"),
             ToastAct::Update => key!("page.update.take"),
             ToastAct::DrawnBefore => key!("page.draw.back"),
+            ToastAct::BoardBefore => key!("page.draw.back_to_board"),
             ToastAct::TakeAnew => key!("page.anew.take"),
             ToastAct::TakeBackBoard { .. } | ToastAct::TakeBackDrawing { .. } => key!("page.kept.take_back"),
         };

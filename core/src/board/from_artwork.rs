@@ -88,10 +88,15 @@ pub fn from_artwork_telling(
     (board, diagnostics)
 }
 
-/// What the board is called whose drill files are `drills`: after them and what else lies there of the same board.
+/// What the board is called whose drill files are `drills`: after them and what else lies there of the same board. Where there are
+/// none, after its copper; where there is none either, after its outline.
 fn name(artwork: &Artwork, used: &[usize], drills: &[String]) -> String {
-    let mut used = used.iter().filter_map(|&index| artwork.files.get(index));
-    let Some(first) = used.find(|file| drills.first() == Some(&file.name)) else { return String::new() };
+    let used = || used.iter().filter_map(|&index| artwork.files.get(index));
+    let drill = used().find(|file| drills.first() == Some(&file.name));
+    let layer =
+        |role: Role| used().chain(&artwork.files).find(|file| file.role == role && file.gerber.is_some());
+    let first = drill.or_else(|| layer(Role::Copper)).or_else(|| layer(Role::Outline));
+    let Some(first) = first else { return String::new() };
     let others = artwork.files.iter().filter(|file| {
         let is_of_it = matches!(file.role, Role::Drill | Role::Copper | Role::Outline);
         is_of_it && !file.board.is_empty() && file.board == first.board && file.name != first.name

@@ -61,8 +61,11 @@ pub const COPPER_THICKNESS: Length = Length::from_um(35);
 /// How much deeper than the copper is thick a cut goes that must go through it for certain.
 pub const DEPTH_MARGIN: Length = Length::from_um(15);
 
-/// So much bed lies under a usual board: what goes deeper into it is told.
-pub const USUAL_BED: Length = Length::from_um(3_000);
+/// How far below the board a tip may go before that is told: as thick as a usual bed is. A hole for a pin (`is_pin`) goes into the
+/// bed on purpose; deeper than this nobody's bed is meant to be drilled for one.
+pub const fn bed(is_pin: bool) -> Length {
+    Length::from_um(if is_pin { 10_000 } else { 3_000 })
+}
 
 /// Copper thinner than this may tear off.
 pub const THINNEST: Length = Length::from_um(50);

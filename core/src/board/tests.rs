@@ -254,6 +254,25 @@ fn holes_beside_their_pads_are_told_whatever_the_board_is_wanted_for() {
     }
 }
 
+#[test]
+fn a_board_without_a_drill_file_is_called_after_its_copper_or_its_outline() {
+    let bottom = ("amp-bottom.gbr", "Copper,L2,Bot");
+    let edge = ("amp-Edge_Cuts.gm1", "Profile,NP");
+    let rows: [(&[(&str, &str)], &str); 4] = [
+        (&[bottom], "amp"),
+        (&[edge, bottom], "amp"),
+        (&[("radio/bottom.gbr", "Copper,L2,Bot")], "radio"),
+        (&[edge], "amp"),
+    ];
+    for (files, name) in rows {
+        let files =
+            files.iter().map(|(name, function)| ((*name).to_owned(), layer(function, &square(0.0, 0.0))));
+        let files: Vec<_> = files.collect();
+        let artwork = read_set(&files, &Overrides::default());
+        assert_eq!(from_artwork(&artwork, &artwork.default_use()).0.name, name, "{files:?}");
+    }
+}
+
 /// A drill file with no name of its own, in mm.
 fn drill(places: &[(f64, f64)]) -> (String, Vec<u8>) {
     let hits: String = places.iter().map(|(x, y)| format!("X{x:.3}Y{y:.3}\n")).collect();

@@ -11,12 +11,13 @@
 //! are made.
 
 use super::HoleOrder;
-use crate::board::Face;
+use crate::board::{Board, Face};
 use crate::geometry::{Bounds, Point};
 use crate::job::Bit;
 use crate::locale;
 use crate::units::Length;
 use serde::{Deserialize, Serialize};
+use std::ops::Range;
 
 /// A job as chosen.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
@@ -106,6 +107,14 @@ pub struct Alignment {
     pub margin: Length,
     /// How deep they go below the board into the bed.
     pub depth: Length,
+}
+
+impl Setup {
+    /// The holes for pins among those of a board as it lies with them: the last ones.
+    pub fn pins(&self, laid: &Board) -> Range<u32> {
+        let all = laid.holes.len() as u32;
+        all.saturating_sub(2 * self.alignment.pairs)..all
+    }
 }
 
 /// One thing that is done.

@@ -18,15 +18,31 @@ impl Bit {
 
     /// Its form and its size in the words of `language`.
     pub fn title(&self, language: &str) -> String {
-        let size =
-            |key: &str| locale::text(language, key, &[("size".to_owned(), self.diameter.mm().to_string())]);
+        let (key, numbers) = self.form_and_size();
+        let numbers: Vec<_> = numbers.into_iter().map(|(name, number)| (name.to_owned(), number)).collect();
+        locale::text(language, key, &numbers)
+    }
+
+    /// The same as an argument of a sentence, in whatever language that is.
+    pub fn titled(&self) -> String {
+        let (key, numbers) = self.form_and_size();
+        locale::phrase(key, &numbers)
+    }
+
+    /// What sentences call it: as a person named it; where nobody did, by form and size.
+    pub fn called(&self) -> String {
+        let own = Some(&self.name).filter(|name| !name.is_empty() && **name != self.title(locale::FALLBACK));
+        own.cloned().unwrap_or_else(|| self.titled())
+    }
+
+    /// The key of its form, and the numbers of its size.
+    fn form_and_size(&self) -> (&'static str, Vec<(&'static str, String)>) {
+        let size = || vec![("size", self.diameter.mm().to_string())];
         match self.cutter {
-            Cutter::Drill => size("tool.drill"),
-            Cutter::Mill => size("tool.mill"),
+            Cutter::Drill => ("tool.drill", size()),
+            Cutter::Mill => ("tool.mill", size()),
             Cutter::Vee { tip, angle_mdeg } => {
-                let args =
-                    [("angle".to_owned(), degrees(angle_mdeg)), ("tip".to_owned(), tip.mm().to_string())];
-                locale::text(language, "tool.vee", &args)
+                ("tool.vee", vec![("angle", degrees(angle_mdeg)), ("tip", tip.mm().to_string())])
             }
         }
     }

@@ -13,6 +13,7 @@ mod plural;
 pub use number::{has_two_marks, number, typed};
 pub use plural::{form, forms};
 
+use std::borrow::Cow;
 use std::sync::OnceLock;
 use toml::de::{DeTable, DeValue};
 
@@ -106,9 +107,43 @@ pub fn word(key: &str) -> String {
     format!("{WORD}{key}")
 }
 
-/// What an argument says in `language`: its word where it is a key, else what it is.
-fn argument<'a>(language: &str, value: &'a str) -> &'a str {
-    value.strip_prefix(WORD).and_then(|key| lookup(language, key)).unwrap_or(value)
+/// What an argument, or a part of one, is made by that is the text under `key` with numbers of its own, in whatever language the
+/// sentence around it is.
+pub fn phrase(key: &str, numbers: &[(&str, String)]) -> String {
+    let numbers: String = numbers.iter().map(|(name, number)| format!(" {name}={number}")).collect();
+    format!("{PHRASE}{key}{numbers}{PHRASE_ENDS}")
+}
+
+/// What a phrase stands between.
+const PHRASE: &str = "@{";
+const PHRASE_ENDS: char = '}';
+
+/// The text of what stands inside a phrase; none where nobody made it by [`phrase`].
+fn phrase_text(language: &str, inside: &str) -> Option<String> {
+    let mut parts = inside.split(' ');
+    let key = parts.next()?;
+    let numbers = parts.filter_map(|part| part.split_once('='));
+    let numbers: Vec<_> = numbers.map(|(name, number)| (name.to_owned(), number.to_owned())).collect();
+    let is_whole = names(lookup(language, key)?).all(|name| numbers.iter().any(|(own, _)| own == name));
+    is_whole.then(|| text(language, key, &numbers))
+}
+
+/// What an argument says in `language`: its word where it is a key, its phrases in words, else what it is.
+fn argument<'a>(language: &str, value: &'a str) -> Cow<'a, str> {
+    if let Some(word) = value.strip_prefix(WORD).and_then(|key| lookup(language, key)) {
+        return Cow::Borrowed(word);
+    }
+    let (mut out, mut rest) = (String::new(), value);
+    while let Some((before, opened)) = rest.split_once(PHRASE) {
+        let Some((inside, after)) = opened.split_once(PHRASE_ENDS) else { break };
+        out.push_str(before);
+        match phrase_text(language, inside) {
+            Some(text) => out.push_str(&text),
+            None => out.extend([PHRASE, inside, "}"]),
+        }
+        rest = after;
+    }
+    if out.is_empty() { Cow::Borrowed(rest) } else { Cow::Owned(out + rest) }
 }
 
 /// What stands in the braces of the raw `text`, in order: names of arguments, some with forms of a word behind them.
@@ -142,8 +177,8 @@ pub fn text(language: &str, key: &str, args: &[(String, String)]) -> String {
             inside.split_once('|').map_or((inside, None), |(name, forms)| (name, Some(forms)));
         match (args.iter().find(|(argument, _)| argument == name), forms) {
             (Some((_, value)), Some(forms)) => out.push_str(form_of(language, value, forms)),
-            (Some((_, value)), None) if out.ends_with(QUOTES) => out.push_str(argument(language, value)),
-            (Some((_, value)), None) => out.push_str(&number(language, argument(language, value))),
+            (Some((_, value)), None) if out.ends_with(QUOTES) => out.push_str(&argument(language, value)),
+            (Some((_, value)), None) => out.push_str(&number(language, &argument(language, value))),
             _ => out.push(LEFT_OUT),
         }
         rest = &rest[open + close + 1..];
@@ -197,6 +232,31 @@ mod tests {
     }
 
     #[test]
+    fn arguments_that_are_phrases_follow_the_language_and_its_decimal_mark() {
+        let vee = phrase("tool.vee", &[("angle", "30".to_owned()), ("tip", "0.1".to_owned())]);
+        let drill = phrase("tool.drill", &[("size", "0.8".to_owned())]);
+        let rows = [
+            (vee.clone(), "V-bit 30°, tip 0.1", "frez V 30°, ostrze 0,1"),
+            (
+                format!("{drill}, {vee}"),
+                "drill 0.8, V-bit 30°, tip 0.1",
+                "wiertło 0,8, frez V 30°, ostrze 0,1",
+            ),
+            (format!("my 0.8 · {drill}"), "my 0.8 · drill 0.8", "my 0.8 · wiertło 0,8"),
+            // Names that a person gave.
+            ("@{tool.vee}".to_owned(), "@{tool.vee}", "@{tool.vee}"),
+            ("@{no.key} 0.5".to_owned(), "@{no.key} 0.5", "@{no.key} 0.5"),
+            ("@{tool.vee".to_owned(), "@{tool.vee", "@{tool.vee"),
+        ];
+        for (name, english, polish) in rows {
+            for (language, wanted) in [("en", english), ("pl", polish)] {
+                let said = text(language, "preflight.first_bit.message", &[("bit".to_owned(), name.clone())]);
+                assert!(said.contains(wanted), "{said}");
+            }
+        }
+    }
+
+    #[test]
     fn words_follow_their_number() {
         let said =
             |count: &str| text("en", "plan.no_size.message", &[("holes".to_owned(), count.to_owned())]);
@@ -226,6 +286,19 @@ mod tests {
                 assert!(found.is_none(), "{key}: {said}");
             }
         }
+    }
+
+    #[test]
+    fn a_slot_and_a_gap_of_copper_are_two_words_in_polish() {
+        let has = |text: &str, words: [&str; 2]| words.iter().any(|word| text.to_lowercase().contains(word));
+        let mut gaps = 0;
+        for (key, english) in entries("en") {
+            let polish = lookup("pl", key).unwrap_or_default();
+            let (slot, gap) = (has(english, ["slot ", "slots"]), has(english, [" gap", "gap "]));
+            assert!(slot || !gap || !polish.to_lowercase().contains("szczelin"), "{key}: {polish}");
+            gaps += u32::from(gap && polish.to_lowercase().contains("odstęp"));
+        }
+        assert!(gaps > 10, "gaps have a word: {gaps}");
     }
 
     #[test]

@@ -64,7 +64,7 @@ impl Change {
             stock.change = None;
             return Ok(None);
         }
-        let missing = || refuse("magazine.no_such_tool").with("bit", bit.title(crate::locale::FALLBACK));
+        let missing = || refuse("magazine.no_such_tool").with("bit", bit.titled());
         let to = stock.place_of(bit).ok_or_else(missing)?;
         let new = stock.lies(to).cloned().ok_or_else(missing)?;
         let (later, old) = match &stock.spindle {

@@ -162,7 +162,7 @@ impl<'a> Router<'a> {
     fn route(&mut self, out: &mut Lined, (index, leg): (u32, &Leg)) -> Result<(), Diagnostic> {
         let bit = self.program.bits.get(self.bit as usize);
         if let Some(bit) = bit.filter(|bit| matches!(bit.cutter, Cutter::Vee { .. })) {
-            return Err(Diagnostic::error("post.excellon_vee").with("bit", &bit.name));
+            return Err(Diagnostic::error("post.excellon_vee").with("bit", bit.called()));
         }
         let before = out.place();
         let start = self.program.start_of_leg(index as usize);

@@ -441,7 +441,7 @@ impl<'a> Writer<'a> {
         if height > Length::ZERO || (found - radius).abs() <= RADIUS_SLACK {
             return Ok(());
         }
-        let diagnostic = Diagnostic::error("post.tool_radius").with("bit", &bit.name);
+        let diagnostic = Diagnostic::error("post.tool_radius").with("bit", bit.called());
         Err(diagnostic.with("found", found.mm()).with("expected", radius.mm()))
     }
 

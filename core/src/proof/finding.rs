@@ -173,13 +173,25 @@ impl Finding {
         self.kind.severity()
     }
 
+    /// Its nets as sentences call them, those without a name by their places counted from `zero`.
+    pub fn nets_from(&self, zero: Point) -> String {
+        let called: Vec<String> = self.nets.iter().map(|net| net_called(net, zero)).collect();
+        called.join(" · ")
+    }
+
     /// Whether a person must have read it before anything is made of the program.
     pub fn must_be_read(&self) -> bool {
         self.severity() > Severity::Note && !self.agreed && !self.slight
     }
 
-    /// What it says.
+    /// What it says, in the board's coordinates.
     pub fn diagnostic(&self) -> Diagnostic {
+        self.diagnostic_from(Point::default())
+    }
+
+    /// The same with its places counted from `zero`.
+    pub fn diagnostic_from(&self, zero: Point) -> Diagnostic {
+        let nets = self.nets_from(zero);
         let mm = |length: Length| format!("{:.3}", length.mm());
         let place = |length: Length| format!("{:.2}", length.mm());
         let (piece, number) = match self.mark {
@@ -189,15 +201,12 @@ impl Finding {
         };
         let unnamed = || locale::word("proof.piece.program");
         Diagnostic::new(self.severity(), self.kind.code())
-            .with("x", place(self.at.x))
-            .with("y", place(self.at.y))
+            .with("x", place(self.at.x - zero.x))
+            .with("y", place(self.at.y - zero.y))
             .with("width", mm(self.width))
             .with("tool", self.tool.map(mm).unwrap_or_default())
-            .with("nets", self.nets.join(" · "))
-            .with(
-                "of",
-                if self.nets.is_empty() { String::new() } else { format!(" ({})", self.nets.join(" · ")) },
-            )
+            .with("nets", &nets)
+            .with("of", if nets.is_empty() { nets } else { format!(" ({nets})") })
             .with("count", self.count)
             .with("leg", self.leg.map(|(_, leg)| (leg + 1).to_string()).unwrap_or_default())
             .with("piece", locale::word(&format!("proof.piece.{piece}")))
@@ -205,6 +214,15 @@ impl Finding {
             .with("operation", self.operation.clone().unwrap_or_else(unnamed))
             .with("id", &self.id)
     }
+}
+
+/// What sentences call a net: by its name, or by the place, counted from `zero`, that stands in for one.
+fn net_called(net: &str, zero: Point) -> String {
+    let place = net.strip_prefix('@').and_then(|place| place.split_once(','));
+    let place = place.and_then(|(x, y)| Some([x.parse::<f64>().ok()?, y.parse::<f64>().ok()?]));
+    let Some([x, y]) = place else { return net.to_owned() };
+    let mm = |number: f64| format!("{number:.2}");
+    locale::phrase("proof.net.unnamed", &[("x", mm(x - zero.x.mm())), ("y", mm(y - zero.y.mm()))])
 }
 
 /// Eight hexadecimal digits of kind, nets and place; the place to a tenth of a millimetre.
@@ -247,4 +265,29 @@ pub(super) fn merged(mut findings: Vec<Finding>) -> Vec<Finding> {
     // Listed by place within a kind, so that a list can be walked over the board.
     kept.sort_by(|a, b| (a.kind, a.slight, a.at, &a.nets).cmp(&(b.kind, b.slight, b.at, &b.nets)));
     kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn places_are_counted_from_the_zero_and_written_as_the_language_does() {
+        let nets = ["GND", "@33.63,14.72", "@home"].map(str::to_owned).to_vec();
+        let (at, width) = (Point::from_mm(30.5, 12.25), Length::from_um(120));
+        let finding = Finding::new(FindingKind::Gap, at, width, nets);
+        let said = |language: &str, zero| finding.diagnostic_from(zero).message(language);
+        let (here, corner) = (Point::default(), Point::from_mm(30.0, 10.0));
+        for (language, zero, parts) in [
+            ("en", here, ["X 33.63 Y 14.72", "30.50", "12.25"]),
+            ("en", corner, ["X 3.63 Y 4.72", "0.50", "2.25"]),
+            ("pl", corner, ["X 3,63 Y 4,72", "0,50", "2,25"]),
+            ("zh", corner, ["X 3.63 Y 4.72", "0.50", "2.25"]),
+        ] {
+            let said = said(language, zero);
+            assert!(parts.iter().all(|part| said.contains(part)), "{said}");
+            assert!(said.contains("GND") && said.contains("@home") && !said.contains("@3"), "{said}");
+        }
+        assert_eq!(finding.diagnostic(), finding.diagnostic_from(here));
+    }
 }

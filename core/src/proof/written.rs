@@ -18,7 +18,6 @@ use super::edges::{Edge, Edges, Spot, around};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Point, chords};
 use crate::job::{Bit, Command, Cutter, Leg, Mark, Program};
-use crate::locale;
 use crate::units::Length;
 use std::collections::BTreeMap;
 
@@ -379,8 +378,7 @@ impl Walk<'_> {
     /// Notes a way through `places`, whose height changes evenly from one to the next.
     fn push(&self, from: Point, places: &[Point], (first, last): (f64, f64), out: &mut ByTool) {
         let Some(bit) = self.program.bits.get(self.bit as usize) else { return };
-        let (_, stretches) =
-            out.entry(tool(bit)).or_insert_with(|| (bit.title(locale::FALLBACK), Vec::new()));
+        let (_, stretches) = out.entry(tool(bit)).or_insert_with(|| (bit.titled(), Vec::new()));
         let (mut from, count) = (Spot::of(from), places.len() as f64);
         for (index, place) in places.iter().enumerate() {
             let to = Spot::of(*place);

@@ -17,6 +17,7 @@ use crate::machine::AXES;
 use crate::motion::path::Curve;
 use crate::motion::{AxisMove, Motion, Move};
 use crate::units::Length;
+use std::ops::Range;
 
 /// What is wrong.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -42,6 +43,10 @@ pub struct ToolRoom {
     pub travel: Option<Bounds>,
     /// How far below the surface the tip may go.
     pub deepest: Length,
+    /// Holes for pins, which go into the bed.
+    pub pins: Range<u32>,
+    /// How far the tip may go there.
+    pub deepest_pin: Length,
     /// How high over the surface the tip is at least while the plane moves at rapid speed.
     pub lowest: Length,
     /// Zones that no bit enters.
@@ -97,9 +102,11 @@ pub fn warnings(playback: &Playback, bits: &[Bit], room: &ToolRoom) -> Vec<Warni
         if beyond {
             told(Fault::Outside, start_s(planned), 0.0);
         }
+        let is_pin = matches!(planned.mark, Mark::Hole(hole) if room.pins.contains(&hole));
+        let deepest = if is_pin { room.deepest_pin } else { room.deepest };
         for one in swept(planned, &timeline.mm_per_step) {
             let depth_mm = -one.way.from_mm[2].min(one.way.to_mm[2]);
-            for fault in faults(&one, bit, planned.mark, depth_mm > room.deepest.mm()) {
+            for fault in faults(&one, bit, planned.mark, depth_mm > deepest.mm()) {
                 told(fault, one.from_s, depth_mm);
             }
         }

@@ -13,7 +13,6 @@ use annulus_core::control::State;
 use annulus_core::controller::{BoardHeight, Changer, EngineStart, estimates_s};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::job::bite;
-use annulus_core::locale;
 use annulus_core::wire::{PreflightRow, RowVerdict};
 use std::sync::Arc;
 
@@ -74,7 +73,7 @@ impl<F: Files> Station<F> {
         // A changer fetches it, whatever is in.
         let is_in = start.from > 0 && start.changer.is_none();
         if let Some(bit) = bit_of_leg(&order.program, leg).filter(|_| is_in) {
-            let bit = bit.title(locale::FALLBACK);
+            let bit = bit.titled();
             rows.push(row(RowVerdict::Warn, Diagnostic::note("preflight.first_bit").with("bit", bit)));
         }
         rows.extend(far_below(&order.program, &self.machine));
@@ -95,7 +94,7 @@ impl<F: Files> Station<F> {
             return None;
         }
         let known = height != BoardHeight::Unknown || self.height_as_left(start.from);
-        let bit = bit_of_leg(&order.program, order.leg(start.from)).map(|bit| bit.title(locale::FALLBACK));
+        let bit = bit_of_leg(&order.program, order.leg(start.from)).map(|bit| bit.titled());
         let told = |code: &str| Diagnostic::note(code).with("bit", bit.unwrap_or_default());
         known.then(|| match height {
             BoardHeight::OfThisBit if start.from > 0 => row(RowVerdict::Pass, told("grbl.height_set")),

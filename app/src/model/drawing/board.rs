@@ -12,7 +12,7 @@ use super::lying::{lies_over, over_files, plain};
 use super::{Draw, Editor, kept, saving};
 use crate::drawing::Locked;
 use crate::engine::Stopped;
-use crate::engine::messages::{Answer, Request, ToRead};
+use crate::engine::messages::{Answer, Request, ToRead, Traced};
 use crate::keys::Tab;
 use crate::layers::{LayerKind, LayerLook};
 use crate::model::planning::{OnTheWay, Wanted};
@@ -20,7 +20,7 @@ use crate::model::{Document, Effect, Lane, Model, files};
 use crate::said::{Text, key};
 use annulus_core::board::drawing::{self, History, Layer};
 use annulus_core::project::saved::SaidOfFiles;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 /// A board that is being made of the drawing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,6 +46,8 @@ pub(super) struct WithBoard {
     using: Option<Using>,
     /// The state of the drawing that the open board was made of.
     pub(super) used: Option<u32>,
+    /// The board that one made of a drawing took the place of last.
+    replaced: Weak<Document>,
     /// The screen seen last.
     tab: Tab,
 }
@@ -78,6 +80,11 @@ impl Draw {
         self.shown.of_files && !self.over().1
     }
 
+    /// Whether a board is being made of it.
+    pub(in crate::model) fn is_making(&self) -> bool {
+        self.with_board.using.is_some()
+    }
+
     /// Whether the open board is not made of the drawing as it is.
     pub fn is_ahead(&self) -> bool {
         let drawn = !self.editor.drawing().is_empty() || self.with_board.used.is_some();
@@ -108,6 +115,7 @@ impl Draw {
         self.with_board.traced = false;
         self.with_board.tracing = None;
         self.set_imported(Arc::default());
+        self.shown.under = Arc::default();
     }
 
     fn set_imported(&mut self, imported: Arc<Vec<drawing::Imported>>) {
@@ -179,6 +187,12 @@ fn other_document(model: &mut Model, now: Option<Arc<Document>>) -> Vec<Effect> 
     if let Some(Using { changes, tab }) = using {
         draw.with_board.used = Some(changes);
         model.frame.tab = tab;
+        return Vec::new();
+    }
+    if Weak::as_ptr(&draw.with_board.replaced) == Arc::as_ptr(&now) {
+        // Back from the board that was made of the drawing, which stays under work.
+        draw.forget_files();
+        draw.with_board.used = None;
         return Vec::new();
     }
     let found = drawn(&now).and_then(|(name, text)| drawing::read(name, text).ok());
@@ -275,8 +289,9 @@ pub(in crate::model) fn answered(
     let draw = &mut model.draw;
     draw.with_board.tracing = None;
     draw.with_board.traced = true;
-    if let Ok(Answer::Traced(imported)) = answer {
+    if let Ok(Answer::Traced(Traced { imported, outline_mm })) = answer {
         draw.set_imported(Arc::new(imported));
+        draw.shown.under = Arc::new(outline_mm);
         draw.look_at_all();
     }
     draw.refresh();
@@ -304,6 +319,9 @@ pub(super) fn make(model: &mut Model, tab: Tab) -> Vec<Effect> {
     draw.with_board.using = Some(Using { changes: editor.changes(), tab });
     let under = draw.with_board.seen.clone().filter(|_| draw.over().0);
     let again = under.is_some() || draw.with_board.used.is_some();
+    if !again {
+        draw.with_board.replaced = draw.with_board.seen.as_ref().map(Arc::downgrade).unwrap_or_default();
+    }
     let mut files: Vec<(String, Vec<u8>)> = under.iter().flat_map(|under| plain(under)).cloned().collect();
     files.push(file);
     let open = draw.with_board.seen.clone().filter(|_| again);

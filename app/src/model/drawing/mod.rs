@@ -57,6 +57,8 @@ pub enum Least {
 pub struct Shown {
     /// What is drawn.
     pub sheet: Arc<DrawnPieces>,
+    /// The closed lines of the edge of the open files, which are drawn over, in mm.
+    pub under: Arc<Vec<Vec<[f32; 2]>>>,
     /// What is chosen, as it lies over that.
     pub chosen: Arc<Chosen>,
     /// What follows the pointer.

@@ -13,7 +13,7 @@ pub mod anew;
 
 use super::keeping::{self, KeptAs};
 use super::planning::{self, Brought, OnTheWay, Wanted};
-use super::{Document, Effect, JobEdit, Model, OpenBoard, frame};
+use super::{Document, Effect, JobEdit, Model, OpenBoard, Toast, ToastAct, frame};
 use crate::engine::Stopped;
 use crate::engine::messages::{Reading, Request, Settings, ToOpen, ToRead};
 use crate::keys::Tab;
@@ -301,8 +301,10 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
         let known = open.as_ref().filter(|open| anew.is_some() && !open.reviewing);
         let known = known.is_some_and(|open| !anew::has_new_warnings(&open.document, &document));
         let reviewing = document.doubtful() && !known;
-        model.before = before_review(model, open.clone()).filter(|_| reviewing);
+        let drawn = !again && model.draw.is_making();
+        model.before = before_review(model, open.clone()).filter(|_| reviewing || drawn);
         model.board.reviewing = reviewing;
+        effects.extend(offer_before(model));
         // Who came by an address that names something of the board finds that; who looks at the machine's job goes on looking.
         if model.frame.named.is_none() && !model.job_board.is_at(place) {
             model.frame.tab = Tab::Board;
@@ -325,6 +327,25 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
         }
     }
     effects
+}
+
+/// Offers what was open before, where no review does.
+fn offer_before(model: &mut Model) -> Option<Effect> {
+    model.frame.toasts.retain(|toast| toast.act != Some(ToastAct::BoardBefore));
+    let before = model.before.as_ref().filter(|_| !model.board.reviewing)?;
+    let args = vec![("name", before.document.reading.board.name.clone())];
+    let text = Text::Key { key: key!("page.draw.in_place_of"), args };
+    Some(frame::toast(model, text, Some(ToastAct::BoardBefore)))
+}
+
+/// What was open before is kept as long as a review or a short word offers it, and that as long as it is kept.
+pub(super) fn follow(model: &mut Model) {
+    let offers = |toast: &Toast| toast.act == Some(ToastAct::BoardBefore);
+    if model.board.reviewing || model.before.is_none() {
+        model.frame.toasts.retain(|toast| !offers(toast));
+    } else if !model.frame.toasts.iter().any(offers) {
+        model.before = None;
+    }
 }
 
 /// The layers panel follows what was read.

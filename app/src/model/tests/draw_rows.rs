@@ -1,6 +1,7 @@
 //! The board editor by rows: what a person does, in short words, and what is drawn after it.
 
 use crate::drawing::fields::Field;
+use crate::drawing::marks::MarkMeaning;
 use crate::drawing::{DrawKey, keys};
 use crate::keys::Tab;
 use crate::model::drawing::Least;
@@ -53,6 +54,26 @@ fn what_is_too_much_to_be_drawn_anew_with_every_move_is_dragged_as_a_box() {
     assert_eq!((placed(&sheet), sheet.model.draw.editor.changes()), (moved, changes + 1), "one edit");
     sheet.word("key:Ctrl+z");
     assert_eq!(placed(&sheet), before, "and one step back");
+}
+
+/// A node has no size: that it is chosen is seen by a mark of its own, however many are.
+#[test]
+fn a_chosen_node_is_marked() {
+    let marked = |sheet: &DrawnBoard| {
+        let rims = sheet.model.draw.shown.chosen.rims.iter();
+        let nodes = rims.filter(|mark| mark.kind == MarkMeaning::ChosenNode);
+        nodes.map(|mark| (mark.a_mm, mark.b_mm, mark.width_mm)).collect::<Vec<_>>()
+    };
+    let mut sheet = DrawnBoard::tell("key:n at:5,5 at:9,5 escape escape");
+    assert_eq!(marked(&sheet), []);
+    sheet.word("at:5,5");
+    assert_eq!(marked(&sheet), [([5.0, 5.0], [5.0, 5.0], None)]);
+    sheet.word("key:n");
+    for number in 0..400 {
+        sheet.word(&format!("at:{},{}", 5 * (number % 20), 10 + 5 * (number / 20)));
+    }
+    sheet.word("key:Ctrl+a");
+    assert_eq!(marked(&sheet).len(), 402);
 }
 
 fn mm(text: &str) -> [f64; 2] {

@@ -2,16 +2,19 @@
 
 use super::draw_rows::DrawnBoard;
 use crate::drawing::fields::FieldValue;
+use crate::drawing::scene::scene;
 use crate::engine::messages::{Answer, Request};
 use crate::engine::{Cache, Stopped, perform};
 use crate::keys::Tab;
 use crate::layers::LayerKind;
 use crate::model::drawing::DrawingExport;
-use crate::model::{DrawEvent, Effect, Event, FilesEvent, FrameEvent};
+use crate::model::{Document, DrawEvent, Effect, Event, FilesEvent, FrameEvent, ToastAct};
 use crate::said::Text;
-use annulus_core::board::drawing::{self, Catch};
+use crate::view::Palette;
+use annulus_core::board::drawing::{self, Catch, Layer};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::units::Length;
+use std::sync::Arc;
 
 /// A request done as the worker does it.
 fn alone(request: Request) -> Result<Answer, Vec<Diagnostic>> {
@@ -62,6 +65,28 @@ pub(super) fn over_files() -> DrawnBoard {
     sheet
 }
 
+#[test]
+fn the_edge_of_the_files_lies_faintly_under_what_is_drawn_over_them() {
+    let mut sheet = DrawnBoard::default();
+    let edge = "%TF.FileFunction,Profile,NP*%%FSLAX33Y33*%%MOMM*%%ADD10C,0.1*%D10*\
+                X-1000Y-1000D02*X9000Y-1000D01*X9000Y7000D01*X-1000Y7000D01*X-1000Y-1000D01*M02*";
+    let files = [("a.gbr", COPPER), ("a.drl", DRILL), ("a-edge.gbr", edge.as_bytes())];
+    open_files(&mut sheet, files.map(|(name, bytes)| (name.to_owned(), bytes.to_vec())).to_vec());
+    let palette = Palette::DARK;
+    let seen = |sheet: &DrawnBoard| {
+        let shown = &sheet.model.draw.shown;
+        scene((&shown.sheet, &shown.under), &shown.chosen, (Layer::Top, None), &palette)
+    };
+    let lines = seen(&sheet).lines;
+    let mut corners: Vec<[i32; 2]> = lines.iter().map(|line| line.a_mm.map(|mm| mm as i32)).collect();
+    corners.sort_unstable();
+    assert_eq!(corners, [[-1, -1], [-1, 7], [9, -1], [9, 7]]);
+    assert!(lines.iter().all(|line| line.a_mm != line.b_mm && line.colour != palette.outline));
+    assert_eq!(seen(&sheet).wanted_mm, Some([[-7.0, -8.0], [15.0, 14.0]]), "all of it is looked at");
+    sheet.event(DrawEvent::Over { on: false });
+    assert_eq!(seen(&sheet).lines, []);
+}
+
 /// The same with another drill file.
 fn over(drill: &[u8]) -> DrawnBoard {
     let mut sheet = DrawnBoard::default();
@@ -71,7 +96,10 @@ fn over(drill: &[u8]) -> DrawnBoard {
 
 /// Opens the files, and what they draw in the editor.
 fn open_over(sheet: &mut DrawnBoard, drill: &[u8]) {
-    let files = vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), drill.to_vec())];
+    open_files(sheet, vec![("a.gbr".to_owned(), COPPER.to_vec()), ("a.drl".to_owned(), drill.to_vec())]);
+}
+
+fn open_files(sheet: &mut DrawnBoard, files: Vec<(String, Vec<u8>)>) {
     sheet.event(FilesEvent::Chosen { files });
     let (number, request) = asked(&sheet.out).unwrap();
     let answer = alone(request);
@@ -397,6 +425,57 @@ fn a_drawing_that_goes_on_from_that_of_the_project_stays_under_work() {
     answer(&mut sheet);
     assert_ne!(sheet.drawing(), project.drawing());
     assert!(sheet.model.draw.is_ahead(), "the board is not made of it yet");
+}
+
+/// A board is open, and another one is made of a drawing that does not lie over its files.
+fn in_place_of_files() -> (DrawnBoard, Arc<Document>) {
+    let mut sheet = over_files();
+    sheet.event(DrawEvent::Over { on: false });
+    for word in ["key:p", "at:5,5"] {
+        sheet.word(word);
+    }
+    let open = sheet.model.board.document.clone().unwrap();
+    sheet.event(DrawEvent::Use { tab: Tab::Cam });
+    answer(&mut sheet);
+    (sheet, open)
+}
+
+#[test]
+fn the_board_that_a_drawn_one_takes_the_place_of_is_named_and_offered_back() {
+    let (mut sheet, open) = in_place_of_files();
+    let is_open = |sheet: &DrawnBoard| Arc::ptr_eq(sheet.model.board.document.as_ref().unwrap(), &open);
+    let drawing = sheet.model.draw.editor.history().clone();
+    assert!(!is_open(&sheet) && !sheet.model.draw.is_ahead());
+    let toast = sheet.model.frame.toasts.last().expect("the one before is offered").clone();
+    let name = open.reading.board.name.clone();
+    let text = Text::Key { key: "page.draw.in_place_of", args: vec![("name", name)] };
+    assert_eq!((toast.act, toast.text), (Some(ToastAct::BoardBefore), text));
+    sheet.event(FrameEvent::Taken { number: toast.number });
+    assert!(is_open(&sheet));
+    assert_eq!((sheet.model.draw.editor.history(), sheet.model.draw.over()), (&drawing, (false, true)));
+    // It is not the board's: to look at that makes nothing of it.
+    for tab in [Tab::Draw, Tab::Cam] {
+        sheet.event(FrameEvent::Show { tab });
+    }
+    assert!(is_open(&sheet) && sheet.model.draw.is_ahead());
+    assert!(!sheet.out.iter().any(
+        |effect| matches!(effect, Effect::Ask { request, .. } if matches!(**request, Request::Read(_)))
+    ));
+}
+
+#[test]
+fn the_board_before_is_let_go_with_the_word_that_offers_it() {
+    let (mut sheet, _) = in_place_of_files();
+    let number = sheet.model.frame.toasts.last().unwrap().number;
+    assert!(sheet.model.before.is_some());
+    sheet.event(FrameEvent::Said { number });
+    assert!(sheet.model.before.is_none());
+    // And the word goes where there is another way back, or none.
+    for event in [FilesEvent::Review, FilesEvent::Discarded] {
+        let (mut sheet, _) = in_place_of_files();
+        sheet.event(event);
+        assert_eq!(sheet.model.frame.toasts, []);
+    }
 }
 
 #[test]

@@ -5,6 +5,7 @@
 use crate::i18n::{self, say, t, unit_word};
 use crate::model::{AnewEvent, FrameEvent, NewExports};
 use crate::page::{frame, open_board, send};
+use crate::screens::shown::zero;
 use crate::widgets::push;
 use annulus_core::board::changes::{Changed, Fate};
 use annulus_core::board::{Board, Hole, Slot};
@@ -86,8 +87,9 @@ fn pair<T>(changed: &Changed<T>, words: impl Fn(&T) -> Option<String>) -> String
 }
 
 fn at(place: Point) -> String {
-    let unit = frame().unit.get();
-    format!("X {} Y {}", unit.coordinate(place.x.mm()), unit.coordinate(place.y.mm()))
+    let (unit, zero) = (frame().unit.get(), zero());
+    let [x, y] = [place.x - zero.x, place.y - zero.y].map(|length| unit.coordinate(length.mm()));
+    format!("X {x} Y {y}")
 }
 
 /// A diameter or a width, where the file says one.

@@ -6,6 +6,7 @@ use super::rows::{self, Row, Tool, swatch};
 use crate::i18n::{say, t};
 use crate::model::FrameEvent;
 use crate::page::{frame, open_board, send};
+use crate::screens::shown::zero;
 use crate::widgets::{row_top, virtual_list};
 use annulus_core::board::Board;
 use annulus_core::units::Length;
@@ -146,19 +147,22 @@ fn hole_line(listed: &Listed, hole: u32, number: usize, index: usize) -> AnyView
     let Some(meant) = listed.board.holes.get(hole as usize).cloned() else { return ().into_any() };
     let colour = swatch(&listed.board, meant.diameter);
     let chosen = move || frame().selected.get() == Some(hole);
-    let coordinate = move |mm: f64| move || crate::i18n::number(frame().unit.get().coordinate(mm));
+    let coordinate = |mm: f64| crate::i18n::number(frame().unit.get().coordinate(mm));
+    let (x, y) = (meant.at.x, meant.at.y);
+    let in_file = move || say!("page.holes.in_file", x = coordinate(x.mm()), y = coordinate(y.mm()));
     div()
         .class("line hole-line")
         .attr("role", "option")
         .attr("id", format!("hole-{hole}"))
         .attr("aria-selected", move || if chosen() { "true" } else { "false" })
+        .attr("title", in_file)
         .style(("top", row_top(index)))
         .on(ev::click, move |_| send(FrameEvent::Select { hole: Some(hole) }))
         .child((
             span().class("swatch").style(("--swatch", colour)),
             span().child(move || say!("page.holes.hole", number = number)),
-            span().class("number").child(coordinate(meant.at.x.mm())),
-            span().class("number").child(coordinate(meant.at.y.mm())),
+            span().class("number").child(move || coordinate((x - zero().x).mm())),
+            span().class("number").child(move || coordinate((y - zero().y).mm())),
         ))
         .into_any()
 }

@@ -3,12 +3,13 @@
 //! Comes in: the plan. Goes out: order, first bit, accepted errors.
 
 use crate::engine::messages::PlanReady;
-use crate::format::duration;
+use crate::format::{counted_from, duration};
 use crate::i18n::{key, say, sentence, t};
 use crate::keys::Tab;
 use crate::model::{AnewEvent, Event, FilesEvent, FrameEvent, JobEvent};
 use crate::page::{frame, open_board, open_job, send};
 use crate::screens::review::finding;
+use crate::screens::shown::zero;
 use crate::widgets::{choice, fact, push, shape};
 use annulus_core::cam::HoleOrder;
 use annulus_core::units::Length;
@@ -169,9 +170,9 @@ fn at_cam() -> impl IntoView {
 
 /// Findings of files and plan; errors can be ticked as seen here too.
 fn problems() -> impl IntoView {
-    let desk = open_board();
+    let (desk, zero) = (open_board(), Memo::new(move |_| zero()));
     let list = move || {
-        let diagnostics = desk.problems.get();
+        let (diagnostics, zero) = (desk.problems.get(), zero.get());
         if diagnostics.is_empty() {
             p().class("quiet").child(t!("page.problems.none")).into_any()
         } else {
@@ -180,7 +181,7 @@ fn problems() -> impl IntoView {
                 .child(
                     diagnostics
                         .into_iter()
-                        .map(|diagnostic| finding(diagnostic).into_any())
+                        .map(|diagnostic| finding(counted_from(&diagnostic, zero)).into_any())
                         .collect::<Vec<_>>(),
                 )
                 .into_any()

@@ -3,11 +3,13 @@
 //!
 //! Comes in: the job. Goes out: what is to be written and saved; the way to the template editor.
 
+use crate::format::counted_from;
 use crate::i18n::{advice, message, say, t};
 use crate::model::export::{CHORD_ERROR_MM, ExportOutcome, Purpose};
 use crate::model::template::OWN;
 use crate::model::{ExportEvent, TemplateEvent};
 use crate::page::{open_board, open_job, send};
+use crate::screens::shown::zero;
 use crate::widgets::{push, push_if};
 use crate::workbench::edit;
 use annulus_core::board::Face;
@@ -41,8 +43,9 @@ pub(super) fn export() -> impl IntoView {
     let job = open_job();
     send(ExportEvent::Shown);
     let why = move || {
+        let zero = zero();
         let refused = job.not_written.get().into_iter().map(|diagnostic| {
-            let cure = diagnostic.clone();
+            let (diagnostic, cure) = (counted_from(&diagnostic, zero), diagnostic);
             p().class("refusal")
                 .attr("role", "alert")
                 .child((move || message(&diagnostic), " ", move || advice(&cure)))

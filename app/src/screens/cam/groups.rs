@@ -12,6 +12,7 @@ use crate::engine::messages::Proved;
 use crate::i18n::{advice, message, say, t};
 use crate::model::JobEvent;
 use crate::page::{OpenJob, send};
+use crate::screens::shown::zero;
 use crate::widgets::{Icon, icon, push};
 use crate::workbench::edit;
 use annulus_core::diagnostic::Severity;
@@ -206,6 +207,7 @@ fn apply(bench: OpenJob, finding: &Finding, cure: &Cure) {
 
 /// What a place says of itself, where its group has said the rest.
 fn text(finding: &Finding) -> String {
+    let zero = zero();
     let alone = matches!(
         finding.kind,
         FindingKind::Still
@@ -216,14 +218,15 @@ fn text(finding: &Finding) -> String {
             | FindingKind::Shallow
     );
     if alone {
-        return message(&finding.diagnostic());
+        return message(&finding.diagnostic_from(zero));
     }
     let at = |length: Length| format!("{:.2}", length.mm());
-    let (width, x, y) = (format!("{:.3}", finding.width.mm()), at(finding.at.x), at(finding.at.y));
+    let (x, y) = (at(finding.at.x - zero.x), at(finding.at.y - zero.y));
+    let width = format!("{:.3}", finding.width.mm());
     if finding.nets.is_empty() {
         return say!("page.cam.place", width = width, x = x, y = y);
     }
-    say!("page.cam.place_of", nets = finding.nets.join(" · "), width = width, x = x, y = y)
+    say!("page.cam.place_of", nets = finding.nets_from(zero), width = width, x = x, y = y)
 }
 
 /// The id of the line of finding `at`, for whoever brings it into view.

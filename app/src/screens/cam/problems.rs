@@ -13,9 +13,11 @@
 
 use super::groups;
 use crate::engine::messages::PlanReady;
+use crate::format::counted_from;
 use crate::i18n::{advice, message, say, t};
 use crate::model::{FilesEvent, JobEvent};
 use crate::page::{OpenJob, open_board, open_job, send};
+use crate::screens::shown::zero;
 use crate::widgets::{Icon, icon, picture_button_if, push, push_if};
 use crate::workbench::edit;
 use annulus_core::diagnostic::{Diagnostic, Severity};
@@ -26,7 +28,7 @@ use leptos::prelude::*;
 
 /// The block under the picture.
 pub(super) fn problems() -> impl IntoView {
-    let (bench, desk) = (open_job(), open_board());
+    let (bench, desk, zero) = (open_job(), open_board(), Memo::new(move |_| zero()));
     let found = move || {
         let all = |group: &annulus_core::proof::Group| group.count as usize;
         desk.proved
@@ -37,13 +39,15 @@ pub(super) fn problems() -> impl IntoView {
     let count = move || desk.left_out.with(Vec::len) + warned.with(Vec::len) + found();
     let unread = move || open_board().unread();
     let left_out = move || {
-        let lines: Vec<AnyView> =
-            desk.left_out.get().into_iter().map(|error| missing_line(error).into_any()).collect();
+        let (left_out, zero) = (desk.left_out.get(), zero.get());
+        let line = |error| missing_line(counted_from(error, zero)).into_any();
+        let lines: Vec<AnyView> = left_out.iter().map(line).collect();
         (!lines.is_empty()).then(|| ul().class("findings").child(lines))
     };
     let warnings = move || {
-        let lines: Vec<AnyView> =
-            warned.get().into_iter().map(|warning| warning_line(warning).into_any()).collect();
+        let (warned, zero) = (warned.get(), zero.get());
+        let line = |warning| warning_line(counted_from(warning, zero)).into_any();
+        let lines: Vec<AnyView> = warned.iter().map(line).collect();
         (!lines.is_empty()).then(|| ul().class("findings").child(lines))
     };
     let list = move || match desk.proved.get() {
@@ -109,7 +113,7 @@ fn whole_line(bench: OpenJob, whole: Whole) -> impl IntoView {
     let said: Vec<AnyView> = whole
         .diagnostics()
         .into_iter()
-        .map(|told| strong().child(move || message(&told)).into_any())
+        .map(|told| strong().child(move || message(&with_bit_called(&told))).into_any())
         .collect();
     let offer = match (whole.shallower, whole.tip) {
         (Some(offer), _) => {
@@ -131,6 +135,14 @@ fn whole_line(bench: OpenJob, whole: Whole) -> impl IntoView {
         div().class("grow").child(said),
         div().class("row").child(offer),
     ))
+}
+
+/// The same with its bit called as people call it.
+fn with_bit_called(told: &Diagnostic) -> Diagnostic {
+    let mut told = told.clone();
+    let bits = told.args.iter_mut().filter(|(name, _)| name == "bit");
+    bits.for_each(|(_, bit)| *bit = super::called(bit));
+    told
 }
 
 /// One error of the plan.

@@ -75,9 +75,10 @@ pub(crate) fn in_picture(picture: Picture, ready: RwSignal<bool>, palette: Memo<
         }
         let (sheet, lit, front, palette) =
             (drawing.sheet.get(), drawing.lit.get(), front.get(), palette.get());
+        let under = drawing.under.get();
         with_view(picture, |view| {
             view.set_palette(palette);
-            view.set_scene(scene::scene(&sheet, &lit, front, &palette));
+            view.set_scene(scene::scene((&sheet, &under), &lit, front, &palette));
             view.set_selected(&lit.holes);
             match (before.flatten(), at) {
                 (Some(before), _) if before == look => {}

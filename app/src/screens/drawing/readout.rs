@@ -102,8 +102,7 @@ fn measured() -> Option<String> {
         Doing::Track { from, .. } => (from, aim),
         _ => return None,
     };
-    let (x, y) = (size(to.x - from.x), size(to.y - from.y));
-    let length = size(Length::from_mm(from.distance_mm(to)));
+    let [length, x, y] = frame().unit.get().apart(from, to);
     Some(say!("page.draw.measured", length = length, x = x, y = y, unit = unit_word()))
 }
 

@@ -13,7 +13,6 @@ use annulus_core::control::{Ending, Trust};
 use annulus_core::controller::{EngineAsk, EnginePhase, EngineStart, Info, settings};
 use annulus_core::diagnostic::{Diagnostic, Severity};
 use annulus_core::level::{Correction, HeightMap};
-use annulus_core::locale;
 use annulus_core::machine::{RackTool, ToolWear};
 use annulus_drill::controller::{AttendedJob, ControllerGlimpse, JobTools, Told, unlike_mill};
 use serde_json::json;
@@ -591,7 +590,7 @@ impl Operator {
 fn say_worn(tool: &RackTool, wear: &ToolWear) {
     let code = if tool.wears_by_way() { "preflight.tool_worn_way" } else { "preflight.tool_worn" };
     let why = Diagnostic::warning(code).with("number", tool.number).with("life", tool.life);
-    let why = why.with("tool", tool.bit().title(locale::FALLBACK)).with("done", wear.done());
+    let why = why.with("tool", tool.bit().titled()).with("done", wear.done());
     say(format_args!("{} {}", why.message("en"), why.advice("en")));
 }
 

@@ -27,7 +27,6 @@ use super::{BitTask, DrillCycle, EntryMove, PlanContext, PlannedOperation, Toolp
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Path, PathSegment, Point, grow, path_area_mm2, path_bounds};
 use crate::job::Bit;
-use crate::locale;
 use crate::units::Length;
 use std::f64::consts::PI;
 
@@ -126,16 +125,11 @@ fn narrower(
 
 /// Tells what the bits do not come between: the widest round the boards, the thinnest inside of them.
 fn told(context: &mut PlanContext<'_>, closed: &Closed, (bit, thin): (&Bit, &Bit)) {
-    let inner = closed
-        .inner
-        .errors("cam.cut_outs_missing")
-        .into_iter()
-        .map(|error| error.with("bit", thin.title(locale::FALLBACK)));
+    let inner =
+        closed.inner.errors("cam.cut_outs_missing").into_iter().map(|error| error.with("bit", thin.titled()));
     let merged =
         (closed.merged > 0).then(|| Diagnostic::error("cam.contours_merged").with("missing", closed.merged));
-    inner
-        .chain(merged.map(|error| error.with("bit", bit.title(locale::FALLBACK))))
-        .for_each(|error| context.report(error));
+    inner.chain(merged.map(|error| error.with("bit", bit.titled()))).for_each(|error| context.report(error));
 }
 
 /// What stays between the cut and a pin, at least.
@@ -151,8 +145,7 @@ fn pins_hit(context: &mut PlanContext<'_>, cut_out: &CutOut, bit: &Bit) {
     let pins = scene.pins.clone().filter_map(|pin| Some(scene.board.holes.get(pin as usize)?.at));
     let hit: Vec<Point> = pins.filter(near).collect();
     let Some(first) = hit.first() else { return };
-    let error =
-        Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", bit.title(locale::FALLBACK));
+    let error = Diagnostic::error("cam.pins_hit").with("count", hit.len()).with("bit", bit.titled());
     context.report(at(error, *first).with("margin", format!("{:.2}", clear.mm())));
 }
 
@@ -220,9 +213,7 @@ fn kept_out(
     }
     for (from, to) in &cut_through {
         let middle = Point::new(half(from.x + to.x), half(from.y + to.y));
-        context.report(
-            at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", bit.title(locale::FALLBACK)),
-        );
+        context.report(at(Diagnostic::warning("cam.zone_too_short"), middle).with("bit", bit.titled()));
     }
     let through = |place: Point| {
         let within =

@@ -22,7 +22,6 @@ use crate::board::{COPPER_THICKNESS, DEPTH_MARGIN, THINNEST};
 use crate::diagnostic::Diagnostic;
 use crate::geometry::{Island, Path, Region, grow, rectangle, union, voronoi};
 use crate::job::{Bit, Cutter};
-use crate::locale;
 use crate::units::Length;
 use std::collections::{BTreeMap, BTreeSet};
 use std::rc::Rc;
@@ -71,7 +70,7 @@ fn cut_width(context: &mut PlanContext<'_>, bit: &Bit, depth: Length) -> Length 
     let width = bit.width_at(depth);
     if matches!(bit.cutter, Cutter::Vee { .. }) && width >= bit.diameter {
         let said = Diagnostic::warning("cam.bit_too_deep");
-        context.report(said.with("bit", bit.title(locale::FALLBACK)).with("depth", depth.mm()));
+        context.report(said.with("bit", bit.titled()).with("depth", depth.mm()));
     }
     width
 }

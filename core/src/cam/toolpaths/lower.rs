@@ -16,6 +16,7 @@ use super::super::limits;
 use super::super::work::{Operation, Work};
 use super::cut::{self, Piece};
 use super::{BitTask, DrillCycle, EntryMove, Planned, Toolpath};
+use crate::board::Face;
 use crate::geometry::{Path, PathSegment, Point};
 use crate::job::{Bit, Command, Gate, Input, Leg, Mark, Otherwise, Program};
 use crate::machine::{Machine, RackTool, StrokeEnd};
@@ -61,7 +62,7 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
     let home = vec![Command::Spindle { rpm: 0 }, Command::Rapid { to: Point::default() }];
     writer.legs.push(Leg { mark: Mark::Finish, commands: home });
     Program {
-        name: format!("{}-{}", planned.board.name, work.setup.face.name()),
+        name: called(&planned.board.name, work.setup.face),
         machine: machine.fingerprint(),
         origin: planned.origin,
         bits: writer.bits,
@@ -70,6 +71,12 @@ pub fn lower_work(planned: &Planned, work: &Work, machine: &Machine) -> Program 
         legs: writer.legs,
         accepted: planned.accepted.clone(),
     }
+}
+
+/// What the program of a side is called: after the board, where that has a name.
+fn called(board: &str, face: Face) -> String {
+    let side = face.name();
+    if board.is_empty() { side.to_owned() } else { format!("{board}-{side}") }
 }
 
 struct Writer<'a> {

@@ -417,7 +417,8 @@ impl PlanContext<'_> {
                     continue;
                 }
             };
-            self.report(Diagnostic::error(code).with("bit", name));
+            let called = self.work.bit(name).map_or_else(|| (*name).to_owned(), Bit::called);
+            self.report(Diagnostic::error(code).with("bit", called));
         }
         bits.sort_by_key(|bit| std::cmp::Reverse(bit.width_at(depth)));
         bits

@@ -42,7 +42,7 @@ impl PlacedBoard {
         let panel = board.panelled(setup.panel.columns, setup.panel.rows, setup.panel.gap);
         let pins = &setup.alignment;
         let pinned = panel.pinned(pins.pairs, pins.diameter, pins.margin, mirror_x);
-        let pins = panel.holes.len() as u32..pinned.holes.len() as u32;
+        let pins = setup.pins(&pinned);
         let bottom = setup.face == Face::Bottom;
         let over = pinned.turning(mirror_x);
         let turning = over.filter(|_| bottom);

@@ -8,15 +8,12 @@
 //!
 //! Comes in: a [`Work`], its parts. Goes out: diagnostics. Does not know toolpaths.
 
-use crate::board::USUAL_BED;
+use crate::board;
 use crate::cam::toolpaths::{BitTask, PlanContext, PlannedOperation, planned_operations};
 use crate::cam::work::{Holes, Operation, OperationKind, Work};
 use crate::diagnostic::Diagnostic;
 use crate::machine::Machine;
 use crate::units::Length;
-
-/// Deeper than this below the board nobody's bed is meant to be drilled for pins.
-const PINNED_BED: Length = Length::from_um(10_000);
 
 /// Tells of depths that end in the board though it is to be cut through, or far below it.
 pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &PlannedOperation) {
@@ -33,7 +30,7 @@ pub(in crate::cam::toolpaths) fn depths(context: &mut PlanContext<'_>, part: &Pl
     }
     let pins =
         matches!(&context.operation.action, OperationKind::Drill(drill) if drill.holes == Holes::Alignment);
-    if deepest > thickness + if pins { PINNED_BED } else { USUAL_BED } {
+    if deepest > thickness + board::bed(pins) {
         let warning = Diagnostic::warning("cam.far_below").with("depth", mm(deepest));
         context.report(warning.with("below", mm(deepest - thickness)));
     }

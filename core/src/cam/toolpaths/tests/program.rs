@@ -54,6 +54,11 @@ fn the_default_job_does_all_there_is_to_do() {
     let program = lower_work(&planned, &work, &machine);
     let holes: Vec<_> = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_))).collect();
     assert_eq!(holes.len(), 3);
+    for (name, called) in [("amp", "amp-top"), ("", "top")] {
+        let mut planned = planned.clone();
+        planned.board.name = name.to_owned();
+        assert_eq!(lower_work(&planned, &work, &machine).name, called);
+    }
     let names: Vec<_> = program.bits.iter().map(|bit| bit.name.as_str()).collect();
     // The mill that cuts out is the last one that mills holes: it goes in once. Bits are called as files call them.
     assert_eq!(names, ["V-bit 30°, tip 0.1", "drill 0.8", "drill 1", "end mill 0.8", "end mill 1.5"]);
