@@ -105,7 +105,7 @@ fn earlier() -> impl IntoView {
 
 /// The offer of what was open before; its buttons are described by its sentence. The `role` of that is a status where it is told by
 /// itself.
-fn kept(offer: Offer, role: Option<&'static str>) -> impl IntoView {
+pub(super) fn kept(offer: Offer, role: Option<&'static str>) -> impl IntoView {
     let sentence_id = format!("kept-{}", offer.place);
     let described = sentence_id.clone();
     let at = Date::new(&offer.at_ms.into()).to_locale_string(&language(), &JsValue::UNDEFINED);
