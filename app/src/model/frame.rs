@@ -270,6 +270,11 @@ pub enum FrameEvent {
         /// Its line in the panel.
         index: usize,
     },
+    /// One layer is in front and the others are dimmed, or all are seen alike again.
+    LayerFront {
+        /// Its line in the panel.
+        index: usize,
+    },
     /// Nothing of one layer is caught or changed, or it is: the other of the two.
     LayerLock {
         /// Its line in the panel.
@@ -468,6 +473,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
 fn change_layers(frame: &mut Frame, event: &FrameEvent) {
     match *event {
         FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
+        FrameEvent::LayerFront { index } => layers::bring_to_front(&mut frame.layers, index),
         FrameEvent::LayerLock { index } => look(frame, index, |look| look.locked = !look.locked),
         FrameEvent::LayerOpacity { index, percent } => look(frame, index, |look| look.opacity = percent),
         FrameEvent::LayerColour { index, colour } => look(frame, index, |look| look.colour = colour),

@@ -14,7 +14,7 @@ use super::rulers;
 use super::shown::{Shown, machine_has_own_job, missing_holes, moment, shown};
 use crate::i18n::{self, key, say, t};
 use crate::keys::{KeyAction, Tab};
-use crate::layers::LayerKind;
+use crate::layers::{LayerKind, dimmed};
 use crate::model::{FrameEvent, PlayEvent};
 use crate::page::{frame, open_board, open_job, play, send};
 use crate::picture;
@@ -335,6 +335,11 @@ fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
         scene.discs.retain(|_| holes);
         scene.slots.retain(|_| holes);
         scene.outline.retain(|_| outline);
+        if layers::kind_dimmed(LayerKind::Holes) {
+            let ground = palette.plate;
+            scene.discs.iter_mut().for_each(|disc| disc.colour = dimmed(disc.colour, ground));
+            scene.slots.iter_mut().for_each(|slot| slot.colour = dimmed(slot.colour, ground));
+        }
         if !holes {
             return scene;
         }
