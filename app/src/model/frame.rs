@@ -7,7 +7,7 @@ use crate::engine::messages::LayerRow;
 use crate::format::Unit;
 use crate::keys::{AddressPart, KeyAction, OwnKeys, Shortcut, Tab};
 use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
-use crate::model::{Document, Panels, Theme};
+use crate::model::{Document, Network, Panels, Theme};
 use crate::said::{Text, key};
 use crate::view::{Camera, Colour};
 use annulus_core::locale;
@@ -114,6 +114,8 @@ pub struct Frame {
     pub toasts: Vec<Toast>,
     /// The page came from a site without a bridge.
     pub alone: bool,
+    /// What is known of the network.
+    pub network: Network,
     /// A new version of the site is there, and the person has not waved it away.
     pub update_ready: bool,
     /// The number of the last of them.
@@ -150,6 +152,7 @@ impl Default for Frame {
             asked: (0, None),
             toasts: Vec::new(),
             alone: false,
+            network: Network::default(),
             update_ready: false,
             toast: 0,
             awake_wanted: false,
@@ -321,6 +324,13 @@ pub enum FrameEvent {
     },
     /// The page came from a site without a bridge.
     Alone,
+    /// The browser has a network, or none.
+    Online {
+        /// It has.
+        on: bool,
+    },
+    /// The site is kept: the page opens without a network.
+    SiteKept,
     /// A new version of the site is kept and waits to take over.
     UpdateReady,
     /// A short word is to be said.
@@ -456,6 +466,8 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Say { text } => return vec![toast(model, text, None)],
         FrameEvent::Tell { text } => say(model, text),
         FrameEvent::Alone => frame.alone = true,
+        FrameEvent::Online { on } => frame.network.offline = !on,
+        FrameEvent::SiteKept => frame.network.kept = true,
         FrameEvent::UpdateReady => frame.update_ready = true,
         FrameEvent::Said { number } => {
             if taken(frame, number) == Some(ToastAct::Update) {
