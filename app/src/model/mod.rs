@@ -330,6 +330,8 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
             let of_drawing = match event {
                 KeepEvent::Looked => drawing::kept::looked(model),
                 KeepEvent::Leaving => drawing::kept::left(model),
+                KeepEvent::Listed => drawing::kept::listed(model),
+                KeepEvent::DropAll => drawing::kept::drop_all(model),
                 _ => Vec::new(),
             };
             let mut effects = keeping::update(model, event);

@@ -92,9 +92,20 @@ pub(super) fn last() -> impl IntoView {
 
 /// Those before the last one.
 fn earlier() -> impl IntoView {
+    listed(1)
+}
+
+/// Those that are kept beside the open one, to go on with one of them.
+pub(super) fn others() -> impl IntoView {
+    send(KeepEvent::Listed);
+    move || listed(0).map(|list| section().class("block others").child(list))
+}
+
+/// Those that are kept but the first `skipped`, in a list that opens.
+fn listed(skipped: usize) -> Option<impl IntoView> {
     let offers = open_board().offers.get();
-    let rows =
-        offers.into_iter().skip(1).map(|offer| li().child(kept(offer, None)).into_any()).collect::<Vec<_>>();
+    let rows = offers.into_iter().skip(skipped).map(|offer| li().child(kept(offer, None)).into_any());
+    let rows: Vec<_> = rows.collect();
     let count = rows.len();
     (count > 0).then(|| {
         details()
