@@ -2,7 +2,7 @@
 //!
 //! Comes in: nothing. Goes out: files chosen.
 
-use crate::i18n::{language, t};
+use crate::i18n::{language, say, t};
 use crate::keys::Tab;
 use crate::model::{FilesEvent, FrameEvent, KeepEvent, Offer};
 use crate::page::{frame, open_board, send};
@@ -92,26 +92,35 @@ pub(super) fn last() -> impl IntoView {
 
 /// Those before the last one.
 fn earlier() -> impl IntoView {
-    listed(1)
-}
-
-/// Those that are kept beside the open one, to go on with one of them.
-pub(super) fn others() -> impl IntoView {
-    send(KeepEvent::Listed);
-    move || listed(0).map(|list| section().class("block others").child(list))
-}
-
-/// Those that are kept but the first `skipped`, in a list that opens.
-fn listed(skipped: usize) -> Option<impl IntoView> {
-    let offers = open_board().offers.get();
-    let rows = offers.into_iter().skip(skipped).map(|offer| li().child(kept(offer, None)).into_any());
-    let rows: Vec<_> = rows.collect();
+    let rows = rows(1);
     let count = rows.len();
     (count > 0).then(|| {
         details()
             .class("earlier")
             .child((summary().child(t!("page.kept.earlier", count = count)), ul().child(rows)))
     })
+}
+
+/// Those that are kept beside the open one, to go on with one of them, in a list that opens.
+pub(super) fn others() -> impl IntoView {
+    send(KeepEvent::Listed);
+    let count = Memo::new(move |_| open_board().offers.with(Vec::len));
+    let open = RwSignal::new(false);
+    let toggled = move |_| open.update(|open| *open = !*open);
+    let list = move || {
+        let words = move || say!("page.kept.earlier", count = count.get());
+        let rows = move || open.get().then(|| ul().child(rows(0)));
+        let list = details().class("earlier").on(ev::toggle, toggled).child((summary().child(words), rows));
+        section().class("block others").child(list)
+    };
+    let any = Memo::new(move |_| count.get() > 0);
+    move || any.get().then(list)
+}
+
+/// Those that are kept but the first `skipped`, a row each.
+fn rows(skipped: usize) -> Vec<AnyView> {
+    let offers = open_board().offers.get();
+    offers.into_iter().skip(skipped).map(|offer| li().child(kept(offer, None)).into_any()).collect()
 }
 
 /// The offer of what was open before; its buttons are described by its sentence. The `role` of that is a status where it is told by
