@@ -89,6 +89,10 @@ test("on a tablet upright the machine is one screen that does not scroll, with t
     assert.deepEqual(rest, [false], "nothing to be scrolled");
     const foot = await tab(page, "Machine").boundingBox();
     assert.ok(foot.y > 1100 && foot.y + foot.height <= 1180, `the screens at the foot: ${foot.y}`);
+    // A board is fitted 36 px from the edge of the canvas.
+    const [canvas, tools] = [page.locator("canvas").first(), page.getByRole("toolbar", { name: "View" })];
+    const [at, over] = [await canvas.boundingBox(), await tools.boundingBox()];
+    assert.ok(over.y >= at.y + at.height - 36, `buttons from ${over.y} on, a board down to ${at.y + at.height - 36}`);
   } finally {
     await context.close();
   }
@@ -100,6 +104,9 @@ test("on a phone STOP is at the foot on the right, and moving by hand is asked f
     await show(page, "Machine");
     const stop = await page.locator("header.top-bar").getByRole("button", { name: "STOP", exact: true }).boundingBox();
     assert.ok(stop.y > 844 - 90 && stop.x + stop.width > 390 - 30, JSON.stringify(stop));
+    const rows = await page.locator("header.top-bar :is(.tab, .top-tools > *)").evaluateAll((all) =>
+      all.filter((one) => one.checkVisibility()).map((one) => Math.round((one.getBoundingClientRect().top + one.getBoundingClientRect().bottom) / 2)));
+    assert.equal(new Set(rows).size, 2, `rows of the head: ${rows}`);
     const home = page.getByRole("button", { name: "Home", exact: true });
     assert.ok(!(await home.isVisible()), "set-up is put away");
     await page.getByRole("button", { name: "Operate from this phone" }).click();
