@@ -145,13 +145,13 @@ async fn written_ms(place: u32) -> f64 {
 }
 
 /// How many bytes of this computer the browser uses for the page; none where it does not tell.
-async fn used() -> Option<f64> {
+async fn used() -> Option<u64> {
     let storage = window().navigator().storage();
     if storage.is_undefined() {
         return None;
     }
     let told = JsFuture::from(storage.estimate().ok()?).await.ok()?;
-    Reflect::get(&told, &"usage".into()).ok()?.as_f64()
+    Some(Reflect::get(&told, &"usage".into()).ok()?.as_f64()? as u64)
 }
 
 /// Asks the browser not to clear what is kept when the disk is nearly full.

@@ -97,7 +97,7 @@ pub struct Keeping {
     /// What there is to restore, the latest first.
     pub offers: Vec<Offer>,
     /// So many bytes the browser uses for the page; none where it does not tell.
-    pub bytes: Option<f64>,
+    pub bytes: Option<u64>,
     /// The open project cannot be kept, and why: the key of a sentence.
     pub failed: Option<&'static str>,
     /// The open project.
@@ -140,7 +140,7 @@ pub enum KeepEvent {
     /// So much of this computer the browser uses for the page.
     Measured {
         /// In bytes, as the browser tells it: rounded, for some.
-        bytes: f64,
+        bytes: u64,
     },
     /// All of it is to be forgotten but what is open, here or in another tab.
     DropAll,

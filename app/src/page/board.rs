@@ -62,7 +62,7 @@ pub struct OpenBoard {
     /// What there is to restore, the latest first.
     pub offers: ReadSignal<Vec<Offer>>,
     /// So many bytes the browser uses for the page; none where it does not tell.
-    pub kept_bytes: ReadSignal<Option<f64>>,
+    pub kept_bytes: ReadSignal<Option<u64>>,
     /// Why the open project cannot be kept: the key of a sentence.
     pub unkept: ReadSignal<Option<&'static str>>,
     /// New exports of the board, as long as they are shown.

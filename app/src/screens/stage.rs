@@ -227,11 +227,7 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
         let board = shown.as_ref().map(|shown| Arc::as_ptr(&shown.board) as usize);
         with_view(picture, |view| {
             view.set_palette(palette);
-            view.set_scene(shown.as_ref().map_or_else(Scene::default, |shown| {
-                let mut scene = scene(shown, &palette);
-                scene.lines.extend(reach(shown, zero, &palette));
-                scene
-            }));
+            view.set_scene(shown.as_ref().map_or_else(Scene::default, |shown| scene(shown, zero, &palette)));
             view.describe(&shown.as_ref().map_or_else(|| say!("page.view.empty"), |shown| describe(shown)));
             if before.flatten() != board {
                 view.fit();
@@ -325,13 +321,14 @@ fn show_missing(
     });
 }
 
-fn scene(shown: &Shown, palette: &Palette) -> Scene {
+fn scene(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Scene {
     let mut scene = picture::scene(&shown.board, shown.body, palette);
     scene.layers.clone_from(&shown.layers);
     let changes = if frame().tab.get() == Tab::Board { changed(shown, palette) } else { Vec::new() };
     scene.layers.extend(changed_copper(palette));
     let mut scene = with_order(scene, shown, palette);
     scene.lines.extend(changes);
+    scene.lines.extend(reach(shown, zero_mm, palette));
     scene
 }
 

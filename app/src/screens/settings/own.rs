@@ -49,7 +49,7 @@ fn data() -> impl IntoView {
     send(KeepEvent::Listed);
     let size = move || {
         let bytes = open_board().kept_bytes.get()?;
-        let mb = i18n::number(format!("{:.1}", bytes / 1e6));
+        let mb = i18n::number(format!("{:.1}", bytes as f64 / 1e6));
         Some(p().child(say!("page.data.size", mb = mb)))
     };
     let boards = move || {
