@@ -129,6 +129,8 @@ pub struct LayerLook {
     pub colour: Option<Colour>,
     /// Nothing of it is caught or changed.
     pub locked: bool,
+    /// It is the one that is to be found: the others are dimmed.
+    pub front: bool,
     /// It looks as on the board that is made: a mask is the film that it is, not its openings, and copper is copper on either side.
     pub made: bool,
 }
@@ -146,6 +148,8 @@ pub enum Preset {
     Copper,
     /// Holes alone.
     Holes,
+    /// What can be drawn here: copper of both sides, holes, edge. A board is seen so first.
+    Drawn,
     /// The board as it is made: copper under its mask, with the legend on it.
     Made,
 }
@@ -165,6 +169,7 @@ impl LayerLook {
             opacity: 100,
             colour: None,
             locked: false,
+            front: false,
             made: false,
         }
     }
@@ -188,6 +193,7 @@ impl LayerLook {
     /// Is seen as `preset` shows it, or not.
     pub fn choose(&mut self, preset: Preset) {
         (self.eye, self.made) = (self.in_preset(preset), preset == Preset::Made);
+        self.front = false;
     }
 
     /// Whether `preset` shows it.
@@ -207,6 +213,7 @@ impl LayerLook {
                 )
             }
             Preset::Holes => through,
+            Preset::Drawn => self.kind.first_seen(),
             Preset::Made => {
                 !matches!(self.kind, LayerKind::CopperInner | LayerKind::Paste | LayerKind::Other)
             }
@@ -218,20 +225,48 @@ impl LayerLook {
 pub fn kept(fresh: Vec<LayerLook>, before: &[LayerLook]) -> Vec<LayerLook> {
     let keep = |look: LayerLook| match before.iter().find(|old| old.name == look.name) {
         Some(old) => {
-            let LayerLook { eye, opacity, colour, locked, made, .. } = *old;
-            LayerLook { eye, opacity, colour, locked, made, ..look }
+            let LayerLook { eye, opacity, colour, locked, front, made, .. } = *old;
+            LayerLook { eye, opacity, colour, locked, front, made, ..look }
         }
         None => look,
     };
     fresh.into_iter().map(keep).collect()
 }
 
-/// The looks in the order of drawing, the lowest first.
+/// Of what is dimmed so much is seen.
+const DIMMED_SHARE: f32 = 0.25;
+
+/// The layer `index` is brought to the front and seen, or is as before where it was there already.
+pub fn bring_to_front(looks: &mut [LayerLook], index: usize) {
+    for (at, look) in looks.iter_mut().enumerate() {
+        look.front = at == index && !look.front;
+        look.eye |= look.front;
+    }
+}
+
+/// Whether `look` is dimmed, because another one is in front.
+pub fn is_dimmed(look: &LayerLook, looks: &[LayerLook]) -> bool {
+    !look.front && looks.iter().any(|look| look.front)
+}
+
+/// The colour that `look` is drawn in among `looks`.
+pub fn tint_among(look: &LayerLook, looks: &[LayerLook], palette: &Palette) -> Colour {
+    let tint = look.tint(palette);
+    let share = if is_dimmed(look, looks) { DIMMED_SHARE } else { 1.0 };
+    tint.alpha((f32::from(tint.0[3]) * share) as u8)
+}
+
+/// A colour of what cannot be seen through, where it is dimmed on a board of the colour `ground`.
+pub fn dimmed(colour: Colour, ground: Colour) -> Colour {
+    colour.mixed(ground, DIMMED_SHARE)
+}
+
+/// The looks in the order of drawing, the lowest first; what is in front is the last.
 pub fn drawn(looks: &[LayerLook], from_below: bool) -> Vec<&LayerLook> {
     let mut order: Vec<&LayerLook> = looks.iter().filter(|look| look.eye && look.opacity > 0).collect();
     order.sort_by_key(|look| {
         let height = look.kind.height(look.side);
-        if from_below { -height } else { height }
+        (look.front, if from_below { -height } else { height })
     });
     let sides = [LayerSide::Top, LayerSide::Bottom];
     let [near, far] = if from_below { [sides[1], sides[0]] } else { sides };
@@ -285,6 +320,7 @@ mod tests {
             (Preset::Bottom, "bottom holes outline"),
             (Preset::Copper, "top bottom outline"),
             (Preset::Holes, "holes outline"),
+            (Preset::Drawn, "top bottom holes outline"),
             (Preset::Made, "top bottom legend holes outline"),
         ];
         for (preset, expected) in rows {
@@ -292,6 +328,25 @@ mod tests {
                 looks().iter().filter(|look| look.in_preset(preset)).map(|look| look.name.clone()).collect();
             assert_eq!(shown.join(" "), expected, "{preset:?}");
         }
+    }
+
+    #[test]
+    fn what_is_brought_to_the_front_is_seen_above_all_and_the_others_are_dimmed() {
+        let mut looks = looks();
+        bring_to_front(&mut looks, 1);
+        assert_eq!(names(&drawn(&looks, false)), "top bottom");
+        let alpha = |looks: &[LayerLook], at: usize| tint_among(&looks[at], looks, &Palette::DARK).0[3];
+        assert_eq!([0, 1].map(|at| alpha(&looks, at)), [63, 255]);
+        assert!(is_dimmed(&looks[3], &looks), "holes too");
+        bring_to_front(&mut looks, 2);
+        assert!(looks[2].eye, "what was hidden is seen");
+        assert_eq!([0, 1, 2].map(|at| alpha(&looks, at)), [63, 63, 255]);
+        // Once more, and all are as before; a group shows its layers alike.
+        bring_to_front(&mut looks, 2);
+        assert_eq!([0, 1, 2].map(|at| alpha(&looks, at)), [255; 3]);
+        bring_to_front(&mut looks, 0);
+        looks.iter_mut().for_each(|look| look.choose(Preset::All));
+        assert_eq!([0, 1, 2].map(|at| alpha(&looks, at)), [255; 3]);
     }
 
     #[test]

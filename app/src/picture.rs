@@ -18,6 +18,7 @@ use annulus_core::board::{Board, Hole, Slot};
 use annulus_core::cam::work::{OperationKind, Work};
 use annulus_core::geometry::{Bounds, Path, Point, Region};
 use annulus_core::job::{Bit, Cutter, Program};
+use annulus_core::machine::Machine;
 use annulus_core::units::Length;
 use geo::{Area, Contains, LineString, Polygon, TriangulateEarcut};
 
@@ -174,6 +175,26 @@ pub fn travel(board: &Board, origin: Point, start: Point, holes: &[u32], palette
     stops.enumerate().map(leg).collect()
 }
 
+/// The box that the axes of `machine` reach, machine mm, as it lies about the work zero at `zero_mm`; `place` puts work mm into the picture.
+pub fn travel_box(
+    machine: &Machine,
+    zero_mm: [f64; 2],
+    place: impl Fn([f64; 2]) -> [f32; 2],
+    palette: &Palette,
+) -> Vec<Line> {
+    let ends = [&machine.x, &machine.y].map(|axis| [axis.min.mm(), axis.max.mm()]);
+    let corner = |x: usize, y: usize| place([ends[0][x] - zero_mm[0], ends[1][y] - zero_mm[1]]);
+    let corners = [corner(0, 0), corner(1, 0), corner(1, 1), corner(0, 1)];
+    let edge = |at: usize| Line {
+        a_mm: corners[at],
+        b_mm: corners[(at + 1) % corners.len()],
+        width: Width::Px(TRAVEL_PX),
+        colour: palette.travel,
+        order: UNORDERED,
+    };
+    (0..corners.len()).map(edge).collect()
+}
+
 /// What a program does as lines: swaths as wide as they cut, the middle of each, and the travel between. They bear the
 /// numbers of their stops. `colour` is that of a stop's swaths; the travel is left out unless it is wanted.
 pub fn toolpaths(
@@ -327,6 +348,23 @@ mod tests {
             }],
             ..Board::default()
         }
+    }
+
+    #[test]
+    fn the_travel_lies_about_the_work_zero_and_is_not_what_the_picture_is_fitted_to() {
+        let mut machine = annulus_core::machine::virtual_drill();
+        let mm = |mm: i64| Length::from_um(mm * 1_000);
+        ((machine.x.min, machine.x.max), (machine.y.min, machine.y.max)) =
+            ((mm(0), mm(300)), (mm(-10), mm(200)));
+        let place = |[x, y]: [f64; 2]| [x as f32 + 1.0, y as f32 + 2.0];
+        let lines = travel_box(&machine, [40.0, 30.0], place, &Palette::DARK);
+        let corners: Vec<_> = lines.iter().map(|line| line.a_mm).collect();
+        assert_eq!(corners, [[-39.0, -38.0], [261.0, -38.0], [261.0, 172.0], [-39.0, 172.0]]);
+        assert!(lines.iter().zip(lines.iter().cycle().skip(1)).all(|(line, next)| line.b_mm == next.a_mm));
+        let mut scene = seen(&board());
+        let before = scene.bounds_mm();
+        scene.lines.extend(lines);
+        assert_eq!(scene.bounds_mm(), before);
     }
 
     #[test]

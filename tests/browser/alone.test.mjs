@@ -27,7 +27,9 @@ test("without a bridge and with the network cut, a board is opened, planned, pro
   try {
     await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
     await kept(page);
+    await page.getByText("Works offline", { exact: true }).waitFor();
     await context.setOffline(true);
+    await page.getByText("Offline", { exact: true }).waitFor();
     server.stop();
     await page.reload();
     await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
@@ -186,6 +188,43 @@ test("a page that is closed in mid-job is opened again, and the job goes on: no 
     const made = await drilled(again);
     assert.ok(made.length - twice(made) === holes, `${made.length} holes made, ${twice(made)} of them twice, ${holes} wanted`);
     assert.ok(twice(made) <= 1, `${twice(made)} made twice`);
+  } finally {
+    await context.close();
+    server.stop();
+  }
+});
+
+test("a reload in mid-job is asked about; Machine names the job, offers its board and shows it there", async () => {
+  const server = await serveFiles();
+  const { page, context } = await openPage(browser, `${server.url}?speed=3`);
+  const asked = [];
+  page.on("dialog", (dialog) => {
+    asked.push(dialog.type());
+    dialog.accept();
+  });
+  try {
+    await openSample(page);
+    const holes = await data(page, "holes");
+    await page.reload();
+    assert.deepEqual(asked, [], "nothing is lost, nothing is asked");
+    await page.getByRole("button", { name: "Restore" }).click();
+    await until(async () => (await data(page, "holes")) === holes, "the board");
+    await drillOnly(page);
+    const { start } = await startJob(page);
+    await start.click();
+    const looks = page.getByRole("list", { name: "The machine tells" });
+    await looks.waitFor();
+    assert.deepEqual(await looks.getByRole("listitem").allInnerTexts(), ["Spindle off", "Z up", "At the change position"]);
+    await bit(page).click();
+    await until(async () => Number(await data(page, "done")) > 2, "holes");
+    await page.reload();
+    assert.deepEqual(asked, ["beforeunload"]);
+    await tab(page, "Machine").click();
+    const job = page.getByRole("region", { name: "Job", exact: true });
+    await job.getByRole("heading", { name: "sensor-top" }).waitFor();
+    await job.getByRole("button", { name: "Restore" }).click();
+    await until(async () => (await data(page, "holes")) === holes, "the board of the job on the map");
+    assert.equal(await tab(page, "Machine").getAttribute("aria-current"), "page");
   } finally {
     await context.close();
     server.stop();

@@ -116,6 +116,35 @@ test("the picture stays where it is while the sheet grows, also after all of it 
   }
 });
 
+test("while Space is held a drag moves the picture and draws nothing", async () => {
+  const { page, context } = await draw();
+  try {
+    const box = await page.locator("canvas").first().boundingBox();
+    const [x, y] = [box.x + box.width / 2, box.y + box.height / 2];
+    const centre = async () => (await data(page, "centre")).split(" ").map(Number);
+    const drag = async () => {
+      await page.mouse.move(x, y);
+      await page.mouse.down();
+      await page.mouse.move(x + 60, y + 20, { steps: 4 });
+      await page.mouse.up();
+    };
+    const before = await centre();
+    const mm = 25.4 / (Number(await data(page, "zoom")) * 96);
+    await page.keyboard.press("x");
+    await page.keyboard.down("Space");
+    await drag();
+    await page.keyboard.up("Space");
+    const wanted = [before[0] - 60 * mm, before[1] + 20 * mm];
+    await until(async () => (await centre()).every((at, axis) => Math.abs(at - wanted[axis]) < 0.1), "a picture that went along");
+    assert.equal(await things(page), 0, "nothing is drawn");
+    // Let go, the same drag leaves the picture where it is.
+    await drag();
+    assert.deepEqual((await centre()).map((at) => at.toFixed(1)), wanted.map((at) => at.toFixed(1)));
+  } finally {
+    await context.close();
+  }
+});
+
 test("drawn by keys alone, and the numbers of what is chosen are typed", async () => {
   const { page, context } = await draw();
   try {

@@ -85,6 +85,34 @@ test("a board that was open is offered after a reload, with its job as it was", 
   }
 });
 
+test("what is kept is listed in the settings, and all that is not open is deleted once its word is typed", async () => {
+  const bridge = await startBridge();
+  const { page, problems, context } = await openPage(browser, bridge.url);
+  try {
+    await openSample(page);
+    await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+    await again(page);
+    await tab(page, "Settings").click();
+    await page.getByRole("button", { name: "Data", exact: true }).click();
+    await page.getByText(/The browser uses [\d.]+ MB/).waitFor();
+    await offer(page).waitFor();
+    assert.deepEqual(await findings(page), []);
+    const remove = page.getByRole("button", { name: "Delete what is kept" });
+    assert.ok(await remove.isDisabled());
+    await page.getByRole("textbox", { name: /^Type DELETE/ }).fill("delete");
+    await remove.click();
+    await page.getByText("No board is kept but the one that is open.").waitFor();
+    await until(async () => (await kept(page, 0)) === "", "an empty store");
+    await page.getByRole("button", { name: "About", exact: true }).click();
+    await page.getByText("Free software: MIT or Apache-2.0, as you choose.").waitFor();
+    assert.deepEqual(await findings(page), []);
+    assert.deepEqual(problems, []);
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
 test("another board does not push out the one that is on offer", async () => {
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, bridge.url);

@@ -5,7 +5,7 @@ import { mkdtempSync, rmSync } from "node:fs";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { after, before, test } from "node:test";
-import { data, drillOnly, failed, openBrowser, openLinked, openPage, picture, pictures, press, settled, startBridge, startJob, tab, until } from "./harness.mjs";
+import { SCREENS, data, drillOnly, failed, openBrowser, openLinked, openPage, picture, pictures, press, settled, show, startBridge, startJob, tab, until } from "./harness.mjs";
 
 /** A small window: few pixels to paint in software beside a machine that runs in real time. */
 const SMALL = { width: 1024, height: 768 };
@@ -40,6 +40,31 @@ test("STOP stops at once, from the keyboard too, and the position stays known", 
     await new Promise((later) => setTimeout(later, 1500));
     assert.equal(await data(page, "done"), done, "nothing was drilled after STOP");
   } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
+test("where Start is not to be had, a button leads to the screen that cures it; a lost line is told on every screen", async () => {
+  const bridge = await startBridge();
+  const { page, context } = await openPage(browser, bridge.url, SMALL);
+  try {
+    await page.getByRole("button", { name: /Sample board/ }).click();
+    await page.getByText(/^Planned .* m,/).waitFor();
+    await show(page, "Machine");
+    await press(page, page.getByRole("button", { name: "Home", exact: true }));
+    await page.getByText("At rest, position known.").waitFor();
+    const job = page.getByRole("region", { name: "Job", exact: true });
+    assert.ok(await job.getByRole("button", { name: "Start…" }).isDisabled(), "problems of the job are not read yet");
+    await job.getByRole("button", { name: "CAM", exact: true }).click();
+    await until(async () => (await tab(page, "CAM").getAttribute("aria-current")) === "page", "CAM, where they are read");
+    bridge.freeze(true);
+    for (const screen of SCREENS) {
+      await show(page, screen);
+      await page.getByText("Link lost", { exact: true }).and(page.locator("strong")).waitFor();
+    }
+  } finally {
+    bridge.freeze(false);
     await context.close();
     await bridge.stop();
   }

@@ -187,7 +187,7 @@ test("each of several spindles has its depth and its time to the board, and what
     const [deeper, its_ms] = await numbers("Z3");
     assert.ok(deep > 1 && Math.abs(deeper - deep - 0.3) < 0.002 && ms > 1 && its_ms > 1, `${deep} ${ms}, ${deeper} ${its_ms}`);
     assert.equal(await row("Z2"), "Z2 stays up");
-    await page.getByText(/where the contact sensor still tells of the board, at its edge/).waitFor();
+    await page.getByText(/not before the contact opens/).waitFor();
     await page.screenshot({ path: picture("spindles-1024") });
     assert.deepEqual(problems, []);
   } catch (error) {

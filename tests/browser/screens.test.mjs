@@ -89,6 +89,10 @@ test("on a tablet upright the machine is one screen that does not scroll, with t
     assert.deepEqual(rest, [false], "nothing to be scrolled");
     const foot = await tab(page, "Machine").boundingBox();
     assert.ok(foot.y > 1100 && foot.y + foot.height <= 1180, `the screens at the foot: ${foot.y}`);
+    // A board is fitted 36 px from the edge of the canvas.
+    const [canvas, tools] = [page.locator("canvas").first(), page.getByRole("toolbar", { name: "View" })];
+    const [at, over] = [await canvas.boundingBox(), await tools.boundingBox()];
+    assert.ok(over.y >= at.y + at.height - 36, `buttons from ${over.y} on, a board down to ${at.y + at.height - 36}`);
   } finally {
     await context.close();
   }
@@ -100,6 +104,9 @@ test("on a phone STOP is at the foot on the right, and moving by hand is asked f
     await show(page, "Machine");
     const stop = await page.locator("header.top-bar").getByRole("button", { name: "STOP", exact: true }).boundingBox();
     assert.ok(stop.y > 844 - 90 && stop.x + stop.width > 390 - 30, JSON.stringify(stop));
+    const rows = await page.locator("header.top-bar :is(.tab, .top-tools > *)").evaluateAll((all) =>
+      all.filter((one) => one.checkVisibility()).map((one) => Math.round((one.getBoundingClientRect().top + one.getBoundingClientRect().bottom) / 2)));
+    assert.equal(new Set(rows).size, 2, `rows of the head: ${rows}`);
     const home = page.getByRole("button", { name: "Home", exact: true });
     assert.ok(!(await home.isVisible()), "set-up is put away");
     await page.getByRole("button", { name: "Operate from this phone" }).click();
@@ -244,6 +251,7 @@ test("keys of one letter can be turned off, and stay off; the others stay", asyn
   const { page, context } = await opened();
   try {
     await show(page, "Settings");
+    await page.getByRole("button", { name: "General" }).click();
     await page.getByLabel("Single-letter keys work").uncheck();
     await page.reload();
     await page.getByRole("button", { name: "Settings" }).waitFor();
@@ -255,6 +263,7 @@ test("keys of one letter can be turned off, and stay off; the others stay", asyn
     assert.equal(await page.getByRole("dialog").count(), 0);
     await page.keyboard.press("Control+,");
     await until(async () => (await now()) === "Settings", "the settings by Ctrl+,");
+    await page.getByRole("button", { name: "General" }).click();
     await page.getByLabel("Single-letter keys work").check();
     await page.evaluate(() => document.activeElement?.blur());
     await page.keyboard.press("2");
@@ -270,6 +279,7 @@ test("a single key is moved to another, stays moved, is written so in the help, 
   const leave = () => page.evaluate(() => document.activeElement?.blur());
   try {
     await show(page, "Settings");
+    await page.getByRole("button", { name: "General" }).click();
     await page.getByText("Keys of your own").click();
     const field = page.getByRole("textbox", { name: "Show CAM" });
     await field.fill("3");
@@ -291,6 +301,7 @@ test("a single key is moved to another, stays moved, is written so in the help, 
     await page.getByRole("dialog").getByRole("listitem").filter({ hasText: "Show CAM" }).getByText("Q", { exact: true }).waitFor();
     await page.keyboard.press("Escape");
     await show(page, "Settings");
+    await page.getByRole("button", { name: "General" }).click();
     await page.getByText("Keys of your own").click();
     await page.getByRole("button", { name: "All as they were" }).click();
     await leave();

@@ -5,7 +5,7 @@
 //!                            └─ all windows closed: it is there at the next visit
 //! ```
 //!
-//! Comes in: the wish to take a new version. Goes out: that there is one. Does not know when it may be offered.
+//! Comes in: the wish to take a new version. Goes out: that there is one, that the site is kept, that the network is cut. Does not know when it may be offered.
 
 use crate::browser::window;
 use crate::model::FrameEvent;
@@ -36,8 +36,29 @@ fn keepers() -> Option<ServiceWorkerContainer> {
     (!keepers.is_undefined()).then_some(keepers)
 }
 
-/// Has the site kept, and listens for new versions of it. Called once; a page of a bridge does nothing.
+/// Listens to whether the browser has a network.
+fn watch_network() {
+    let tell = || send(FrameEvent::Online { on: window().navigator().on_line() });
+    let changed = Closure::<dyn FnMut()>::new(tell);
+    for name in ["online", "offline"] {
+        let _ = window().add_event_listener_with_callback(name, changed.as_ref().unchecked_ref());
+    }
+    changed.forget();
+    tell();
+}
+
+/// Tells once the site is kept, this visit or one before.
+async fn tell_when_kept(keepers: &ServiceWorkerContainer) {
+    if let Ok(ready) = keepers.ready()
+        && JsFuture::from(ready).await.is_ok()
+    {
+        send(FrameEvent::SiteKept);
+    }
+}
+
+/// Has the site kept, and listens for new versions of it and to the network. Called once; a page of a bridge is kept by that.
 pub(super) fn begin() {
+    watch_network();
     if !alone() {
         return;
     }
@@ -52,7 +73,10 @@ pub(super) fn begin() {
     heard.forget();
     spawn_local(async move {
         match JsFuture::from(keepers.register(KEEPER)).await {
-            Ok(kept) => watch(&keepers, kept.unchecked_into()),
+            Ok(kept) => {
+                watch(&keepers, kept.unchecked_into());
+                tell_when_kept(&keepers).await;
+            }
             // The page works as it is; it is only not there without a network.
             Err(why) => web_sys::console::warn_1(&why),
         }

@@ -8,7 +8,7 @@ use crate::browser::window;
 use crate::model::keeping::PLACES;
 use crate::model::{Event, KeepEvent, Offer};
 use crate::page::send;
-use js_sys::{Array, Function, Promise, Uint8Array};
+use js_sys::{Array, Function, Promise, Reflect, Uint8Array};
 use leptos::ev;
 use leptos::prelude::{document, window_event_listener};
 use leptos::task::spawn_local;
@@ -70,6 +70,9 @@ impl Places {
                 offers.extend(row(place).await.map(|(offer, _)| Offer { elsewhere, ..offer }));
             }
             send(KeepEvent::Found { offers });
+            if let Some(bytes) = used().await {
+                send(KeepEvent::Measured { bytes });
+            }
         });
     }
 
@@ -139,6 +142,16 @@ impl Places {
 /// When a place was written, in ms since 1970; before all times where nothing is kept there.
 async fn written_ms(place: u32) -> f64 {
     row(place).await.map_or(f64::NEG_INFINITY, |(offer, _)| offer.at_ms)
+}
+
+/// How many bytes of this computer the browser uses for the page; none where it does not tell.
+async fn used() -> Option<u64> {
+    let storage = window().navigator().storage();
+    if storage.is_undefined() {
+        return None;
+    }
+    let told = JsFuture::from(storage.estimate().ok()?).await.ok()?;
+    Some(Reflect::get(&told, &"usage".into()).ok()?.as_f64()? as u64)
 }
 
 /// Asks the browser not to clear what is kept when the disk is nearly full.

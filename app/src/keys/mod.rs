@@ -166,7 +166,7 @@ pub enum KeyAction {
     FromAbove,
     /// As the board in space is seen first.
     HomeView,
-    /// Flat or in space.
+    /// Flat or in space; from a screen that is always flat, to the board in space.
     Space,
     /// Closer.
     ZoomIn,
@@ -396,7 +396,8 @@ fn asked(press: &Press, tab: Tab, signs: bool) -> Option<KeyAction> {
     if own.is_some() {
         return own;
     }
-    if tab == Tab::Simulate && press.alt && !press.ctrl && press.code == "Digit3" {
+    let has_board = matches!(tab, Tab::Board | Tab::Cam | Tab::Simulate);
+    if has_board && press.alt && !press.ctrl && press.code == "Digit3" {
         return Some(KeyAction::Space);
     }
     if in_text || press.alt {
@@ -768,14 +769,14 @@ mod tests {
         let everywhere = "0 1 2 3 4 5 6 Ctrl+o Ctrl+s Ctrl+Shift+s Ctrl+u Ctrl+k Ctrl+/ F1 ? F6 Shift+F6 Ctrl+, Escape Ctrl+Shift+e \
                           Shift+w Shift+1 Shift+2 Ctrl+0 Ctrl+' Shift+= Shift+- f";
         let rows = [
-            (Tab::Board, "Home Ctrl+z Ctrl+y Ctrl+Shift+z"),
+            (Tab::Board, "Home Alt+3 Ctrl+z Ctrl+y Ctrl+Shift+z"),
             (Tab::Draw, "Ctrl+z Ctrl+y Ctrl+Shift+z Ctrl+x Ctrl+c Ctrl+v Ctrl+a Ctrl+d Delete F2 Home"),
             (
                 Tab::Draw,
                 "v x l p o n d Ctrl+Shift+m m r Shift+r e Ctrl+g Ctrl+Shift+g ArrowUp Shift+ArrowUp Ctrl+ArrowUp",
             ),
             (Tab::Draw, "PageUp PageDown h g Shift+g Enter End Backspace"),
-            (Tab::Cam, "a Alt+ArrowUp Alt+ArrowDown s F8 Shift+F8 Ctrl+z Ctrl+y Ctrl+Shift+z Delete"),
+            (Tab::Cam, "a Alt+ArrowUp Alt+ArrowDown Alt+3 s F8 Shift+F8 Ctrl+z Ctrl+y Ctrl+Shift+z Delete"),
             (
                 Tab::Simulate,
                 "Space ArrowLeft ArrowRight Shift+ArrowLeft Shift+ArrowRight Ctrl+ArrowLeft Ctrl+ArrowRight",

@@ -67,6 +67,10 @@ const fn fit(tab: Tab) -> Shortcut {
     shortcut(Some(tab), "Home", key!("page.key.fit"), KeyAction::Fit)
 }
 
+const fn in_space(tab: Tab) -> Shortcut {
+    shortcut(Some(tab), "Alt+3", key!("page.key.in_space"), KeyAction::Space)
+}
+
 const fn drawn(keys: &'static str, name: &'static str, key: DrawKey) -> Shortcut {
     shortcut(Some(Tab::Draw), keys, name, KeyAction::Draw(key))
 }
@@ -105,6 +109,7 @@ pub const SHORTCUTS: &[Shortcut] = &[
     undo(Tab::Board, "Ctrl+z"),
     redo(Tab::Board, "Ctrl+y"),
     redo(Tab::Board, "Ctrl+Shift+z"),
+    in_space(Tab::Board),
     shortcut(Some(Tab::Board), "ArrowRight", key!("page.key.walk"), KeyAction::Walk { x: 1, y: 0 }),
     fit(Tab::Draw),
     drawn("v", key!("page.key.draw_select"), DrawKey::Tool(Tool::Select)),
@@ -155,6 +160,7 @@ pub const SHORTCUTS: &[Shortcut] = &[
     drawn("PageUp", key!("page.key.draw_upper"), DrawKey::Side { upper: true }),
     drawn("PageDown", key!("page.key.draw_lower"), DrawKey::Side { upper: false }),
     fit(Tab::Cam),
+    in_space(Tab::Cam),
     shortcut(Some(Tab::Cam), "a", key!("page.key.add"), KeyAction::Cam(CamKey::Add)),
     shortcut(Some(Tab::Cam), "Alt+ArrowUp", key!("page.key.up"), KeyAction::Cam(CamKey::Move { up: true })),
     shortcut(

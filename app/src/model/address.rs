@@ -14,10 +14,15 @@ use crate::lab::LabPanel;
 use crate::workbench::edit;
 use annulus_core::machine::SECTIONS;
 
+/// Sections of the settings that are the page's own, and not in the machine's table: what is chosen for all screens, what is kept in the
+/// browser, what this program is.
+pub const OWN_SECTIONS: [&str; 3] = ["general", "data", "about"];
+
 /// The section of the settings that `address` names.
 fn section(address: &str) -> Option<&'static str> {
     let word = address.strip_prefix("#/settings/")?;
-    SECTIONS.iter().map(|(section, _)| *section).find(|section| *section == word)
+    let of_machine = SECTIONS.iter().map(|(section, _)| *section);
+    of_machine.chain(OWN_SECTIONS).find(|section| *section == word)
 }
 
 /// The person went to an address; one that names no screen changes nothing.

@@ -7,7 +7,7 @@ use crate::engine::messages::LayerRow;
 use crate::format::Unit;
 use crate::keys::{AddressPart, KeyAction, OwnKeys, Shortcut, Tab};
 use crate::layers::{self, LayerKind, LayerLook, LayerSide, Preset};
-use crate::model::{Document, Panels, Theme};
+use crate::model::{Document, Network, Panels, Theme};
 use crate::said::{Text, key};
 use crate::view::{Camera, Colour};
 use annulus_core::locale;
@@ -116,6 +116,8 @@ pub struct Frame {
     pub toasts: Vec<Toast>,
     /// The page came from a site without a bridge.
     pub alone: bool,
+    /// What is known of the network.
+    pub network: Network,
     /// A new version of the site is there, and the person has not waved it away.
     pub update_ready: bool,
     /// The number of the last of them.
@@ -152,6 +154,7 @@ impl Default for Frame {
             asked: (0, None),
             toasts: Vec::new(),
             alone: false,
+            network: Network::default(),
             update_ready: false,
             toast: 0,
             awake_wanted: false,
@@ -272,6 +275,11 @@ pub enum FrameEvent {
         /// Its line in the panel.
         index: usize,
     },
+    /// One layer is in front and the others are dimmed, or all are seen alike again.
+    LayerFront {
+        /// Its line in the panel.
+        index: usize,
+    },
     /// Nothing of one layer is caught or changed, or it is: the other of the two.
     LayerLock {
         /// Its line in the panel.
@@ -318,6 +326,13 @@ pub enum FrameEvent {
     },
     /// The page came from a site without a bridge.
     Alone,
+    /// The browser has a network, or none.
+    Online {
+        /// It has.
+        on: bool,
+    },
+    /// The site is kept: the page opens without a network.
+    SiteKept,
     /// A new version of the site is kept and waits to take over.
     UpdateReady,
     /// A short word is to be said.
@@ -453,6 +468,8 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
         FrameEvent::Say { text } => return vec![toast(model, text, None)],
         FrameEvent::Tell { text } => say(model, text),
         FrameEvent::Alone => frame.alone = true,
+        FrameEvent::Online { on } => frame.network.offline = !on,
+        FrameEvent::SiteKept => frame.network.kept = true,
         FrameEvent::UpdateReady => frame.update_ready = true,
         FrameEvent::Said { number } => {
             if taken(frame, number) == Some(ToastAct::Update) {
@@ -470,6 +487,7 @@ pub(super) fn update(model: &mut Model, event: FrameEvent) -> Vec<Effect> {
 fn change_layers(frame: &mut Frame, event: &FrameEvent) {
     match *event {
         FrameEvent::LayerEye { index } => look(frame, index, |look| look.eye = !look.eye),
+        FrameEvent::LayerFront { index } => layers::bring_to_front(&mut frame.layers, index),
         FrameEvent::LayerLock { index } => look(frame, index, |look| look.locked = !look.locked),
         FrameEvent::LayerOpacity { index, percent } => look(frame, index, |look| look.opacity = percent),
         FrameEvent::LayerColour { index, colour } => look(frame, index, |look| look.colour = colour),

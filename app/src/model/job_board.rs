@@ -6,10 +6,10 @@
 //!  store: "clockblock", "robot" ──┴─ Machine on show, nothing open ─▶ "clockblock" is opened; Machine stays on show
 //! ```
 //!
-//! Comes in: the job, what is kept. Goes out: what is to be restored, once a job; the outline, where the open board is that of a
+//! Comes in: the job, what is kept. Goes out: what is to be restored, once a job, or offered; the outline, where the open board is that of a
 //! program. Does not know the store.
 
-use super::{Effect, KeepEvent, Model, OnTheWay, keeping};
+use super::{Effect, KeepEvent, Model, Offer, OnTheWay, keeping};
 use crate::keys::Tab;
 use annulus_core::board::{Board, Face};
 use annulus_core::geometry::{Point, Region};
@@ -45,16 +45,23 @@ pub(super) fn follow(model: &mut Model) -> Vec<Effect> {
     let Some(job) = job.filter(|_| is_free && is_looked_at && model.job_board.job != key) else {
         return Vec::new();
     };
-    let of_job = |name: &str| is_called(&job.program, name);
+    let of_job = |name: &str| is_called(&job.program.name, name);
     let offer = model.keeping.offers.iter().find(|offer| !offer.elsewhere && of_job(&offer.name)).cloned();
     let Some(offer) = offer else { return Vec::new() };
     model.job_board = JobBoard { job: key, place: Some(offer.place) };
     keeping::update(model, KeepEvent::Restore { offer })
 }
 
+/// What of `offers`, the latest first, is to be restored beside the machine: the board of the job that was broken off, else what was
+/// open last.
+pub fn to_restore<'o>(broken_off: Option<&str>, offers: &'o [Offer]) -> Option<&'o Offer> {
+    let of_job = |program: &str| offers.iter().find(|offer| is_called(program, &offer.name));
+    broken_off.and_then(of_job).or_else(|| offers.first())
+}
+
 /// Whether a program is called as those of a side of the board `name` are.
-fn is_called(program: &Program, name: &str) -> bool {
-    let face = program.name.strip_prefix(name).and_then(|rest| rest.strip_prefix('-'));
+fn is_called(program: &str, name: &str) -> bool {
+    let face = program.strip_prefix(name).and_then(|rest| rest.strip_prefix('-'));
     !name.is_empty()
         && face.is_some_and(|face| [Face::Top, Face::Bottom].iter().any(|one| one.name() == face))
 }
@@ -70,7 +77,7 @@ pub fn outline<'b>(program: &Program, board: &'b Board, origin: Point) -> Option
         there.into_iter().any(|hole| near(hole.y, at.y))
     };
     let drilled = program.legs.iter().filter(|leg| matches!(leg.mark, Mark::Hole(_)));
-    let fits = is_called(program, &board.name)
+    let fits = is_called(&program.name, &board.name)
         && program.origin == origin
         && drilled.filter_map(|leg| place(program, leg)).all(is_there);
     Some(&board.outline).filter(|outline| fits && !outline.is_empty())

@@ -96,6 +96,8 @@ impl Store {
 pub struct Keeping {
     /// What there is to restore, the latest first.
     pub offers: Vec<Offer>,
+    /// So many bytes the browser uses for the page; none where it does not tell.
+    pub bytes: Option<u64>,
     /// The open project cannot be kept, and why: the key of a sentence.
     pub failed: Option<&'static str>,
     /// The open project.
@@ -133,6 +135,15 @@ pub enum KeepEvent {
     },
     /// The page is looked at again.
     Looked,
+    /// What is kept is to be listed, whatever is open.
+    Listed,
+    /// So much of this computer the browser uses for the page.
+    Measured {
+        /// In bytes, as the browser tells it: rounded, for some.
+        bytes: u64,
+    },
+    /// All of it is to be forgotten but what is open, here or in another tab.
+    DropAll,
     /// A change is half a second old.
     Rested {
         /// Which.
@@ -243,6 +254,12 @@ pub(super) fn update(model: &mut Model, event: KeepEvent) -> Vec<Effect> {
     match event {
         KeepEvent::Found { offers } => found(model, offers),
         KeepEvent::Looked if model.board.document.is_none() => vec![Effect::LookInStore],
+        KeepEvent::Listed => vec![Effect::LookInStore],
+        KeepEvent::Measured { bytes } => {
+            model.keeping.bytes = Some(bytes);
+            Vec::new()
+        }
+        KeepEvent::DropAll => drop_all(model),
         // There may be room by now.
         KeepEvent::Looked if model.keeping.failed.is_some() => keep(model),
         KeepEvent::Rested { change } if change > model.keeping.kept_change => keep(model),
@@ -285,6 +302,18 @@ fn discarded(model: &mut Model, offer: &Offer) -> Vec<Effect> {
     let said = frame::toast(model, text, Some(ToastAct::TakeBackBoard { place }));
     let event = Box::new(Event::Keep(KeepEvent::Drop { place }));
     vec![said, Effect::Wake { after_ms: frame::TOAST_MS, event }]
+}
+
+/// All that no tab has open is forgotten, and cannot be taken back; what is being restored stays.
+fn drop_all(model: &mut Model) -> Vec<Effect> {
+    let keeping = &mut model.keeping;
+    let wanted = keeping.wanted.as_ref().map(|wanted| wanted.place);
+    let stays = |offer: &Offer| offer.elsewhere || Some(offer.place) == wanted;
+    let (stay, go): (Vec<Offer>, Vec<Offer>) =
+        std::mem::take(&mut keeping.offers).into_iter().partition(stays);
+    keeping.offers = stay;
+    let gone = go.into_iter().map(|offer| Effect::DropFromStore { place: offer.place });
+    gone.chain([frame::toast(model, Text::of(key!("page.data.deleted")), None)]).collect()
 }
 
 /// What was to be forgotten stays.

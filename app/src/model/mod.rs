@@ -25,6 +25,7 @@ pub mod lab;
 pub mod level;
 pub mod lines;
 pub mod link;
+pub mod network;
 pub mod panels;
 pub mod planning;
 pub mod play;
@@ -56,6 +57,7 @@ pub use lab::{Lab, LabEvent};
 pub use level::{LevelEvent, Leveling, PlannedMap};
 pub use lines::{Listing, ListingEvent};
 pub use link::{ControllerEvent, HandEvent, Link, LinkEvent, Support};
+pub use network::Network;
 pub use panels::Panels;
 pub use planning::{OnTheWay, PlanStep};
 pub use play::{Play, PlayEvent};
@@ -328,6 +330,8 @@ pub fn update(model: &mut Model, event: Event) -> Vec<Effect> {
             let of_drawing = match event {
                 KeepEvent::Looked => drawing::kept::looked(model),
                 KeepEvent::Leaving => drawing::kept::left(model),
+                KeepEvent::Listed => drawing::kept::listed(model),
+                KeepEvent::DropAll => drawing::kept::drop_all(model),
                 _ => Vec::new(),
             };
             let mut effects = keeping::update(model, event);

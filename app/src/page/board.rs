@@ -61,6 +61,8 @@ pub struct OpenBoard {
     pub task: ReadSignal<Option<WorkerTask>>,
     /// What there is to restore, the latest first.
     pub offers: ReadSignal<Vec<Offer>>,
+    /// So many bytes the browser uses for the page; none where it does not tell.
+    pub kept_bytes: ReadSignal<Option<u64>>,
     /// Why the open project cannot be kept: the key of a sentence.
     pub unkept: ReadSignal<Option<&'static str>>,
     /// New exports of the board, as long as they are shown.
@@ -108,6 +110,7 @@ pub(super) fn signals(slots: &mut Slots) -> OpenBoard {
         machine: slots.kept(|model| &model.machine),
         task: slots.made(|model| model.task()),
         offers: slots.part(|model| &model.keeping.offers),
+        kept_bytes: slots.part(|model| &model.keeping.bytes),
         unkept: slots.part(|model| &model.keeping.failed),
         anew: slots.handle(|model| &model.anew.shown),
     }

@@ -7,7 +7,7 @@ use super::slots::Slots;
 use crate::format::Unit;
 use crate::keys::{KeyAction, OwnKeys, SHORTCUTS, Shortcut, Tab};
 use crate::layers::LayerLook;
-use crate::model::{Overlay, Panels, Theme, Toast, address};
+use crate::model::{Network, Overlay, Panels, Theme, Toast, address};
 use crate::view::Camera;
 use leptos::prelude::*;
 
@@ -66,6 +66,8 @@ pub struct Frame {
     pub toasts: ReadSignal<Vec<Toast>>,
     /// The page came from a site without a bridge.
     pub alone: ReadSignal<bool>,
+    /// What is known of the network.
+    pub network: ReadSignal<Network>,
 }
 
 /// What frames the work.
@@ -111,5 +113,6 @@ pub(super) fn signals(slots: &mut Slots) -> Frame {
         asked: slots.part(|model| &model.frame.asked),
         toasts: slots.part(|model| &model.frame.toasts),
         alone: slots.part(|model| &model.frame.alone),
+        network: slots.part(|model| &model.frame.network),
     }
 }

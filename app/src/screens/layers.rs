@@ -40,7 +40,8 @@ pub(crate) fn seen() -> Vec<FilledLayer> {
         frame().layers.with(|looks| {
             let layer = |look: &LayerLook| {
                 let mesh = document.meshes.get(look.mesh?)?.clone();
-                Some(FilledLayer { mesh, colour: look.tint(&Palette::DARK), openings: look.is_film() })
+                let colour = layers::tint_among(look, looks, &Palette::DARK);
+                Some(FilledLayer { mesh, colour, openings: look.is_film() })
             };
             layers::drawn(looks, from_below).into_iter().filter_map(layer).collect()
         })
@@ -52,12 +53,21 @@ pub(crate) fn kind_seen(kind: LayerKind) -> bool {
     frame().layers.with(|looks| looks.iter().filter(|look| look.kind == kind).all(|look| look.eye))
 }
 
-const PRESETS: [(Preset, &str); 6] = [
+/// Whether holes, or the outline, are dimmed because another layer is in front.
+pub(crate) fn kind_dimmed(kind: LayerKind) -> bool {
+    frame().layers.with(|looks| {
+        let own = looks.iter().find(|look| look.kind == kind);
+        own.is_some_and(|look| layers::is_dimmed(look, looks))
+    })
+}
+
+const PRESETS: [(Preset, &str); 7] = [
     (Preset::All, key!("page.layers.all")),
     (Preset::Top, key!("page.side.top")),
     (Preset::Bottom, key!("page.side.bottom")),
     (Preset::Copper, key!("page.kind.copper")),
     (Preset::Holes, key!("page.layers.holes")),
+    (Preset::Drawn, key!("page.layers.drawn")),
     (Preset::Made, key!("page.layers.made")),
 ];
 
@@ -173,10 +183,19 @@ fn line(index: usize) -> impl IntoView {
     };
     li().class(move || if eye.get() { "layer" } else { "layer off" }).child((
         picture_button(Icon::Eye, eye_name, move |_| send(FrameEvent::LayerEye { index })),
-        span().class("grow").child(name),
+        front(index, look),
         strength,
         lock(index, look),
     ))
+}
+
+/// The name of a layer; pressed, it is in front of the others, which are dimmed.
+fn front(index: usize, look: Memo<Option<LayerLook>>) -> impl IntoView {
+    let name = move || look.with(|look| look.as_ref().map(name_of).unwrap_or_default());
+    let is_front = Memo::new(move |_| look.with(|look| look.as_ref().is_some_and(|look| look.front)));
+    push("grow front", name, move |_| send(FrameEvent::LayerFront { index }))
+        .attr("aria-pressed", move || if is_front.get() { "true" } else { "false" })
+        .attr("title", t!("page.layers.front"))
 }
 
 /// The lock of a layer of which something can be caught.

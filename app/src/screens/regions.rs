@@ -145,7 +145,13 @@ pub(crate) fn act(action: KeyAction) {
         KeyAction::Region { onwards } => next_region(onwards),
         KeyAction::Flip if frame().tab.get_untracked() == Tab::Simulate => send(FrameEvent::Look { action }),
         KeyAction::Flip => send(FrameEvent::Flip { below: None }),
-        KeyAction::Space => send(PlayEvent::Flat { flat: None }),
+        KeyAction::Space if frame().tab.get_untracked() == Tab::Simulate => {
+            send(PlayEvent::Flat { flat: None });
+        }
+        KeyAction::Space => {
+            send(PlayEvent::Flat { flat: Some(false) });
+            send(FrameEvent::Show { tab: Tab::Simulate });
+        }
         KeyAction::Grid => send(FrameEvent::Grid),
         KeyAction::Fit
         | KeyAction::Walk { .. }

@@ -14,13 +14,15 @@ use super::rulers;
 use super::shown::{Shown, machine_has_own_job, missing_holes, moment, shown};
 use crate::i18n::{self, key, say, t};
 use crate::keys::{KeyAction, Tab};
-use crate::layers::LayerKind;
+use crate::layers::{LayerKind, dimmed};
 use crate::model::{FrameEvent, PlayEvent};
+use crate::page::link::link;
 use crate::page::{frame, open_board, open_job, play, send};
 use crate::picture;
 use crate::view::{Backend, Colour, FilledLayer, HoleState, Line, Mesh, Palette, Scene, View, Width};
 use crate::widgets::{Icon, picture_button, push, toasts};
 use annulus_core::board::{Face, Hole};
+use annulus_core::control::Trust;
 use annulus_core::proof;
 use leptos::html::{self, div, span};
 use leptos::prelude::*;
@@ -216,15 +218,16 @@ fn show(picture: Picture, ready: RwSignal<bool>, shown: Memo<Option<Arc<Shown>>>
     // Another scene is bare of all that was marked in the one before.
     let drawn = RwSignal::new(0_u32);
     let drawing = Memo::new(move |_| frame().tab.get() == Tab::Draw);
+    let zero = zero_in_machine();
     Effect::new(move |before: Option<Option<usize>>| {
         if !ready.get() || drawing.get() {
             return None;
         }
-        let (shown, palette) = (shown.get(), palette.get());
+        let (shown, palette, zero) = (shown.get(), palette.get(), zero.get());
         let board = shown.as_ref().map(|shown| Arc::as_ptr(&shown.board) as usize);
         with_view(picture, |view| {
             view.set_palette(palette);
-            view.set_scene(shown.as_ref().map_or_else(Scene::default, |shown| scene(shown, &palette)));
+            view.set_scene(shown.as_ref().map_or_else(Scene::default, |shown| scene(shown, zero, &palette)));
             view.describe(&shown.as_ref().map_or_else(|| say!("page.view.empty"), |shown| describe(shown)));
             if before.flatten() != board {
                 view.fit();
@@ -318,14 +321,37 @@ fn show_missing(
     });
 }
 
-fn scene(shown: &Shown, palette: &Palette) -> Scene {
+fn scene(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Scene {
     let mut scene = picture::scene(&shown.board, shown.body, palette);
     scene.layers.clone_from(&shown.layers);
     let changes = if frame().tab.get() == Tab::Board { changed(shown, palette) } else { Vec::new() };
     scene.layers.extend(changed_copper(palette));
     let mut scene = with_order(scene, shown, palette);
     scene.lines.extend(changes);
+    scene.lines.extend(reach(shown, zero_mm, palette));
     scene
+}
+
+/// Where the work zero lies in the machine, machine mm, while Machine is on show and that is known; of a controller that plans its own motion
+/// the page does not know how far its axes reach.
+fn zero_in_machine() -> Memo<Option<[f64; 2]>> {
+    let line = link();
+    Memo::new(move |_| {
+        let reaches = !line.controller.with(|controller| controller.plans());
+        let zero = line.status.with(|status| {
+            let status = status.as_ref()?;
+            status.zero_mm.filter(|_| status.trust == Trust::Trusted)
+        });
+        zero.filter(|_| reaches && frame().tab.get() == Tab::Machine)
+    })
+}
+
+/// How far the axes reach about the board, on the map of the machine.
+fn reach(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Vec<Line> {
+    let place = |at_mm: [f64; 2]| shown.picture_of_work(at_mm);
+    zero_mm.map_or_else(Vec::new, |zero_mm| {
+        open_board().machine.with(|machine| picture::travel_box(machine, zero_mm, place, palette))
+    })
 }
 
 /// The same with its holes and lines in the order of the plan.
@@ -335,6 +361,11 @@ fn with_order(mut scene: Scene, shown: &Shown, palette: &Palette) -> Scene {
         scene.discs.retain(|_| holes);
         scene.slots.retain(|_| holes);
         scene.outline.retain(|_| outline);
+        if layers::kind_dimmed(LayerKind::Holes) {
+            let ground = palette.plate;
+            scene.discs.iter_mut().for_each(|disc| disc.colour = dimmed(disc.colour, ground));
+            scene.slots.iter_mut().for_each(|slot| slot.colour = dimmed(slot.colour, ground));
+        }
         if !holes {
             return scene;
         }

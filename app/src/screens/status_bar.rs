@@ -51,8 +51,23 @@ pub(crate) fn status_bar() -> impl IntoView {
             problems,
             unkept,
             span().class("grow").child(task),
+            network,
             span().child(backend),
         ))
+}
+
+/// That the page works without a network, or that there is none.
+fn network() -> impl IntoView {
+    let words = Memo::new(move |_| frame().network.get().words(frame().alone.get()));
+    move || {
+        words.get().map(|[word, meaning]| {
+            span()
+                .class("network")
+                .attr("role", "status")
+                .attr("title", move || i18n::text(meaning, &[]))
+                .child(move || i18n::text(word, &[]))
+        })
+    }
 }
 
 /// How much is wrong with the board; pressed, it is shown.

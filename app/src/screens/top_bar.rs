@@ -94,7 +94,8 @@ fn of_two_digits(count: usize) -> String {
     if count > 99 { "99+".to_owned() } else { count.to_string() }
 }
 
-fn units() -> impl IntoView {
+/// The menu of units.
+pub(crate) fn units() -> impl IntoView {
     let unit = frame().unit;
     let choose = move |event| {
         let unit = if event_target_value(&event) == "inch" { Unit::Inch } else { Unit::Millimetre };

@@ -2,7 +2,7 @@
 //!
 //! Comes in: nothing. Goes out: files chosen.
 
-use crate::i18n::{language, t};
+use crate::i18n::{language, say, t};
 use crate::keys::Tab;
 use crate::model::{FilesEvent, FrameEvent, KeepEvent, Offer};
 use crate::page::{frame, open_board, send};
@@ -92,9 +92,7 @@ pub(super) fn last() -> impl IntoView {
 
 /// Those before the last one.
 fn earlier() -> impl IntoView {
-    let offers = open_board().offers.get();
-    let rows =
-        offers.into_iter().skip(1).map(|offer| li().child(kept(offer, None)).into_any()).collect::<Vec<_>>();
+    let rows = rows(1);
     let count = rows.len();
     (count > 0).then(|| {
         details()
@@ -103,9 +101,31 @@ fn earlier() -> impl IntoView {
     })
 }
 
+/// Those that are kept beside the open one, to go on with one of them, in a list that opens.
+pub(super) fn others() -> impl IntoView {
+    send(KeepEvent::Listed);
+    let count = Memo::new(move |_| open_board().offers.with(Vec::len));
+    let open = RwSignal::new(false);
+    let toggled = move |_| open.update(|open| *open = !*open);
+    let list = move || {
+        let words = move || say!("page.kept.earlier", count = count.get());
+        let rows = move || open.get().then(|| ul().child(rows(0)));
+        let list = details().class("earlier").on(ev::toggle, toggled).child((summary().child(words), rows));
+        section().class("block others").child(list)
+    };
+    let any = Memo::new(move |_| count.get() > 0);
+    move || any.get().then(list)
+}
+
+/// Those that are kept but the first `skipped`, a row each.
+fn rows(skipped: usize) -> Vec<AnyView> {
+    let offers = open_board().offers.get();
+    offers.into_iter().skip(skipped).map(|offer| li().child(kept(offer, None)).into_any()).collect()
+}
+
 /// The offer of what was open before; its buttons are described by its sentence. The `role` of that is a status where it is told by
 /// itself.
-fn kept(offer: Offer, role: Option<&'static str>) -> impl IntoView {
+pub(super) fn kept(offer: Offer, role: Option<&'static str>) -> impl IntoView {
     let sentence_id = format!("kept-{}", offer.place);
     let described = sentence_id.clone();
     let at = Date::new(&offer.at_ms.into()).to_locale_string(&language(), &JsValue::UNDEFINED);

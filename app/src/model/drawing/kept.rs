@@ -253,6 +253,20 @@ pub(super) fn dropped(model: &mut Model, place: u32) -> Vec<Effect> {
     if is_meant { vec![Effect::DropDrawing { place }] } else { Vec::new() }
 }
 
+/// All that no tab has under work is forgotten, and cannot be taken back.
+pub(in crate::model) fn drop_all(model: &mut Model) -> Vec<Effect> {
+    let kept = &mut model.draw.kept;
+    let (stay, go): (Vec<Earlier>, Vec<Earlier>) =
+        std::mem::take(&mut kept.earlier).into_iter().partition(|one| one.elsewhere);
+    kept.earlier = stay;
+    go.into_iter().map(|one| Effect::DropDrawing { place: one.place }).collect()
+}
+
+/// What is kept is to be listed.
+pub(in crate::model) fn listed(model: &mut Model) -> Vec<Effect> {
+    if model.draw.kept.looked { vec![Effect::LookForDrawings { own: false }] } else { look(model) }
+}
+
 /// It stays.
 pub(in crate::model) fn taken_back(model: &mut Model, place: u32) -> Vec<Effect> {
     model.draw.kept.leaving.remove(&place);

@@ -305,8 +305,10 @@ pub(super) fn was_read(model: &mut Model, wanted: Wanted, reading: Reading) -> V
         model.before = before_review(model, open.clone()).filter(|_| reviewing || drawn);
         model.board.reviewing = reviewing;
         effects.extend(offer_before(model));
-        // Who came by an address that names something of the board finds that; who looks at the machine's job goes on looking.
-        if model.frame.named.is_none() && !model.job_board.is_at(place) {
+        // Who came by an address that names something of the board finds that; who looks at the machine's job, or restores a board
+        // beside the machine, goes on looking.
+        let at_machine = model.job_board.is_at(place) || place.is_some() && model.frame.tab == Tab::Machine;
+        if model.frame.named.is_none() && !at_machine {
             model.frame.tab = Tab::Board;
         }
     }

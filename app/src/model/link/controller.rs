@@ -262,11 +262,16 @@ fn turn_to(model: &mut Model, chosen: bool) -> Vec<Effect> {
     effects
 }
 
-/// While the page feeds a job to a controller, or the open project or the drawing cannot be kept, the browser asks before it is left.
+/// While the page feeds a job to a controller, or drills one itself, or the open project or the drawing cannot be kept, the browser asks
+/// before it is left.
 pub(in crate::model) fn follow(model: &mut Model) -> Option<Effect> {
     let unkept = model.keeping.failed.is_some() && model.board.document.is_some();
     let drawing = model.draw.unkept() && !model.draw.editor.drawing().is_empty();
-    let on = unkept || drawing || model.link.controller.chosen && model.link.busy();
+    let link = &model.link;
+    let has_job = link.status.as_ref().is_some_and(|status| status.job.is_some());
+    // Without a bridge the virtual drill lives in the page; a bridge goes on without it.
+    let drills = link.controller.chosen || model.frame.alone && has_job;
+    let on = unkept || drawing || drills && link.busy();
     let changed = std::mem::replace(&mut model.link.controller.guarded, on) != on;
     changed.then_some(Effect::Guard { on })
 }

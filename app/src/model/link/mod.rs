@@ -8,6 +8,7 @@
 //! Comes in: messages of `wire`, wishes, the beat of the clock. Goes out: what is shown, messages to be sent. Does not know the
 //! socket.
 
+pub mod at_change;
 pub mod contacts;
 pub mod controller;
 pub mod drilled;

@@ -18,6 +18,7 @@ fn what_an_address_names_is_on_show_and_named_again() {
         ("#/draw", "#/draw", Tab::Draw),
         ("#/board", "#/board", Tab::Board),
         ("#/settings", "#/settings/machine", Tab::Settings),
+        ("#/settings/data", "#/settings/data", Tab::Settings),
         ("#/settings/rack", "#/settings/rack", Tab::Settings),
         ("#/settings/nothing", "#/settings/rack", Tab::Settings),
         ("#/lab/servo", "#/lab/servo", Tab::Lab),

@@ -154,6 +154,12 @@ fn the_page_that_feeds_a_job_is_not_left_unasked_and_holds_the_machine_when_it_i
             // An adapter comes to rest by itself.
             ("mill adapter status:Running page-left", ""),
             ("ready status:Running page-left", ""),
+            // The virtual drill of a site without a bridge lives in the page, and so does its job.
+            ("alone ready status:Running:a", "fetch guard:true"),
+            ("alone ready status:Running:a status:Paused:a", ""),
+            ("alone ready status:Running:a status:Ready", "guard:false"),
+            ("alone ready status:Jogging", ""),
+            ("ready status:Running:a", "fetch"),
         ],
         Line::out,
     );

@@ -3,7 +3,7 @@
 use super::line::status;
 use super::story::Story;
 use crate::keys::Tab;
-use crate::model::job_board::outline;
+use crate::model::job_board::{outline, to_restore};
 use crate::model::{FrameEvent, Job, KeepEvent, Offer};
 use annulus_core::board::{Board, Hole};
 use annulus_core::control::State;
@@ -74,6 +74,36 @@ fn the_board_of_the_machines_job_is_opened_again_and_machine_stays_on_show() {
     story.tell("open-other");
     story.tell("certain");
     assert_eq!(story.model.frame.tab, Tab::Board);
+}
+
+#[test]
+fn beside_the_machine_the_board_of_the_broken_off_job_is_offered_and_restoring_it_stays_there() {
+    let offer =
+        |(place, name): (u32, &str)| Offer { place, name: name.to_owned(), at_ms: 1.0, elsewhere: false };
+    let kept = [(3, "robot"), (1, "clock")].map(offer);
+    let found = |broken_off| to_restore(broken_off, &kept).map(|offer| offer.place);
+    let rows = [
+        (None, Some(3)),
+        (Some("clock-top"), Some(1)),
+        (Some("robot-bottom"), Some(3)),
+        (Some("x-top"), Some(3)),
+    ];
+    for (broken_off, place) in rows {
+        assert_eq!(found(broken_off), place, "{broken_off:?}");
+    }
+    assert_eq!(to_restore(Some("clock-top"), &[]), None);
+    for tab in [Tab::Machine, Tab::Cam] {
+        let mut story = Story::told("begin");
+        story.send(FrameEvent::Show { tab });
+        story.send(KeepEvent::Found { offers: kept.to_vec() });
+        story.send(KeepEvent::Restore { offer: kept[1].clone() });
+        story.send(KeepEvent::Taken { place: 1, files: Some(vec![1]), job: None, own: true });
+        story.tell("opened");
+        story.tell("certain");
+        assert!(story.model.board.document.is_some());
+        let stays = if tab == Tab::Machine { Tab::Machine } else { Tab::Board };
+        assert_eq!(story.model.frame.tab, stays);
+    }
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! What is kept in the browser, offered, restored and forgotten.
 
 use super::story::{Story, compare, offer};
-use crate::model::{KeepEvent, OnTheWay};
+use crate::model::{Effect, KeepEvent, Offer, OnTheWay};
 
 #[test]
 fn what_is_open_is_kept_half_a_second_after_it_changed() {
@@ -251,4 +251,24 @@ fn what_only_had_the_names_of_the_board_does_not_push_it_out() {
     for (words, out) in rows {
         assert_eq!(Story::told(&format!("{board} {words}")).out(), out, "{words}");
     }
+}
+
+#[test]
+fn all_that_is_kept_and_not_open_is_forgotten_at_once() {
+    let mut story = Story::told("begin");
+    let elsewhere = Offer { elsewhere: true, ..offer(2, 3.0) };
+    story.send(KeepEvent::Found { offers: vec![offer(0, 1.0), offer(1, 2.0), elsewhere.clone()] });
+    story.send(KeepEvent::Restore { offer: offer(1, 2.0) });
+    story.send(KeepEvent::DropAll);
+    let dropped: Vec<u32> = story
+        .out
+        .iter()
+        .filter_map(|effect| if let Effect::DropFromStore { place } = effect { Some(*place) } else { None })
+        .collect();
+    assert_eq!(dropped, [0], "what is open elsewhere stays, and what is just being restored");
+    assert_eq!(story.model.keeping.offers, [elsewhere, offer(1, 2.0)]);
+    // What is kept is listed while a board is open too.
+    let mut story = Story::told("begin found-none open certain");
+    story.send(KeepEvent::Listed);
+    assert!(story.out.contains(&Effect::LookInStore), "{:?}", story.out);
 }

@@ -9,6 +9,7 @@ mod story;
 
 mod address_rows;
 mod anew_rows;
+mod at_change_rows;
 mod board_rows;
 mod contacts_rows;
 mod controller_rows;

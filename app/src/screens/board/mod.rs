@@ -9,7 +9,7 @@ mod rows;
 
 pub(crate) use inspector::{inspector, show_problems};
 
-use super::layers;
+use super::{layers, welcome};
 use leptos::html::div;
 use leptos::prelude::*;
 
@@ -17,6 +17,6 @@ use leptos::prelude::*;
 pub(crate) fn board() -> impl IntoView {
     (
         div().class("panel left holes").child((anew::block(), layers::panel(), holes::holes())),
-        div().class("panel right inspector").child(inspector()),
+        div().class("panel right inspector").child((inspector(), welcome::others())),
     )
 }

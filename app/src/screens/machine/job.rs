@@ -6,12 +6,12 @@ use super::{controller, ended, spindles, words};
 use crate::format::duration;
 use crate::i18n::{key, language, say, sentence, t};
 use crate::keys::Tab;
-use crate::model::{FrameEvent, StartEvent, Unseen};
+use crate::model::{FrameEvent, StartEvent, Unseen, job_board};
 use crate::page::link::{self, Link};
 use crate::page::send;
 use crate::page::{frame, open_board, open_job};
 use crate::parts::{self, WorkCount, WorkPart};
-use crate::screens::{shown, top_bar};
+use crate::screens::{shown, top_bar, welcome};
 use crate::widgets::{fact, menu_word, push, push_if};
 use annulus_core::control::State;
 use annulus_core::job::Program;
@@ -29,19 +29,36 @@ fn from<T: Default>(line: Link, get: impl FnOnce(&Status) -> T) -> T {
 /// The whole column.
 pub(crate) fn job() -> impl IntoView {
     let line = link::link();
+    let broken_off =
+        Memo::new(move |_| line.interrupted.with(|one| one.as_ref().map(|one| one.name.clone())));
     let name = move || {
         let running = from(line, |status| status.job_name.clone());
         let planned = open_board().job.with(|job| job.as_ref().map(|job| job.program.name.clone()));
-        running.or(planned).unwrap_or_else(|| say!("page.job.none"))
+        running.or(planned).or_else(|| broken_off.get()).unwrap_or_else(|| say!("page.job.none"))
     };
     section().class("block").attr("aria-label", t!("page.job.title")).child((
         header().child(h2().child(name)),
+        to_restore(line, broken_off),
         progress(line),
         stages(line),
         controls(line),
         facts(line),
         spindles::spindles(),
     ))
+}
+
+/// While no board is open: the one that the page had before it was loaded again, to be restored right here.
+fn to_restore(line: Link, broken_off: Memo<Option<String>>) -> impl IntoView {
+    let offer = Memo::new(move |_| {
+        let is_free = open_board().document.with(Option::is_none)
+            && open_board().task.with(Option::is_none)
+            && from(line, |status| status.job.clone()).is_none();
+        let found = |name: &Option<String>| {
+            open_board().offers.with(|offers| job_board::to_restore(name.as_deref(), offers).cloned())
+        };
+        broken_off.with(found).filter(|_| is_free)
+    });
+    move || offer.get().map(|offer| welcome::kept(offer, Some("status")))
 }
 
 /// Holes and toolpaths of the job on show. Of a board that is not as programmed the holes are those that are where they should be, and

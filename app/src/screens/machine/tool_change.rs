@@ -1,11 +1,13 @@
 //! The tool change: from which to which, what to do, and Continue.
 //!
-//! Comes in: the state, the program's bits, what is known of the tools. Goes out: `ToolChanged`. The machine moves only after Continue.
+//! Comes in: the state, the program's bits, what is known of the tools, what the machine tells of spindle and place. Goes out: `ToolChanged`. The machine moves only after Continue.
 
 use super::banner::control;
 use super::words::wear_words;
 use super::{controller, magazine, words};
-use crate::i18n::{language, say, t};
+use crate::i18n::{key, language, say, t, text};
+use crate::model::Job;
+use crate::model::link::at_change::{ChangeCheck, change_rows};
 use crate::page::link::{self, Link};
 use crate::page::open_board;
 use crate::widgets::{Dialog, Icon, dialog, icon, push, push_if};
@@ -13,7 +15,7 @@ use annulus_core::control::State;
 use annulus_core::job::{Command, Program};
 use annulus_core::machine::{RackTool, ToolWear};
 use annulus_core::wire::Ask;
-use leptos::html::{div, li, ol, p, span};
+use leptos::html::{div, li, ol, p, span, ul};
 use leptos::prelude::*;
 
 /// The bit that leg `leg` asks for and the one before it.
@@ -81,7 +83,7 @@ fn measurement(line: Link) -> impl IntoView {
     let now = Memo::new(move |_| words::measuring(line));
     let rows = words::MEASUREMENT.into_iter().enumerate().map(move |(row, word)| {
         li().attr("aria-current", move || (now.get() == Some(row)).then_some("step"))
-            .child(move || crate::i18n::text(word, &[]))
+            .child(move || text(word, &[]))
     });
     ol().class("measurement").attr("aria-label", t!("page.measure.title")).child(rows.collect_view())
 }
@@ -110,6 +112,35 @@ fn from_to(line: Link) -> impl IntoView {
             div().class("bit").child(move || named(change(line).1)),
         )),
     ))
+}
+
+/// The sentence of a row of what the machine tells, where it is so and where it is not.
+fn check_words(check: ChangeCheck) -> [&'static str; 2] {
+    match check {
+        ChangeCheck::SpindleOff => [key!("page.change.spindle_off"), key!("page.change.spindle_turns")],
+        ChangeCheck::Up => [key!("page.change.up"), key!("page.change.not_up")],
+        ChangeCheck::AtPlace => [key!("page.change.at_place"), key!("page.change.elsewhere")],
+    }
+}
+
+/// What the machine tells of itself before a hand goes to the spindle, as it is now.
+fn checks(line: Link) -> impl IntoView {
+    let rows = Memo::new(move |_| {
+        line.status.with(|status| {
+            let status = status.as_ref()?;
+            let program = |job: &Option<_>| change_rows(status, job.as_deref().map(|job: &Job| &job.program));
+            Some(line.shown_job.with(program))
+        })
+    });
+    let row = |(check, holds): (ChangeCheck, bool)| {
+        let [so, not_so] = check_words(check);
+        let (tone, sign, word) =
+            if holds { ("tone-run", Icon::Check, so) } else { ("tone-alarm", Icon::Cross, not_so) };
+        li().class(tone).child((icon(sign), span().child(move || text(word, &[]))))
+    };
+    ul().class("change-checks")
+        .attr("aria-label", t!("page.change.checks"))
+        .child(move || rows.get().unwrap_or_default().into_iter().map(row).collect_view())
 }
 
 /// What the person does, one after the other.
@@ -183,7 +214,7 @@ pub fn tool_change() -> impl IntoView {
     let todo = move || match changes.get() {
         Some(_) => by_itself(changes).into_any(),
         None if measures.get() => measurement(line).into_any(),
-        None => steps(line).into_any(),
+        None => (checks(line), steps(line)).into_any(),
     };
     let body = (
         // What is measured at the start of a job is the tool that zero was set with: nobody asked for another one yet.

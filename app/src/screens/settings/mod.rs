@@ -10,12 +10,13 @@ mod keys;
 mod lengths;
 mod mill;
 mod opening;
+mod own;
 mod tools;
 
 use crate::i18n::{self, key, message, say, t};
+use crate::model::address::OWN_SECTIONS;
 use crate::model::{FrameEvent, SettingsEvent};
 use crate::page::{frame, link, open_board, send};
-use crate::screens::top_bar::{languages, themes};
 use crate::widgets::{push, push_if};
 use annulus_core::diagnostic::Diagnostic;
 use annulus_core::machine::{self, SECTIONS, Value, ValueKind};
@@ -24,6 +25,9 @@ use leptos::html::{button, dd, div, dl, dt, h2, input, label, nav, p, section, s
 use leptos::prelude::*;
 
 fn section_name(section: &str) -> &'static str {
+    if let Some(name) = own::name(section) {
+        return name;
+    }
     match section {
         "machine" => key!("page.settings.machine"),
         "card" => key!("page.settings.card"),
@@ -58,8 +62,9 @@ pub(crate) fn settings() -> impl IntoView {
         let machine = open_board().machine.get();
         link::link().draft.with(|draft| draft.refusals(&machine))
     });
-    let tabs = SECTIONS.iter().map(|(section, _)| {
-        let this = *section;
+    let [general, others @ ..] = OWN_SECTIONS;
+    let of_machine = SECTIONS.iter().map(|(section, _)| *section);
+    let tabs = [general].into_iter().chain(of_machine).chain(others).map(|this| {
         button()
             .attr("type", "button")
             .class("button quiet")
@@ -75,20 +80,17 @@ pub(crate) fn settings() -> impl IntoView {
         let shown = rows.iter().filter(|setting| setting.kind != ValueKind::Tools);
         shown.map(|setting| field::field(setting, refused).into_any()).collect::<Vec<_>>()
     };
+    let own = Memo::new(move |_| Some(shown.get()).filter(|section| own::name(section).is_some()));
     div().class("whole").child(div().class("settings").child((
-        nav().attr("aria-label", t!("page.settings.sections")).child((
-            tabs.collect::<Vec<_>>(),
-            label().class("field").child((span().child(t!("page.theme.title")), themes())),
-            label().class("field").child((span().child(t!("page.language_title")), languages())),
-            signs(),
-        )),
+        nav().attr("aria-label", t!("page.settings.sections")).child(tabs.collect::<Vec<_>>()),
         section().class("page").attr("aria-label", t!("page.settings.title")).child((
             h2().child(move || i18n::text(section_name(shown.get()), &[])),
-            p().class("quiet").child(t!("page.settings.about")),
+            move || own.get().map(own::body),
+            move || own.get().is_none().then(|| p().class("quiet").child(t!("page.settings.about"))),
             refused_by_bridge(),
             move || (shown.get() == "machine" && plans.get()).then(of_controller),
             move || (shown.get() == "rack").then(|| tools::tools(refused)),
-            div().class("setting-grid").child(fields),
+            move || own.get().is_none().then(|| div().class("setting-grid").child(fields())),
             move || ["card", "parallel"].contains(&shown.get()).then(clock::clock),
             diff(refused),
         )),

@@ -1,0 +1,111 @@
+//! The page's own settings: what is chosen for all screens, what is kept in this browser, what this program is.
+//!
+//! Comes in: choices of the person, what is kept. Goes out: choices, boards restored and forgotten. The machine is not asked.
+
+use crate::i18n::{self, key, say, t};
+use crate::model::KeepEvent;
+use crate::page::{frame, open_board, open_drawing, send};
+use crate::screens::top_bar::{languages, themes, units};
+use crate::screens::welcome;
+use crate::widgets::push_if;
+use leptos::ev;
+use leptos::html::{dd, div, dl, dt, form, input, label, li, p, section, span, ul};
+use leptos::prelude::*;
+
+/// The name of a section.
+pub(super) fn name(section: &str) -> Option<&'static str> {
+    Some(match section {
+        "general" => key!("page.settings.general"),
+        "data" => key!("page.data.title"),
+        "about" => key!("page.about.title"),
+        _ => return None,
+    })
+}
+
+/// What stands in a section.
+pub(super) fn body(section: &str) -> AnyView {
+    match section {
+        "general" => general().into_any(),
+        "data" => data().into_any(),
+        _ => about().into_any(),
+    }
+}
+
+fn general() -> impl IntoView {
+    let field =
+        |name: fn() -> String, menu: AnyView| label().class("field").child((span().child(name), menu));
+    div().class("own-settings").child((
+        div().class("row").child((
+            field(|| say!("page.language_title"), languages().into_any()),
+            field(|| say!("page.unit.title"), units().into_any()),
+            field(|| say!("page.theme.title"), themes().into_any()),
+        )),
+        super::signs(),
+    ))
+}
+
+/// What is kept in this browser: boards to be restored or forgotten, how much it is, and the way to be rid of all of it.
+fn data() -> impl IntoView {
+    send(KeepEvent::Listed);
+    let size = move || {
+        let bytes = open_board().kept_bytes.get()?;
+        let mb = i18n::number(format!("{:.1}", bytes as f64 / 1e6));
+        Some(p().child(say!("page.data.size", mb = mb)))
+    };
+    let boards = move || {
+        let offers = open_board().offers.get();
+        let rows = offers.into_iter().map(|offer| li().child(welcome::kept(offer, None)).into_any());
+        let rows: Vec<_> = rows.collect();
+        if rows.is_empty() {
+            p().class("quiet").child(say!("page.data.none")).into_any()
+        } else {
+            ul().attr("aria-label", t!("page.data.boards")).child(rows).into_any()
+        }
+    };
+    let drawings = move || {
+        let count = open_drawing().earlier.with(Vec::len);
+        (count > 0).then(|| p().child(say!("page.data.drawings", count = count)))
+    };
+    div().class("own-settings").child((p().child(t!("page.data.is")), size, boards, drawings, forget()))
+}
+
+/// All that is kept is forgotten, once its word was typed.
+fn forget() -> impl IntoView {
+    let typed = RwSignal::new(String::new());
+    let is_meant = move || typed.get().trim().to_uppercase() == say!("page.data.word");
+    let field = input()
+        .attr("type", "text")
+        .attr("autocomplete", "off")
+        .attr("autocapitalize", "off")
+        .prop("value", typed)
+        .on(ev::input, move |event| typed.set(event_target_value(&event)));
+    let press = move |_| {
+        typed.set(String::new());
+        send(KeepEvent::DropAll);
+    };
+    section().class("forget").attr("aria-label", t!("page.data.delete")).child(
+        form().on(ev::submit, |event| event.prevent_default()).class("row").child((
+            label()
+                .class("field grow")
+                .child((span().child(move || say!("page.data.type", word = say!("page.data.word"))), field)),
+            push_if("button danger", is_meant, t!("page.data.delete"), press),
+        )),
+    )
+}
+
+/// What this program is.
+fn about() -> impl IntoView {
+    let row = |name: fn() -> String, value: AnyView| (dt().child(name), dd().child(value));
+    let network = move || {
+        let words = frame().network.get().words(frame().alone.get());
+        words.map_or_else(|| say!("page.network.works_is"), |[_, meaning]| i18n::text(meaning, &[]))
+    };
+    let draws = move || frame().backend.get().map_or_else(|| "–".to_owned(), |word| i18n::text(word, &[]));
+    dl().class("facts").child((
+        row(|| say!("page.about.version"), env!("CARGO_PKG_VERSION").into_any()),
+        row(|| say!("page.about.licence"), (move || say!("page.about.licence_is")).into_any()),
+        row(|| say!("page.about.network"), network.into_any()),
+        row(|| say!("page.about.draws"), draws.into_any()),
+        row(|| say!("page.about.kept"), (move || say!("page.data.is")).into_any()),
+    ))
+}
