@@ -4,7 +4,7 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { test } from "node:test";
-import { SCREENS, atRest, drillOnly, findings, openLinked, picture, root, show, stand, startBridge, startJob, tab, until } from "./harness.mjs";
+import { SCREENS, atRest, data, drillOnly, findings, openLinked, picture, planned, root, show, stand, startBridge, startJob, tab, until } from "./harness.mjs";
 
 const held = stand("none");
 const { opened } = held;
@@ -354,6 +354,54 @@ test("rulers count along the picture, and what is large enough bears its size", 
     await page.screenshot({ path: picture("labels-1440") });
     await page.setViewportSize({ width: 390, height: 844 });
     assert.ok(!(await page.locator(".ruler").first().isVisible()), "no rulers on a phone");
+  } finally {
+    await context.close();
+  }
+});
+
+/** The boxes of the pixels of two colours on the picture, as it is painted without a graphics card: copper, and what the first operation cuts. */
+const painted = (page) =>
+  page.locator("canvas").first().evaluate((canvas) => {
+    const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    const near = (at, [r, g, b], off) => Math.abs(data[at] - r) <= off && Math.abs(data[at + 1] - g) <= off && Math.abs(data[at + 2] - b) <= off;
+    const box = (colour, off) => {
+      const found = [Infinity, Infinity, -Infinity, -Infinity];
+      for (let at = 0; at < data.length; at += 4) {
+        if (!near(at, colour, off)) continue;
+        const [x, y] = [(at / 4) % width, Math.floor(at / 4 / width)];
+        [found[0], found[1], found[2], found[3]] = [Math.min(found[0], x), Math.min(found[1], y), Math.max(found[2], x), Math.max(found[3], y)];
+      }
+      return found;
+    };
+    return { copper: box([217, 106, 58], 2), cut: box([125, 127, 78], 20) };
+  });
+
+test("on Board the toolpaths lie about the copper of a board without outline, pins beside it or none", async () => {
+  const { page, context } = await held.fresh();
+  try {
+    const chooser = page.waitForEvent("filechooser");
+    await page.keyboard.press("Control+o");
+    const copper = "%FSLAX33Y33*%\n%MOMM*%\n%TF.FileFunction,Copper,L1,Top*%\n%ADD10R,4X3*%\nD10*\nX5000Y5000D03*\nX25000Y9000D03*\nM02*\n";
+    await (await chooser).setFiles([{ name: "l-F_Cu.gbr", mimeType: "text/plain", buffer: Buffer.from(copper) }]);
+    await page.getByText("The board has no outline").first().waitFor();
+    const use = page.getByRole("button", { name: /Use this board/ });
+    if (await use.isVisible()) await use.click();
+    const around = async (what) => {
+      await show(page, "Board");
+      await until(async () => Number.isFinite((await painted(page)).cut[0]), `toolpaths ${what}`);
+      const { copper, cut } = await painted(page);
+      const beside = [copper[0] - cut[0], copper[1] - cut[1], cut[2] - copper[2], cut[3] - copper[3]];
+      assert.ok(beside.every((px) => px > 0 && px < 12), `${what}: cut ${cut}, copper ${copper}`);
+    };
+    await around("without pins");
+    await show(page, "CAM");
+    await page.getByText("Flip, panel, pins").click();
+    const pairs = page.getByRole("textbox", { name: "Pairs of pins" });
+    await pairs.fill("1");
+    await pairs.press("Tab");
+    await planned(page);
+    await until(async () => Number(await data(page, "holes")) === 2, "the pins at CAM");
+    await around("with pins");
   } finally {
     await context.close();
   }

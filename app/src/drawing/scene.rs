@@ -122,7 +122,7 @@ fn line(a_mm: [f32; 2], b_mm: [f32; 2], width: Width, colour: Colour) -> Line {
 fn stroke(mark: &DrawnMark, palette: &Palette) -> Line {
     let (px, colour) = match mark.kind {
         MarkMeaning::Chosen => (1.75, palette.selected),
-        MarkMeaning::ChosenNode => (9.0, palette.selected),
+        MarkMeaning::ChosenNode => (13.0, palette.selected),
         MarkMeaning::Coming(layer) => (2.0, own(layer, palette).alpha(150)),
         MarkMeaning::Box => (1.5, palette.current),
         MarkMeaning::Measure => (2.0, palette.head),
