@@ -195,6 +195,10 @@ test("with the system's colours buttons that matter are told apart, and no text 
           if (!isSeen) rows.push(`${name} without a border`);
           if (!one.parentElement.textContent.trim() && !one.ariaLabel) rows.push(`${name} without a word`);
         }
+        for (const on of document.querySelectorAll(".phase-cell.on > span")) {
+          const [own, around] = [on, on.parentElement].map((one) => getComputedStyle(one).backgroundColor);
+          if (own === around) rows.push("a phase that is on looks like one that is off");
+        }
         return [...new Set(rows)];
       });
       assert.deepEqual(found, [], screen);
