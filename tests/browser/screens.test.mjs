@@ -383,6 +383,7 @@ const painted = (page) =>
 test("on Board the toolpaths lie about the copper of a board without outline, pins beside it or none", async () => {
   const { page, context } = await held.fresh();
   try {
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
     const chooser = page.waitForEvent("filechooser");
     await page.keyboard.press("Control+o");
     const copper = "%FSLAX33Y33*%\n%MOMM*%\n%TF.FileFunction,Copper,L1,Top*%\n%ADD10R,4X3*%\nD10*\nX5000Y5000D03*\nX25000Y9000D03*\nM02*\n";
