@@ -146,6 +146,26 @@ test("another board does not push out the one that is on offer", async () => {
   }
 });
 
+test("a board that another one took the place of is among the earlier ones at once, and is opened again from there", async () => {
+  const bridge = await startBridge();
+  const { page, context } = await openPage(browser, bridge.url);
+  try {
+    await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
+    await openSample(page);
+    await until(async () => (await kept(page, 0)) !== "", "the first board in the store");
+    const chosen = page.waitForEvent("filechooser");
+    await page.keyboard.press("Control+o");
+    await (await chosen).setFiles([{ name: "other.drl", mimeType: "text/plain", buffer: Buffer.from("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX1.0Y1.0\nX9.0Y9.0\nM30\n") }]);
+    await page.locator(".brand").getByText("other").waitFor();
+    await page.getByText(/^Earlier boards/).click();
+    await page.locator(".others").getByRole("button", { name: "Restore" }).first().click();
+    await page.locator(".brand").getByText("sensor").waitFor();
+  } finally {
+    await context.close();
+    await bridge.stop();
+  }
+});
+
 /** Changes the passes of the isolation once. */
 async function morePasses(page) {
   await page.keyboard.press("2");

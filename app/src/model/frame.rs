@@ -374,10 +374,11 @@ pub(super) fn offer(model: &mut Model, text: Text, act: ToastAct) {
     put(&mut model.frame, text, Some(act));
 }
 
-/// A short word that stays until it is closed.
+/// A short word that stays until it is closed. The same one from before goes.
 fn put(frame: &mut Frame, text: Text, act: Option<ToastAct>) -> u32 {
     frame.toast += 1;
     let number = frame.toast;
+    frame.toasts.retain(|toast| (&toast.text, &toast.act) != (&text, &act));
     frame.toasts.push(Toast { number, text, act });
     number
 }

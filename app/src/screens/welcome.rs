@@ -103,7 +103,11 @@ fn earlier() -> impl IntoView {
 
 /// Those that are kept beside the open one, to go on with one of them, in a list that opens.
 pub(super) fn others() -> impl IntoView {
-    send(KeepEvent::Listed);
+    // What was open before another one is kept from then on.
+    Effect::new(move |_| {
+        open_board().document.track();
+        send(KeepEvent::Listed);
+    });
     let count = Memo::new(move |_| open_board().offers.with(Vec::len));
     let open = RwSignal::new(false);
     let toggled = move |_| open.update(|open| *open = !*open);

@@ -38,6 +38,17 @@ fn files_are_read_and_what_is_certain_is_planned_at_once() {
 }
 
 #[test]
+fn a_sentence_that_is_on_show_is_not_said_beside_itself() {
+    compare(
+        &[
+            ("open certain plan", "page.open.certain"),
+            ("open certain plan open certain plan", "page.open.certain"),
+        ],
+        |story| story.toasts().join(" "),
+    );
+}
+
+#[test]
 fn what_was_open_is_replaced_only_by_what_could_be_read() {
     compare(
         &[
