@@ -68,13 +68,22 @@ fn a_button_at_the_board_ends_a_move_by_hand() {
     desk.until("a place", |desk| desk.now.as_ref().is_some_and(|now| now.place_mm.is_some()));
     let from_mm = desk.now.as_ref().and_then(|now| now.place_mm).unwrap()[0];
     desk.ask(jog());
-    desk.until("some way", |desk| gone_mm(desk, from_mm) > 10.0);
-    let gone_mm = gone_mm(&desk, from_mm);
-    // It does there what a jog cancel does.
-    desk.presses(0x85);
+    let mut pressed_mm = Vec::new();
+    // It does there what a jog cancel does: nothing, in a moment in which the board rests because this computer was late with a line.
+    // Then it is pressed again.
+    for at_mm in [10.0, 20.0, 30.0, 40.0] {
+        let rests = |desk: &Desk| desk.phase() == Some(EnginePhase::Ready);
+        let is_over = |desk: &Desk| !pressed_mm.is_empty() && rests(desk);
+        desk.until("some way", |desk| is_over(desk) || gone_mm(desk, from_mm) > at_mm);
+        if is_over(&desk) {
+            break;
+        }
+        pressed_mm.push(gone_mm(&desk, from_mm));
+        desk.presses(0x85);
+    }
     desk.until("rest", |desk| desk.phase() == Some(EnginePhase::Ready));
     let rests_mm = -(board.rests()[0] as f64) / STEPS;
-    println!("pressed after {gone_mm} mm it rests at {rests_mm} mm");
+    println!("pressed after {pressed_mm:?} mm it rests at {rests_mm} mm");
     assert!(rests_mm < WAY_MM - 5.0, "{rests_mm} mm");
 }
 
