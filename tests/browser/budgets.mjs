@@ -38,7 +38,7 @@ function probe() {
   observe("longtask", ({ startTime, duration }) => seen.tasks.push([startTime, duration]));
   observe("paint", ({ name, startTime }) => (seen.paints[name] = startTime));
   observe("largest-contentful-paint", ({ startTime }) => (seen.paints.largest = startTime));
-  const words = (one) => one?.getAttribute?.("aria-label") ?? one?.textContent?.trim().slice(0, 30) ?? "";
+  const words = (one) => (one === document.body ? "the page" : null) ?? one?.getAttribute?.("aria-label") ?? one?.textContent?.trim().slice(0, 30) ?? "";
   const hear = ({ interactionId, duration, name, target }) =>
     interactionId && seen.events.push([interactionId, duration, `${name} ${words(target)}`]);
   observe("event", hear, { durationThreshold: 16 });
