@@ -199,6 +199,33 @@ mod tests {
     }
 
     #[test]
+    fn every_sentence_with_a_place_of_the_board_is_known_as_one() {
+        // How far something is moved, and a zone where a person typed it.
+        let others = [
+            "board.holes_shifted",
+            "board.moved",
+            "board.outline_centred",
+            "board.outline_could_move",
+            "board.outline_shifted",
+            "cam.zone_beside",
+            "written.moved",
+            "written.shifted",
+        ];
+        let mut places = 0;
+        for (key, text) in annulus_core::locale::entries("en") {
+            let Some(code) = key.strip_suffix(".message").filter(|_| text.contains("{x}")) else { continue };
+            if !["board.", "cam.", "drawing.", "written."].iter().any(|part| code.starts_with(part)) {
+                continue;
+            }
+            let found = Diagnostic::note(code).with("x", "1.00");
+            let is_counted = counted_from(&found, Point::from_mm(1.0, 1.0)) != found;
+            assert_eq!(is_counted, !others.contains(&code), "{code}");
+            places += u32::from(is_counted);
+        }
+        assert!(places > 10, "{places}");
+    }
+
+    #[test]
     fn a_scale_bar_is_a_round_length_that_fits() {
         let rows = [
             (Unit::Millimetre, 10.0, Some((100.0, 10.0))),

@@ -175,7 +175,8 @@ pub fn travel(board: &Board, origin: Point, start: Point, holes: &[u32], palette
     stops.enumerate().map(leg).collect()
 }
 
-/// The box that the axes of `machine` reach, machine mm, as it lies about the work zero at `zero_mm`; `place` puts work mm into the picture.
+/// The box that the axes of `machine` reach, machine mm, as it lies about the work zero at `zero_mm`; `place` puts work mm into the
+/// picture.
 pub fn travel_box(
     machine: &Machine,
     zero_mm: [f64; 2],

@@ -38,6 +38,12 @@ async function openSample(page) {
   await until(async () => (await holes(page)) > 0, "holes in the picture");
 }
 
+/** The same, and waits until the browser keeps it. */
+async function keptSample(page) {
+  await openSample(page);
+  await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+}
+
 /** Loads the page again and waits for the empty sheet. */
 async function again(page) {
   await page.reload();
@@ -89,8 +95,7 @@ test("what is kept is listed in the settings, and all that is not open is delete
   const bridge = await startBridge();
   const { page, problems, context } = await openPage(browser, bridge.url);
   try {
-    await openSample(page);
-    await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+    await keptSample(page);
     await again(page);
     await tab(page, "Settings").click();
     await page.getByRole("button", { name: "Data", exact: true }).click();
@@ -118,8 +123,7 @@ test("another board does not push out the one that is on offer", async () => {
   const { page, context } = await openPage(browser, bridge.url);
   try {
     await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
-    await openSample(page);
-    await until(async () => (await kept(page, 0)) !== "", "the first board in the store");
+    await keptSample(page);
     await again(page);
     await offer(page).waitFor();
     await openSample(page);
@@ -151,8 +155,7 @@ test("a board that another one took the place of is among the earlier ones at on
   const { page, context } = await openPage(browser, bridge.url);
   try {
     await page.getByRole("heading", { name: /Drop the files/ }).waitFor();
-    await openSample(page);
-    await until(async () => (await kept(page, 0)) !== "", "the first board in the store");
+    await keptSample(page);
     const chosen = page.waitForEvent("filechooser");
     await page.keyboard.press("Control+o");
     await (await chosen).setFiles([{ name: "other.drl", mimeType: "text/plain", buffer: Buffer.from("M48\nMETRIC,TZ\nT1C0.8\n%\nT1\nX1.0Y1.0\nX9.0Y9.0\nM30\n") }]);
@@ -178,8 +181,7 @@ test("of two tabs on one project one writes, the other says so and keeps a copy"
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, bridge.url);
   try {
-    await openSample(page);
-    await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+    await keptSample(page);
     const before = await kept(page, 0);
     const other = await context.newPage();
     await other.goto(bridge.origin);
@@ -214,8 +216,7 @@ test("edits that never rest are kept while they go on, and one made just before 
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, bridge.url);
   try {
-    await openSample(page);
-    await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+    await keptSample(page);
     await morePasses(page);
     const passes = async () => Number((await kept(page, 0)).match(/passes = (\d+)/)?.[1] ?? 0);
     let up = true;
@@ -336,8 +337,7 @@ test("the way back from a review leads to the board before at its place, which n
   const bridge = await startBridge();
   const { page, context } = await openPage(browser, bridge.url);
   try {
-    await openSample(page);
-    await until(async () => (await kept(page, 0)) !== "", "the board in the store");
+    await keptSample(page);
     await drop(page, [{ name: "other.drl", buffer: Buffer.from("M48\nMETRIC\nT1C0.8\n%\nT1\nX1.0Y5.0\nHELLO\nM30\n") }]);
     const back = page.getByRole("button", { name: /^Back to sensor/ });
     await back.waitFor();

@@ -1,7 +1,7 @@
 //! A drawing as a scene: layers, holes, marks, in their colours.
 //!
-//! Comes in: a [`DrawnPieces`], the edge of files under it, what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on. Goes out: a [`Scene`] whose zero
-//! point is that of the drawing, and the lines over it. Does not know who looks.
+//! Comes in: a [`DrawnPieces`], the edge of files under it, what is [`Chosen`], [`Marks`], a [`Palette`], the layer that is drawn on.
+//! Goes out: a [`Scene`] whose zero point is that of the drawing, and the lines over it. Does not know who looks.
 
 use super::marks::{DrawnMark, MarkMeaning};
 use super::pieces::{HolePiece, SlotPiece, both};
@@ -24,8 +24,8 @@ const FAR_SHARE: f32 = 0.5;
 /// The same where everything but the layer that is drawn on is faint.
 const DIM_SHARE: f32 = 0.15;
 
-/// The scene of a drawing over files with an edge, `under` it; `front` is the side that lies in front, and all that is not on layer `only`, where that is said, is
-/// faint.
+/// The scene of a drawing over files with an edge, `under` it; `front` is the side that lies in front, and all that is not on layer
+/// `only`, where that is said, is faint.
 pub fn scene(
     (sheet, under): (&DrawnPieces, &[Vec<[f32; 2]>]),
     chosen: &Chosen,

@@ -5,7 +5,8 @@
 //!                            └─ all windows closed: it is there at the next visit
 //! ```
 //!
-//! Comes in: the wish to take a new version. Goes out: that there is one, that the site is kept, that the network is cut. Does not know when it may be offered.
+//! Comes in: the wish to take a new version. Goes out: that there is one, that the site is kept, that the network is cut. Does not
+//! know when it may be offered.
 
 use crate::browser::window;
 use crate::model::FrameEvent;

@@ -6,8 +6,8 @@
 //!  store: "clockblock", "robot" ──┴─ Machine on show, nothing open ─▶ "clockblock" is opened; Machine stays on show
 //! ```
 //!
-//! Comes in: the job, what is kept. Goes out: what is to be restored, once a job, or offered; the outline, where the open board is that of a
-//! program. Does not know the store.
+//! Comes in: the job, what is kept. Goes out: what is to be restored, once a job, or offered; the outline, where the open board is
+//! that of a program. Does not know the store.
 
 use super::{Effect, KeepEvent, Model, Offer, OnTheWay, keeping};
 use crate::keys::Tab;

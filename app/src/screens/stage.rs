@@ -332,8 +332,8 @@ fn scene(shown: &Shown, zero_mm: Option<[f64; 2]>, palette: &Palette) -> Scene {
     scene
 }
 
-/// Where the work zero lies in the machine, machine mm, while Machine is on show and that is known; of a controller that plans its own motion
-/// the page does not know how far its axes reach.
+/// Where the work zero lies in the machine, machine mm, while Machine is on show and that is known; of a controller that plans its
+/// own motion the page does not know how far its axes reach.
 fn zero_in_machine() -> Memo<Option<[f64; 2]>> {
     let line = link();
     Memo::new(move |_| {

@@ -29,10 +29,15 @@ impl Bit {
         locale::phrase(key, &numbers)
     }
 
+    /// The name that a person gave it; none where it is called by form and size, as files call it.
+    pub fn own_name(&self) -> Option<&str> {
+        let name = self.name.as_str();
+        (!name.is_empty() && name != self.title(locale::FALLBACK)).then_some(name)
+    }
+
     /// What sentences call it: as a person named it; where nobody did, by form and size.
     pub fn called(&self) -> String {
-        let own = Some(&self.name).filter(|name| !name.is_empty() && **name != self.title(locale::FALLBACK));
-        own.cloned().unwrap_or_else(|| self.titled())
+        self.own_name().map_or_else(|| self.titled(), str::to_owned)
     }
 
     /// The key of its form, and the numbers of its size.

@@ -25,7 +25,6 @@ use crate::i18n::language;
 use crate::keys::CamKey;
 use crate::model::JobEvent;
 use crate::page::{open_job, send};
-use annulus_core::locale;
 use leptos::html::div;
 use leptos::prelude::*;
 use wasm_bindgen::JsCast;
@@ -45,7 +44,7 @@ pub(crate) fn cam() -> impl IntoView {
 fn called(name: &str) -> String {
     let title = open_job().work.with(|work| {
         let bit = work.as_ref()?.bit(name)?;
-        (bit.title(locale::FALLBACK) == name).then(|| bit.title(&language()))
+        bit.own_name().is_none().then(|| bit.title(&language()))
     });
     title.unwrap_or_else(|| name.to_owned())
 }

@@ -1,6 +1,7 @@
 //! The tool change: from which to which, what to do, and Continue.
 //!
-//! Comes in: the state, the program's bits, what is known of the tools, what the machine tells of spindle and place. Goes out: `ToolChanged`. The machine moves only after Continue.
+//! Comes in: the state, the program's bits, what is known of the tools, what the machine tells of spindle and place. Goes out:
+//! `ToolChanged`. The machine moves only after Continue.
 
 use super::banner::control;
 use super::words::wear_words;
